@@ -1,0 +1,54 @@
+"""ROS parameter files (YAML): find the presets, read one node's section."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import yaml
+
+
+def preset_directory() -> Path:
+    """Return ``config/`` of the source tree, or its copy inside the installed package."""
+    installed = Path(__file__).parent / "config"
+    return installed if installed.is_dir() else Path(__file__).parents[1] / "config"
+
+
+def preset_file(name: str) -> Path:
+    """Return the file of preset ``name``; raises FileNotFoundError listing what there is."""
+    path = preset_directory() / f"{name}.yaml"
+    if not path.is_file():
+        known = ", ".join(sorted(file.stem for file in preset_directory().glob("*.yaml")))
+        raise FileNotFoundError(f"no preset {name!r}; there are {known}")
+    return path
+
+
+def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
+    """Return the parameters that the file at ``path`` gives to ``node``, dotted names as keys.
+
+    A section applies when the last part of its name is ``node``, ``*`` or ``**``
+    (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it; later
+    sections win. Raises ValueError for a file that is not a ROS parameter file.
+    """
+    try:
+        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise ValueError(f"not YAML: {error}") from error
+    if not isinstance(document, dict):
+        raise ValueError("not a ROS parameter file: no node sections")
+    found: dict[str, object] = {}
+    for section, content in document.items():
+        if not isinstance(content, dict) or set(content) != {"ros__parameters"}:
+            raise ValueError(f"section {section!r} must hold ros__parameters and nothing else")
+        if str(section).rsplit("/", 1)[-1] in (node, "*", "**"):
+            found.update(_flattened(content["ros__parameters"] or {}, ""))
+    return found
+
+
+def _flattened(tree: object, prefix: str) -> Iterator[tuple[str, object]]:
+    if not isinstance(tree, dict):
+        raise ValueError(f"{prefix or 'ros__parameters'}: expected names and values")
+    for key, value in tree.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            yield from _flattened(value, f"{name}.")
+        else:
+            yield name, value

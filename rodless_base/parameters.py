@@ -1,0 +1,178 @@
+"""What a parameter is, and a checked, immutable set of them."""
+
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, TypeVar
+
+from rodless_base.parameter_file import preset_file, read_parameter_file
+
+Value = bool | int | float | str | tuple[float, ...]
+
+
+class ParameterError(ValueError):
+    """A value, name or combination of values that the rig cannot have; the text names it."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """The one declaration of a parameter.
+
+    ``default`` fixes the type: ``bool``, ``int``, ``float``, ``str`` or a tuple of floats of
+    that length. ``minimum`` and ``maximum`` (inclusive, in ``unit``) bound every number;
+    ``choices`` lists what a text may be; ``fixed`` says it cannot change while a node runs.
+    """
+
+    name: str
+    default: Value
+    unit: str
+    meaning: str
+    source: str
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    choices: tuple[str, ...] = ()
+    fixed: bool = False
+
+    def check(self, value: object) -> Value:
+        """Return ``value`` in this parameter's type, or raise :class:`ParameterError`."""
+        if isinstance(self.default, bool):
+            return self._checked_bool(value)
+        if isinstance(self.default, str):
+            return self._checked_text(value)
+        if isinstance(self.default, tuple):
+            return self._checked_numbers(value, len(self.default))
+        if isinstance(self.default, int):
+            return self._checked_integer(value)
+        return self._checked_number(value)
+
+    def _refuse(self, value: object, wanted: str) -> ParameterError:
+        unit = f" ({self.unit})" if self.unit else ""
+        return ParameterError(f"{self.name}: {value!r} refused, must be {wanted}{unit}")
+
+    def _checked_bool(self, value: object) -> bool:
+        if not isinstance(value, bool):
+            raise self._refuse(value, "true or false")
+        return value
+
+    def _checked_text(self, value: object) -> str:
+        if not isinstance(value, str) or (self.choices and value not in self.choices):
+            raise self._refuse(value, "one of " + ", ".join(self.choices))
+        return value
+
+    def _checked_integer(self, value: object) -> int:
+        number = self._checked_number(value)
+        if number != int(number):
+            raise self._refuse(value, "a whole number")
+        return int(number)
+
+    def _checked_number(self, value: object) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self._refuse(value, "a number")
+        if not math.isfinite(value) or not self.minimum <= value <= self.maximum:
+            raise self._refuse(value, f"from {self.minimum:g} to {self.maximum:g}")
+        return float(value)
+
+    def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:
+        if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != length:
+            raise self._refuse(value, f"{length} numbers")
+        return tuple(self._checked_number(item) for item in value)  # type: ignore[attr-defined]
+
+
+Set = TypeVar("Set", bound="ParameterSet")
+
+
+class ParameterSet(Mapping[str, Value]):
+    """Values for every parameter a class declares; immutable, always valid as a whole.
+
+    Subclasses give ``DECLARATIONS`` (the parameters), ``NODE`` (whose section of a parameter
+    file is read) and may override :meth:`check_together`.
+    """
+
+    DECLARATIONS: ClassVar[dict[str, Parameter]] = {}
+    NODE: ClassVar[str] = ""
+
+    def __init__(self, values: Mapping[str, object] | None = None) -> None:
+        """Take the defaults with ``values`` on top; raises :class:`ParameterError`."""
+        given = dict(values or {})
+        unknown = [name for name in given if name not in self.DECLARATIONS]
+        if unknown:
+            raise ParameterError(self._unknown(unknown[0]))
+        self._values: dict[str, Value] = {
+            name: declared.check(given.get(name, declared.default))
+            for name, declared in self.DECLARATIONS.items()
+        }
+        self.check_together()
+
+    @classmethod
+    def preset(cls: type[Set], name: str) -> Set:
+        """Read a preset that ships with the package: ``paper`` or ``calibrated``."""
+        try:
+            return cls.from_file(preset_file(name))
+        except FileNotFoundError as error:
+            raise ParameterError(str(error)) from error
+
+    @classmethod
+    def from_file(cls: type[Set], path: str | Path) -> Set:
+        """Read this node's section of a ROS parameter file (YAML)."""
+        try:
+            return cls(read_parameter_file(path, cls.NODE))
+        except ValueError as error:
+            raise ParameterError(f"{path}: {error}") from error
+
+    def with_values(self: Set, changes: Mapping[str, object]) -> Set:
+        """Return a copy with all of ``changes`` made, or raise and change nothing."""
+        return type(self)({**self._values, **changes})
+
+    def check_together(self) -> None:
+        """Raise :class:`ParameterError` where single good values contradict each other."""
+
+    def number(self, name: str) -> float:
+        """Return a real-valued parameter as a float."""
+        value = self._values[name]
+        if isinstance(value, str | tuple):
+            raise TypeError(f"{name} is not a number")
+        return float(value)
+
+    def text(self, name: str) -> str:
+        """Return a text parameter."""
+        return str(self._values[name])
+
+    def numbers(self, name: str) -> tuple[float, ...]:
+        """Return a tuple-valued parameter."""
+        value = self._values[name]
+        if not isinstance(value, tuple):
+            raise TypeError(f"{name} is not a tuple")
+        return value
+
+    def __getitem__(self, name: str) -> Value:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __hash__(self) -> int:
+        return hash(tuple(self._values.items()))
+
+    def __repr__(self) -> str:
+        changed = {
+            name: value
+            for name, value in self._values.items()
+            if value != self.DECLARATIONS[name].default
+        }
+        return f"{type(self).__name__}({changed!r})"
+
+    @classmethod
+    def _unknown(cls, name: str) -> str:
+        near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        return f"{name}: no such parameter{hint}"
+
+
+def declare(*parameters: Parameter) -> dict[str, Parameter]:
+    """Index declarations by name."""
+    return {parameter.name: parameter for parameter in parameters}

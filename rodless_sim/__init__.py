@@ -1,0 +1,8 @@
+"""The plant: a pneumatic servo rig's physics, free of ROS, and one ROS node around it."""
+
+from rodless_base.parameters import ParameterError
+from rodless_sim.parameters import RigParameters
+from rodless_sim.rig import Rig, State, simulate
+from rodless_sim.trace import Trace
+
+__all__ = ["ParameterError", "Rig", "RigParameters", "State", "Trace", "simulate"]

@@ -1,0 +1,144 @@
+"""The rig: the plant at one instant, advanced by holding a voltage for a while."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_sim.motion import Motion, Plant, advance
+from rodless_sim.parameters import RigParameters
+from rodless_sim.plant import plant_constants
+from rodless_sim.settled import settled_pressures
+from rodless_sim.timing import inner_steps, nanoseconds
+from rodless_sim.trace import COLUMNS, Trace, record, run_open_loop, trace
+from rodless_sim.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+
+
+@dataclass(frozen=True)
+class State:
+    """The rig at one instant: s, m, m/s, Pa absolute, V, N, kg/s.
+
+    ``voltage`` is the command the valve holds; ``force`` is the pneumatic force A·(P_a − P_b);
+    ``mass_flow_a`` and ``mass_flow_b`` enter the chambers.
+    """
+
+    time: float
+    position: float
+    velocity: float
+    pressure_a: float
+    pressure_b: float
+    voltage: float
+    force: float
+    mass_flow_a: float
+    mass_flow_b: float
+
+
+def applied_voltage(voltage: float) -> float:
+    """Return the command as the valve takes it, within 0-10 V; raises ValueError for NaN or Inf."""
+    if not math.isfinite(voltage):
+        raise ValueError(f"voltage {voltage!r} refused: not a finite number")
+    return min(max(voltage, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
+
+
+class Rig:
+    """A rig at rest, its chambers settled at the closed valve, until it is advanced."""
+
+    def __init__(self, parameters: RigParameters | None = None) -> None:
+        """Build the rig of ``parameters`` (default: all defaults, the ``paper`` preset)."""
+        self._configure(parameters or RigParameters())
+        self.reset()
+
+    @property
+    def parameters(self) -> RigParameters:
+        """The parameters in force."""
+        return self._parameters
+
+    def configure(self, parameters: RigParameters) -> None:
+        """Change the parameters; the carriage and the air in the chambers stay as they are."""
+        self._configure(parameters)
+
+    def _configure(self, parameters: RigParameters) -> None:
+        self._parameters = parameters
+        self._plant = plant_constants(parameters)
+
+    def reset(self, position: float | None = None) -> State:
+        """Put the carriage at rest at ``position`` (m; default ``cylinder.initial_position``).
+
+        Time returns to zero and the chambers to the pressures they settle at with the valve
+        closed. Raises ValueError for a position outside the stroke.
+        """
+        if position is None:
+            position = self._parameters.number("cylinder.initial_position")
+        if not 0.0 <= position <= self._plant.cylinder.stroke:
+            raise ValueError(f"position {position!r} m refused: outside the stroke")
+        self._nanoseconds = 0
+        self._voltage = self._plant.valve.closed_voltage
+        pressure_a, pressure_b = settled_pressures(self._plant, self._voltage)
+        self._motion = Motion(position, 0.0, pressure_a, pressure_b)
+        return self.state
+
+    def advance(self, voltage: float, duration: float) -> State:
+        """Hold ``voltage`` (V) for ``duration`` (s, to the nanosecond) and return the state then.
+
+        Raises ValueError for a voltage that is not finite or a duration that is not positive;
+        the valve saturates at 0 and 10 V.
+        """
+        applied = applied_voltage(voltage)
+        span = nanoseconds(duration)
+        steps, step = inner_steps(span, self._parameters.number("time.inner_step"))
+        self._motion = advance(self._plant, applied, self._motion, steps, step)
+        self._nanoseconds += span
+        self._voltage = applied
+        return self.state
+
+    @property
+    def nanoseconds(self) -> int:
+        """Plant time as an integer count of nanoseconds."""
+        return self._nanoseconds
+
+    @property
+    def plant(self) -> Plant:
+        """The constants of the compiled equations."""
+        return self._plant
+
+    @property
+    def motion(self) -> Motion:
+        """Position, velocity and pressures as the compiled equations hold them."""
+        return self._motion
+
+    @property
+    def state(self) -> State:
+        """The rig now."""
+        row = np.empty(len(COLUMNS))
+        record(self._plant, self._voltage, self._motion, row)
+        motion = self._motion
+        return State(
+            time=self._nanoseconds * 1e-9,
+            position=motion.position,
+            velocity=motion.velocity,
+            pressure_a=motion.pressure_a,
+            pressure_b=motion.pressure_b,
+            voltage=self._voltage,
+            force=self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b),
+            mass_flow_a=float(row[4]),
+            mass_flow_b=float(row[5]),
+        )
+
+
+def simulate(
+    parameters: RigParameters, voltages: npt.ArrayLike, period: float, position: float | None = None
+) -> Trace:
+    """Drive a rig at rest with ``voltages`` (shape (n,), V), each held for ``period`` seconds.
+
+    Returns n+1 samples, the first at the start. ``position`` (m) is where the carriage starts.
+    Raises ValueError as :meth:`Rig.advance` does.
+    """
+    rig = Rig(parameters)
+    rig.reset(position)
+    commands = np.array([applied_voltage(float(v)) for v in np.asarray(voltages).ravel()])
+    if not commands.size:
+        raise ValueError("no voltages given")
+    steps, step = inner_steps(nanoseconds(period), parameters.number("time.inner_step"))
+    rows, _ = run_open_loop(rig.plant, commands, rig.motion, steps, step)
+    return trace(rig.plant, period, np.append(commands, commands[-1]), rows)

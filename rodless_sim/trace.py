@@ -1,0 +1,74 @@
+"""A run of the rig as arrays, computed in one compiled loop."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.compiled import kernel
+from rodless_sim.motion import Motion, Plant, advance
+from rodless_sim.ports import flow_into_a, flow_into_b
+from rodless_sim.valve import lands
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Arrays named like :class:`~rodless_sim.rig.State`, one entry per sample, SI.
+
+    Sample 0 is the start. ``voltage[k]`` is held from sample k to sample k+1, and flows are
+    those just after it is applied; the last entry has no sample after it.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    pressure_a: Array
+    pressure_b: Array
+    voltage: Array
+    force: Array
+    mass_flow_a: Array
+    mass_flow_b: Array
+
+
+# The plant's part of a recorded sample, in the order of the columns.
+COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "mass_flow_a", "mass_flow_b")
+
+
+@kernel
+def record(plant: Plant, voltage: float, state: Motion, row: Array) -> None:
+    """Write one sample into ``row``, shape (6,): see ``COLUMNS``."""
+    edges = lands(plant.air, plant.valve, voltage)
+    supply, ambient = plant.supply_pressure, plant.ambient_pressure
+    row[0] = state.position
+    row[1] = state.velocity
+    row[2] = state.pressure_a
+    row[3] = state.pressure_b
+    row[4] = flow_into_a(plant.air, edges, supply, state.pressure_a, ambient)
+    row[5] = flow_into_b(plant.air, edges, supply, state.pressure_b, ambient)
+
+
+@kernel
+def run_open_loop(
+    plant: Plant, voltages: Array, state: Motion, steps: int, step: float
+) -> tuple[Array, Motion]:
+    """Hold each of ``voltages`` (shape (n,), V) for ``steps`` inner steps; rows 0 to n."""
+    rows = np.empty((voltages.size + 1, 6))
+    for k in range(voltages.size):
+        record(plant, voltages[k], state, rows[k])
+        state = advance(plant, voltages[k], state, steps, step)
+    record(plant, voltages[-1], state, rows[-1])
+    return rows, state
+
+
+def trace(plant: Plant, period: float, voltage: Array, rows: Array) -> Trace:
+    """Name the columns of ``rows``, shape (n, 6), sampled every ``period`` seconds."""
+    columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
+    area = plant.cylinder.piston_area
+    return Trace(
+        time=np.arange(len(rows), dtype=np.float64) * period,
+        voltage=voltage,
+        force=area * (columns["pressure_a"] - columns["pressure_b"]),
+        **columns,
+    )
