@@ -1,0 +1,164 @@
+"""Reference trajectories: position and velocity at a time, ``sample(time) -> (m, m/s)``."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+
+class Reference(Protocol):
+    """Anything that can be sampled in plant time."""
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return position (m) and velocity (m/s) at ``time`` (s)."""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A position held for ever, m."""
+
+    position: float
+
+    def sample(self, time: float) -> tuple[float, float]:  # noqa: ARG002
+        """Return the position and no velocity."""
+        return self.position, 0.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """``before`` (m) until time ``at`` (s), ``after`` (m) from then on."""
+
+    before: float
+    after: float
+    at: float = 0.0
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return the position on this side of the step; the jump itself has no velocity."""
+        return (self.before if time < self.at else self.after), 0.0
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """From ``start`` to ``target`` (m) at ``velocity`` (m/s, positive), from time ``at`` (s)."""
+
+    start: float
+    target: float
+    velocity: float
+    at: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_positive("velocity", self.velocity)
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return a point on the ramp, at rest before and after."""
+        distance = self.target - self.start
+        elapsed = time - self.at
+        if elapsed < 0.0:
+            return self.start, 0.0
+        if elapsed * self.velocity >= abs(distance):
+            return self.target, 0.0
+        velocity = math.copysign(self.velocity, distance)
+        return self.start + velocity * elapsed, velocity
+
+
+@dataclass(frozen=True)
+class Sine:
+    """``centre`` until ``at`` (s), then centre + amplitude·sin(2π·frequency·t): m, m, Hz."""
+
+    centre: float
+    amplitude: float
+    frequency: float
+    at: float = 0.0
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return a point on the sine."""
+        if time < self.at:
+            return self.centre, 0.0
+        rate = 2.0 * math.pi * self.frequency
+        angle = rate * (time - self.at)
+        return (
+            self.centre + self.amplitude * math.sin(angle),
+            self.amplitude * rate * math.cos(angle),
+        )
+
+
+@dataclass(frozen=True)
+class Move:
+    """Rest to rest from ``start`` to ``target`` (m), from time ``at`` (s), as fast as limits allow.
+
+    The limits are ``velocity`` (m/s), ``acceleration`` (m/s²) and ``jerk`` (m/s³), all positive.
+    Seven phases of constant jerk (Biagiotti and Melchiorri, *Trajectory Planning for Automatic
+    Machines and Robots*, 2008, section 3.4).
+    """
+
+    start: float
+    target: float
+    velocity: float
+    acceleration: float
+    jerk: float
+    at: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("velocity", "acceleration", "jerk"):
+            _require_positive(name, getattr(self, name))
+
+    @property
+    def duration(self) -> float:
+        """Time from start to target in s."""
+        return sum(duration for _, duration in self._phases())
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return a point of the move, at rest before and after."""
+        elapsed = time - self.at
+        if elapsed <= 0.0:
+            return self.start, 0.0
+        side = math.copysign(1.0, self.target - self.start)
+        position = velocity = acceleration = 0.0
+        for jerk, duration in self._phases():
+            t = min(elapsed, duration)
+            position += t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0))
+            velocity += t * (acceleration + t * jerk / 2.0)
+            acceleration += t * jerk
+            elapsed -= t
+            if elapsed <= 0.0:
+                return self.start + side * position, side * velocity
+        return self.target, 0.0
+
+    def _phases(self) -> tuple[tuple[float, float], ...]:
+        """Jerk and duration of the seven phases, in the direction of the move."""
+        distance = abs(self.target - self.start)
+        velocity, acceleration = self._peaks(distance)
+        if velocity == 0.0:
+            return ()
+        building = acceleration / self.jerk
+        steady = velocity / acceleration - building
+        cruise = distance / velocity - velocity / acceleration - building
+        jerk = self.jerk
+        return (
+            (jerk, building),
+            (0.0, steady),
+            (-jerk, building),
+            (0.0, cruise),
+            (-jerk, building),
+            (0.0, steady),
+            (jerk, building),
+        )
+
+    def _peaks(self, distance: float) -> tuple[float, float]:
+        """Velocity and acceleration that a move over ``distance`` (m) reaches."""
+        limit, jerk = self.acceleration, self.jerk
+        # Reaching velocity v covers v·(v/a + a/j)/2; the move needs that twice.
+        with_steady = 0.5 * (
+            math.sqrt((limit * limit / jerk) ** 2 + 4.0 * limit * distance) - limit * limit / jerk
+        )
+        without_steady = (distance * distance * jerk / 4.0) ** (1.0 / 3.0)
+        reachable = with_steady if with_steady * jerk >= limit * limit else without_steady
+        velocity = min(self.velocity, reachable)
+        return velocity, min(limit, math.sqrt(velocity * jerk))
+
+
+constant, step, ramp, sine, move = Constant, Step, Ramp, Sine, Move
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not value > 0.0:
+        raise ValueError(f"{name} {value!r} refused: must be positive")

@@ -1,0 +1,84 @@
+"""Rig and PID in one compiled loop, without ROS."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.compiled import kernel
+from rodless_control import PidParameters
+from rodless_control.pid import Gains, at_rest, gains_of, update
+from rodless_control.references import Reference
+from rodless_sim import Rig, RigParameters, Trace
+from rodless_sim.motion import Motion, Plant, advance
+from rodless_sim.timing import inner_steps, nanoseconds
+from rodless_sim.trace import record, trace
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ClosedLoopTrace(Trace):
+    """A run of the rig with the reference it followed (m) and the error r − y (m)."""
+
+    reference: Array
+    error: Array
+
+
+@kernel
+def run_closed_loop(
+    plant: Plant,
+    gains: Gains,
+    references: Array,
+    state: Motion,
+    steps: int,
+    step: float,
+    interval: float,
+) -> tuple[Array, Array]:
+    """Control ``state`` along ``references`` (shape (n, 2): m, m/s), one row per sample.
+
+    Returns the rows of :func:`rodless_sim.trace.record`, shape (n, 6), and the commands, (n,).
+    """
+    rows = np.empty((len(references), 6))
+    voltages = np.empty(len(references))
+    memory = at_rest(state.position)
+    for k in range(len(references)):
+        memory, command = update(
+            gains,
+            memory,
+            references[k, 0],
+            references[k, 1],
+            state.position,
+            0.0 if k == 0 else interval,
+        )
+        voltages[k] = command.voltage
+        record(plant, command.voltage, state, rows[k])
+        state = advance(plant, command.voltage, state, steps, step)
+    return rows, voltages
+
+
+def closed_loop(
+    rig_parameters: RigParameters,
+    pid_parameters: PidParameters,
+    reference: Reference,
+    duration: float,
+    period: float,
+    position: float | None = None,
+) -> ClosedLoopTrace:
+    """Control a rig at rest for ``duration`` s with a sample and a command every ``period`` s.
+
+    The carriage starts at ``position`` (m; default ``cylinder.initial_position``). Samples 0 to
+    ``duration``/``period`` are returned. Raises ValueError for times that are not positive.
+    """
+    rig = Rig(rig_parameters)
+    rig.reset(position)
+    span = nanoseconds(period)
+    count = round(nanoseconds(duration) / span) + 1
+    steps, step = inner_steps(span, rig_parameters.number("time.inner_step"))
+    references = np.array([reference.sample(k * span * 1e-9) for k in range(count)])
+    rows, voltages = run_closed_loop(
+        rig.plant, gains_of(pid_parameters), references, rig.motion, steps, step, span * 1e-9
+    )
+    run = trace(rig.plant, span * 1e-9, voltages, rows)
+    wanted = references[:, 0]
+    return ClosedLoopTrace(**vars(run), reference=wanted, error=wanted - run.position)
