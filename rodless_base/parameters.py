@@ -58,7 +58,8 @@ class Parameter:
 
     def _checked_text(self, value: object) -> str:
         if not isinstance(value, str) or (self.choices and value not in self.choices):
-            raise self._refuse(value, "one of " + ", ".join(self.choices))
+            wanted = "one of " + ", ".join(self.choices) if self.choices else "a text"
+            raise self._refuse(value, wanted)
         return value
 
     def _checked_integer(self, value: object) -> int:
@@ -98,7 +99,7 @@ class ParameterSet(Mapping[str, Value]):
         given = dict(values or {})
         unknown = [name for name in given if name not in self.DECLARATIONS]
         if unknown:
-            raise ParameterError(self._unknown(unknown[0]))
+            raise ParameterError(self.unknown(unknown[0]))
         self._values: dict[str, Value] = {
             name: declared.check(given.get(name, declared.default))
             for name, declared in self.DECLARATIONS.items()
@@ -167,7 +168,8 @@ class ParameterSet(Mapping[str, Value]):
         return f"{type(self).__name__}({changed!r})"
 
     @classmethod
-    def _unknown(cls, name: str) -> str:
+    def unknown(cls, name: str) -> str:
+        """Say that ``name`` is no parameter, and which one may have been meant."""
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         return f"{name}: no such parameter{hint}"

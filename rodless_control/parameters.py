@@ -126,6 +126,13 @@ DECLARATIONS = declare(
         60.0,
     ),
     Parameter(
+        "controller.joint",
+        "carriage",
+        "",
+        "name of the joint to control in joint_states",
+        "design",
+    ),
+    Parameter(
         "reference.type",
         "setpoint",
         "",

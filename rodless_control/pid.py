@@ -146,6 +146,11 @@ class Pid:
         self._memory: Memory | None = None
         self._reference_velocity = 0.0
         self._error = 0.0
+        self._held = False
+
+    def hold(self) -> None:
+        """Keep the integral over a gap in the samples; the filter starts anew after it."""
+        self._held = True
 
     def update(
         self, reference: float, reference_velocity: float, position: float, interval: float
@@ -153,6 +158,10 @@ class Pid:
         """Return the command for one sample (m, m/s, m, s since the last sample)."""
         if self._memory is None:
             self._memory, interval = at_rest(position), 0.0
+        if self._held:
+            kept = self._memory.integral
+            self._memory, interval = at_rest(position)._replace(integral=kept), 0.0
+            self._held = False
         self._memory, command = update(
             self._gains, self._memory, reference, reference_velocity, position, interval
         )

@@ -33,3 +33,15 @@ def flow_into_b(air: Air, lands: Lands, supply: float, chamber: float, ambient: 
     return edge_flow(air, lands.printed, inlet, supply, chamber) - edge_flow(
         air, lands.printed, outlet, chamber, ambient
     )
+
+
+@kernel
+def supply_flow(
+    air: Air, lands: Lands, supply: float, pressure_a: float, pressure_b: float
+) -> float:
+    """Mass flow in kg/s that leaves the supply through edges 1a and 1b."""
+    edge_a = lands.opening if lands.forward else lands.closing
+    edge_b = lands.closing if lands.forward else lands.opening
+    return edge_flow(air, lands.printed, edge_a, supply, pressure_a) + edge_flow(
+        air, lands.printed, edge_b, supply, pressure_b
+    )

@@ -9,10 +9,11 @@ import numpy.typing as npt
 from rodless_sim.motion import Motion, Plant, advance
 from rodless_sim.parameters import RigParameters
 from rodless_sim.plant import plant_constants
+from rodless_sim.ports import supply_flow
 from rodless_sim.settled import settled_pressures
 from rodless_sim.timing import inner_steps, nanoseconds
 from rodless_sim.trace import COLUMNS, Trace, record, run_open_loop, trace
-from rodless_sim.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+from rodless_sim.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, lands
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,17 @@ class Rig:
     def motion(self) -> Motion:
         """Position, velocity and pressures as the compiled equations hold them."""
         return self._motion
+
+    @property
+    def free_air_flow(self) -> float:
+        """Air drawn from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
+        plant, motion = self._plant, self._motion
+        edges = lands(plant.air, plant.valve, self._voltage)
+        drawn = supply_flow(
+            plant.air, edges, plant.supply_pressure, motion.pressure_a, motion.pressure_b
+        )
+        temperature = self._parameters.number("atmosphere.temperature")
+        return drawn * plant.air.gas_constant * temperature / plant.ambient_pressure
 
     @property
     def state(self) -> State:

@@ -1,0 +1,49 @@
+"""Start a ROS executable so that Ctrl-C and SIGTERM end it cleanly from its first moment."""
+
+import importlib
+import signal
+import sys
+from types import FrameType
+
+
+class Stop:
+    """Whether the process has been asked to stop.
+
+    Until :meth:`from_now_on_wait` is called, a request ends the process at once with exit code 0:
+    nothing runs yet, and importing and compiling take seconds. From then on it sets ``requested``,
+    however often it comes (``ros2 launch`` delivers SIGINT twice).
+    """
+
+    def __init__(self) -> None:
+        self.requested = False
+        self._running = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._handle)
+
+    def from_now_on_wait(self) -> None:
+        """Let the program end itself; requests only set ``requested``."""
+        self._running = True
+
+    def _handle(self, _number: int, _frame: FrameType | None) -> None:
+        self.requested = True
+        if not self._running:
+            sys.exit(0)
+
+
+def start(module: str) -> None:
+    """Call ``main(stop)`` of ``module`` and exit with what it returns."""
+    stop = Stop()
+    try:
+        main = importlib.import_module(module).main
+    except ModuleNotFoundError as error:
+        if error.name != "rclpy":
+            raise
+        sys.exit(
+            "rclpy is missing: source a ROS 2 distribution, or install the wheels that "
+            "`pip install rodless_sim` brings"
+        )
+    sys.exit(main(stop))
+
+
+if __name__ == "__main__":
+    start(sys.argv.pop(1))

@@ -1,0 +1,165 @@
+"""The controller as a ROS node: each position sample triggers one valve command."""
+
+import time
+
+from builtin_interfaces.msg import Time
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_base.ros_diagnostics import (
+    ERROR,
+    OK,
+    PERIOD,
+    WARN,
+    diagnostic,
+    diagnostics_publisher,
+    steady_clock,
+)
+from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros_parameters import RosParameters
+from rodless_base.ros_process import run_node
+from rodless_base.start import Stop
+from rodless_control.loop import ControlLoop
+from rodless_control.parameters import PidParameters
+from rodless_control.telemetry_messages import Telemetry
+
+# How often, in wall-clock seconds, the node looks whether positions still come.
+WATCH_PERIOD = 0.02
+
+NANOSECONDS = 1_000_000_000
+
+
+class ControllerNode:
+    """PID on ``joint_states``, commanding ``valve/voltage``."""
+
+    def __init__(self, **node_options: object) -> None:
+        """Compile and listen; raises ParameterError for parameters that are no controller's."""
+        self.node = Node(
+            "controller", automatically_declare_parameters_from_overrides=True, **node_options
+        )
+        self._parameters = RosParameters(self.node, PidParameters, self._configure)
+        self._compile()
+        self._loop = ControlLoop(self._parameters.values)
+        self._enabled = True
+        self._arrival: int | None = None
+        self._stamp = Time()
+        self._bad_setpoints = self._bad_samples = 0
+        self._make_interface()
+
+    def close(self) -> None:
+        """Leave the valve closed and destroy the node."""
+        self._command_neutral()
+        self.node.destroy_node()
+
+    def _compile(self) -> None:
+        self.node.get_logger().info(
+            "loading the compiled control law (the first start compiles it)"
+        )
+        ControlLoop(self._parameters.values).sample(0.0, 0)
+
+    def _make_interface(self) -> None:
+        self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, QUEUE_DEPTH)
+        self._telemetry = Telemetry(self.node)
+        self._diagnostics = diagnostics_publisher(self.node)
+        self.node.create_subscription(JointState, JOINT_STATES, self._take_sample, QUEUE_DEPTH)
+        self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
+        self.node.create_service(Trigger, "~/reset", self._reset)
+        self.node.create_service(SetBool, "~/enable", self._enable)
+        self.node.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
+        self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
+
+    def _configure(self, values: PidParameters) -> None:
+        self._loop.configure(values)
+
+    def _take_sample(self, message: JointState) -> None:
+        position = self._position(message)
+        if position is None:
+            return
+        self._arrival = self._now()
+        self._stamp = message.header.stamp
+        stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+        output = self._loop.sample(position, stamp) if self._enabled else None
+        if output is None:
+            self._command_neutral()
+        else:
+            self._voltage.publish(Float64(data=output.command.voltage))
+            self._telemetry.publish(output)
+
+    def _position(self, message: JointState) -> float | None:
+        """The carriage's position; a message without it counts as no sample at all."""
+        joint = self._parameters.values.text("controller.joint")
+        if joint not in message.name or len(message.position) != len(message.name):
+            self._bad_samples += 1
+            return None
+        return float(message.position[message.name.index(joint)])
+
+    def _take_setpoint(self, message: Float64) -> None:
+        try:
+            self._loop.setpoints.receive(message.data)
+        except ValueError as error:
+            self._bad_setpoints += 1
+            self.node.get_logger().warning(str(error))
+
+    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._loop.reset()
+        response.success = True
+        return response
+
+    def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if request.data and not self._enabled:
+            self._loop.reset()
+        self._enabled = request.data
+        response.success = True
+        response.message = "enabled" if self._enabled else "disabled: valve closed"
+        return response
+
+    def _now(self) -> int:
+        """Simulated time where the node uses it, so that a paused plant is not taken for lost."""
+        if self.node.get_parameter("use_sim_time").value:
+            return int(self.node.get_clock().now().nanoseconds)
+        return time.monotonic_ns()
+
+    def _watch(self) -> None:
+        if self._arrival is not None:
+            timeout = self._parameters.values.number("controller.position_timeout")
+            if self._now() - self._arrival <= timeout * NANOSECONDS:
+                return
+            self._arrival = None
+            self._loop.hold()
+            self.node.get_logger().warning(
+                "positions have stopped coming: commanding a closed valve"
+            )
+        self._command_neutral()
+
+    def _command_neutral(self) -> None:
+        neutral = self._parameters.values.number("controller.neutral_voltage")
+        self._voltage.publish(Float64(data=neutral))
+
+    def _publish_diagnostics(self) -> None:
+        faults = {
+            "positions lost": self._loop.lost,
+            "positions not finite": self._loop.not_finite,
+            "samples without the joint": self._bad_samples,
+            "set-points refused": self._bad_setpoints,
+            "restarts by time running backwards": self._loop.restarts,
+        }
+        level, text = self._judge(faults)
+        self._diagnostics.publish(diagnostic(self.node, self._stamp, level, text, faults))
+
+    def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
+        """Level and message: an error now, a warning for what has happened, or all well."""
+        if self._arrival is None:
+            return ERROR, "no position: valve closed"
+        if not self._enabled:
+            return WARN, "disabled: valve closed"
+        seen = [name for name, count in faults.items() if count]
+        if seen:
+            return WARN, "has happened: " + ", ".join(seen)
+        return OK, "controlling"
+
+
+def main(stop: Stop) -> int:
+    """Run the controller until ``stop``."""
+    return run_node(ControllerNode, stop)

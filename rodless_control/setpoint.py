@@ -1,0 +1,87 @@
+"""From set-points, as they arrive, to the reference the controller follows."""
+
+import math
+
+from rodless_control.parameters import PidParameters
+from rodless_control.references import Constant, Move, Ramp, Reference, Sine, Step
+
+
+class SetpointFollower:
+    """The reference in force, by ``reference.type``.
+
+    ``setpoint``, ``ramp`` and ``move`` hold the carriage where it is found until a set-point
+    comes. One that comes during a ``move`` waits for its end, the latest winning: the jerk limit
+    could not be kept otherwise. ``step`` and ``sine`` come from the parameters alone.
+    """
+
+    def __init__(self, parameters: PidParameters) -> None:
+        """Follow ``parameters``; nothing is known of the carriage yet."""
+        self._parameters = parameters
+        self._target: float | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Find the carriage anew; the last set-point stays in force."""
+        self._reference: Reference | None = None
+        self._pending = self._target
+
+    def configure(self, parameters: PidParameters) -> None:
+        """Change the parameters; a new type, or a new step or sine, starts at the next sample."""
+        old, self._parameters = self._parameters, parameters
+        kind = parameters.text("reference.type")
+        changed = any(parameters[n] != old[n] for n in parameters if n.startswith("reference."))
+        if kind != old.text("reference.type") or (changed and kind in ("step", "sine")):
+            self.reset()
+
+    def receive(self, target: float) -> None:
+        """Take a set-point (m); raises ValueError unless it is finite."""
+        if not math.isfinite(target):
+            raise ValueError(f"set-point {target!r} refused: not a finite number")
+        self._target = self._pending = target
+
+    def sample(self, time: float, position: float) -> tuple[float, float]:
+        """Return the reference (m, m/s) at ``time`` (s), the carriage being at ``position`` (m)."""
+        if self._reference is None:
+            self._reference = self._first(time, position)
+        if self._pending is not None and self._may_change(time):
+            self._reference = self._towards(self._pending, time, self._reference)
+            self._pending = None
+        return self._reference.sample(time)
+
+    def _first(self, time: float, position: float) -> Reference:
+        number = self._parameters.number
+        start = max(number("reference.at"), time)
+        match self._parameters.text("reference.type"):
+            case "step":
+                return Step(number("reference.start"), number("reference.target"), start)
+            case "sine":
+                return Sine(
+                    number("reference.centre"),
+                    number("reference.amplitude"),
+                    number("reference.frequency"),
+                    start,
+                )
+        return Constant(position)
+
+    def _may_change(self, time: float) -> bool:
+        if self._parameters.text("reference.type") in ("step", "sine"):
+            return False
+        current = self._reference
+        return not isinstance(current, Move) or time >= current.at + current.duration
+
+    def _towards(self, target: float, time: float, current: Reference) -> Reference:
+        start, _ = current.sample(time)
+        number = self._parameters.number
+        match self._parameters.text("reference.type"):
+            case "ramp":
+                return Ramp(start, target, number("reference.velocity"), time)
+            case "move":
+                return Move(
+                    start,
+                    target,
+                    number("reference.velocity"),
+                    number("reference.acceleration"),
+                    number("reference.jerk"),
+                    time,
+                )
+        return Constant(target)

@@ -1,0 +1,44 @@
+"""Deadlines on the wall clock, held by sleeping; lateness is counted, never made up."""
+
+import time
+from collections.abc import Callable
+
+NANOSECONDS = 1_000_000_000
+
+# A long sleep is taken in pieces, so that a request to stop is seen in time.
+LONGEST_SLEEP = 50_000_000
+
+
+class Pacer:
+    """A grid of deadlines ``period`` ns apart."""
+
+    def __init__(
+        self,
+        period: int,
+        now: Callable[[], int] = time.monotonic_ns,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Start the grid now."""
+        self._period = period
+        self._now = now
+        self._sleep = sleep
+        self._deadline = now()
+        self.overruns = 0
+
+    def wait(self, stopped: Callable[[], bool]) -> bool:
+        """Sleep until the next deadline; return False as soon as ``stopped`` says so.
+
+        A deadline that is already a whole period past is an overrun: it is counted and the grid
+        moves on to the present, so no burst of steps follows.
+        """
+        self._deadline += self._period
+        late = self._now() - self._deadline
+        if late > self._period:
+            self.overruns += late // self._period
+            self._deadline += late
+        while not stopped():
+            remaining = self._deadline - self._now()
+            if remaining <= 0:
+                return True
+            self._sleep(min(remaining, LONGEST_SLEEP) / NANOSECONDS)
+        return False
