@@ -1,0 +1,108 @@
+"""Start plant and controller as processes of their own, and stop them, without `ros2 launch`."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+from rodless_base.parameter_file import preset_file
+
+# What Ctrl-C promises; after it a process is killed.
+STOP_SECONDS = 2.0
+
+MODULES = {"plant": "rodless_sim.plant_node", "controller": "rodless_control.controller_node"}
+
+
+def node_command(
+    node: str,
+    parameter_files: Iterable[str | Path] = (),
+    parameters: Mapping[str, object] | None = None,
+    namespace: str = "",
+) -> list[str]:
+    """Return the command line of ``plant`` or ``controller``; later parameters win."""
+    command = [sys.executable, "-m", "rodless_base.start", MODULES[node], "--ros-args"]
+    for path in parameter_files:
+        command += ["--params-file", str(path)]
+    for name, value in (parameters or {}).items():
+        command += ["-p", f"{name}:={json.dumps(value)}"]
+    if namespace:
+        command += ["-r", f"__ns:=/{namespace.strip('/')}"]
+    return command
+
+
+class RigProcesses:
+    """Plant and controller, running between ``__enter__`` and ``__exit__``.
+
+    The controller takes its time from the plant, so that a paused plant is not taken for lost.
+    """
+
+    def __init__(
+        self,
+        preset: str = "paper",
+        plant: Mapping[str, object] | None = None,
+        controller: Mapping[str, object] | None = None,
+        namespace: str = "",
+        environment: Mapping[str, str] | None = None,
+        output: IO[str] | None = None,
+    ) -> None:
+        """Prepare both with ``preset`` and parameters on top; raises FileNotFoundError.
+
+        ``environment`` is added to this process's; ``output`` takes what the nodes print
+        (default: where this process prints).
+        """
+        files = [preset_file(preset)]
+        self._commands = {
+            "plant": node_command("plant", files, plant, namespace),
+            "controller": node_command(
+                "controller", files, {"use_sim_time": True, **(controller or {})}, namespace
+            ),
+        }
+        self._environment = {**os.environ, **(environment or {})}
+        self._output = output
+        self._running: dict[str, subprocess.Popen[str]] = {}
+
+    def __enter__(self) -> "RigProcesses":
+        for name, command in self._commands.items():
+            self._running[name] = subprocess.Popen(
+                command,
+                env=self._environment,
+                stdout=self._output,
+                stderr=self._output and subprocess.STDOUT,
+                text=True,
+            )
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def check(self) -> None:
+        """Raise RuntimeError if a process has ended by itself."""
+        for name, process in self._running.items():
+            if process.poll() is not None:
+                raise RuntimeError(f"the {name} has ended with exit code {process.returncode}")
+
+    def stop(self) -> dict[str, int]:
+        """Interrupt both as Ctrl-C does, kill what does not end in time; return exit codes."""
+        for process in self._running.values():
+            with contextlib.suppress(ProcessLookupError):
+                process.send_signal(signal.SIGINT)
+        return {name: _ended(process) for name, process in self._running.items()}
+
+
+def _ended(process: subprocess.Popen[str]) -> int:
+    try:
+        return process.wait(STOP_SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()

@@ -1,0 +1,50 @@
+"""The numbers engineers quote of a step response."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+# The paper's positioning tolerance (section 7): 0.2 mm.
+SETTLING_BAND = 2e-4
+
+
+@dataclass(frozen=True)
+class StepMetrics:
+    """Of a move between two positions: s, s, m, m, V. A time is NaN if it never came."""
+
+    rise_time: float
+    settling_time: float
+    overshoot: float
+    final_error: float
+    peak_voltage: float
+
+
+def step_metrics(
+    time: Array, position: Array, voltage: Array, start: float, target: float, at: float
+) -> StepMetrics:
+    """Measure the response to a step from ``start`` to ``target`` (m) at time ``at`` (s).
+
+    ``time`` (s, increasing) and ``position`` (m) have one shape (n,); ``voltage`` (V) may have
+    another. Rise time is from 10 to 90 % of the step; settling is the last entry into ±0.2 mm;
+    overshoot is past the target, 0 if there is none; the final error is that of the last sample.
+    Raises ValueError for an empty record or a step of no height.
+    """
+    if not len(time) or not len(voltage) or start == target:
+        raise ValueError("a step response needs samples and a step")
+    share = (position - start) / (target - start)
+    outside = np.flatnonzero(np.abs(position - target) > SETTLING_BAND)
+    settled = outside[-1] + 1 if len(outside) else 0
+    return StepMetrics(
+        rise_time=_first(time, share >= 0.9) - _first(time, share >= 0.1),
+        settling_time=max(float(time[settled]) - at, 0.0) if settled < len(time) else np.nan,
+        overshoot=float(max(share.max() - 1.0, 0.0) * abs(target - start)),
+        final_error=float(position[-1] - target),
+        peak_voltage=float(voltage.max()),
+    )
+
+
+def _first(time: Array, reached: npt.NDArray[np.bool_]) -> float:
+    return float(time[np.argmax(reached)]) if reached.any() else np.nan
