@@ -12,13 +12,16 @@ def preset_directory() -> Path:
     return installed if installed.is_dir() else Path(__file__).parents[1] / "config"
 
 
+def preset_names() -> list[str]:
+    """Return the names of the presets that ship with the package."""
+    return sorted(file.stem for file in preset_directory().glob("*.yaml"))
+
+
 def preset_file(name: str) -> Path:
     """Return the file of preset ``name``; raises FileNotFoundError listing what there is."""
-    path = preset_directory() / f"{name}.yaml"
-    if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in preset_directory().glob("*.yaml")))
-        raise FileNotFoundError(f"no preset {name!r}; there are {known}")
-    return path
+    if name not in preset_names():
+        raise FileNotFoundError(f"no preset {name!r}; there are {', '.join(preset_names())}")
+    return preset_directory() / f"{name}.yaml"
 
 
 def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:

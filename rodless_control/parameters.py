@@ -7,11 +7,11 @@ from rodless_base.parameters import Parameter, ParameterError, ParameterSet, dec
 TUNED = "tuned on the simulated rig"
 
 DECLARATIONS = declare(
-    Parameter("controller.kp", 300.0, "V/m", "proportional gain", TUNED, 0.0, 1e5),
-    Parameter("controller.ki", 60.0, "V/(m·s)", "integral gain", TUNED, 0.0, 1e5),
+    Parameter("controller.kp", 800.0, "V/m", "proportional gain", TUNED, 0.0, 1e5),
+    Parameter("controller.ki", 55.0, "V/(m·s)", "integral gain", TUNED, 0.0, 1e5),
     Parameter(
         "controller.kd",
-        6.0,
+        60.0,
         "V·s/m",
         "derivative gain, on the filtered measurement",
         TUNED,
@@ -20,7 +20,7 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.filter_bandwidth",
-        300.0,
+        50.0,
         "rad/s",
         "bandwidth of the measurement filter of the derivative",
         TUNED,
@@ -29,7 +29,7 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.feedforward",
-        0.0,
+        75.0,
         "V·s/m",
         "voltage per reference velocity, added inside the limits",
         TUNED,
@@ -38,7 +38,7 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.integral_zone",
-        5e-3,
+        2.5e-3,
         "m",
         "error beyond which the integrator holds",
         TUNED,
@@ -47,7 +47,7 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.error_dead_band",
-        5e-5,
+        6e-5,
         "m",
         "error within which the integrator holds, so that a stuck carriage is left in peace",
         TUNED,
@@ -73,7 +73,7 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.dead_zone_voltage",
-        0.45,
+        0.6,
         "V",
         "voltage added in the direction of the command to cross the valve's flat centre",
         TUNED,
@@ -82,7 +82,7 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.dead_zone_width",
-        0.02,
+        0.3,
         "V",
         "command at which three quarters of the dead-zone voltage is added",
         TUNED,
@@ -130,7 +130,7 @@ DECLARATIONS = declare(
         "carriage",
         "",
         "name of the joint to control in joint_states",
-        "design",
+        "interface",
     ),
     Parameter(
         "reference.type",
@@ -138,7 +138,7 @@ DECLARATIONS = declare(
         "",
         "setpoint: jump to each message; ramp, move: go there at a velocity, jerk-limited; "
         "step, sine: from these parameters alone",
-        "design",
+        "interface",
         choices=("setpoint", "ramp", "move", "step", "sine"),
     ),
     Parameter(
@@ -160,7 +160,7 @@ DECLARATIONS = declare(
         10.0,
     ),
     Parameter(
-        "reference.at", 0.5, "s", "plant time of the step or sine's start", "design", 0.0, 1e6
+        "reference.at", 0.5, "s", "plant time of the step or sine's start", "interface", 0.0, 1e6
     ),
     Parameter("reference.centre", 0.1, "m", "centre of the sine", "mid-stroke", -1.0, 10.0),
     Parameter("reference.amplitude", 0.02, "m", "amplitude of the sine", "judgement", 0.0, 10.0),

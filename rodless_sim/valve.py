@@ -109,13 +109,15 @@ def lands_reconciled(air: Air, valve: Valve, voltage: float) -> Lands:
     """Every port has two edges, continuous through the closed position.
 
     The opening edge passes the orifice flow and, fading out as the land clears, its gap; the
-    closing edge passes the gap, which lengthens with the spool's travel from closed.
+    closing edge passes the gap, which lengthens with the spool's travel from closed. The fade is
+    flat at the closed position: the orifice opens with the square of the deflection, and a gap
+    that faded linearly there would close the edge first and push a held piston backwards.
     """
     deflection = voltage - valve.closed_voltage
     perimeter = math.pi * valve.spool_diameter
     overlap = valve.gap_length + abs(SPOOL_GAIN * deflection)
     area = flow_coefficient(valve, deflection) * centred_area(valve, deflection)
-    fade = math.exp(-abs(deflection) / valve.gap_fade_voltage)
+    fade = math.exp(-((deflection / valve.gap_fade_voltage) ** 2))
     opening_gap = fade * gap_conductance(air, perimeter, valve.gap_height, valve.gap_length)
     closing_gap = gap_conductance(air, perimeter, valve.gap_height, overlap)
     return Lands(False, deflection >= 0.0, Edge(area, opening_gap), Edge(0.0, closing_gap))

@@ -1,0 +1,66 @@
+"""The parameter tables of the docs, from the declarations."""
+
+from rodless_base.parameters import Parameter, ParameterSet, Value
+from rodless_control import PidParameters
+from rodless_sim import RigParameters
+
+INTRODUCTION = """# Parameters
+
+Every parameter of both nodes, as declared in `rodless_sim/parameters.py` and
+`rodless_control/parameters.py`; this page is written from them by `rodless docs`. The names are the
+same in Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
+(`config/*.yaml`) and in ROS (`ros2 param set /plant supply.pressure 600000.0`). Values are SI,
+pressures absolute. Ranges are inclusive. Parameters marked *fixed* are read when the node starts;
+all others may change while it runs. A change is refused as a whole, with a message that names the
+value, when any value is bad, unknown, or contradicts another; to change several that depend on each
+other use the `set_parameters_atomically` service.
+
+The defaults are the `paper` preset. `calibrated` differs where the last column says so.
+"""
+
+HEADER = """| name | default | unit | range | meaning | source | calibrated |
+|---|---|---|---|---|---|---|
+"""
+
+
+def parameter_reference() -> str:
+    """Return the reference page as Markdown."""
+    tables = (_table("plant", RigParameters), _table("controller", PidParameters))
+    return INTRODUCTION + "".join(tables)
+
+
+def _table(node: str, kind: type[ParameterSet]) -> str:
+    calibrated = kind.preset("calibrated")
+    rows = [_row(parameter, calibrated[name]) for name, parameter in kind.DECLARATIONS.items()]
+    return f"\n## {node}\n\n{HEADER}" + "\n".join(rows) + "\n"
+
+
+def _row(parameter: Parameter, calibrated: Value) -> str:
+    meaning = parameter.meaning + (" *(fixed)*" if parameter.fixed else "")
+    differs = _shown(calibrated) if calibrated != parameter.default else ""
+    cells = (
+        f"`{parameter.name}`",
+        _shown(parameter.default),
+        parameter.unit,
+        _range(parameter),
+        meaning,
+        parameter.source,
+        differs,
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return ", ".join(_shown(item) for item in value)
+    return f"{value:.7g}" if isinstance(value, float) else str(value)
+
+
+def _range(parameter: Parameter) -> str:
+    if parameter.choices:
+        return ", ".join(parameter.choices)
+    if isinstance(parameter.default, bool | str):
+        return ""
+    return f"{parameter.minimum:g} to {parameter.maximum:g}"

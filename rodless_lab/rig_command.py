@@ -1,0 +1,33 @@
+"""`rodless rig`: plant and controller until Ctrl-C, for machines without `ros2 launch`."""
+
+import argparse
+import time
+from collections.abc import Sequence
+
+from rodless_base.parameter_file import preset_names
+from rodless_base.start import Stop
+from rodless_lab.processes import RigProcesses
+
+# How soon the death of a node is seen.
+WATCH_SECONDS = 0.2
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Run both nodes; return 1 if one ends by itself."""
+    parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
+    parser.add_argument("--preset", default="paper", choices=preset_names())
+    parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
+    parser.add_argument("--namespace", default="")
+    options = parser.parse_args(arguments)
+    pressure = options.supply_pressure
+    plant = {} if pressure is None else {"supply.pressure": pressure}
+    stop.from_now_on_wait()
+    with RigProcesses(options.preset, plant=plant, namespace=options.namespace) as rig:
+        while not stop.requested:
+            try:
+                rig.check()
+            except RuntimeError as error:
+                print(error)
+                return 1
+            time.sleep(WATCH_SECONDS)
+    return 0
