@@ -86,6 +86,11 @@ class RigProcesses:
     ) -> None:
         self.stop()
 
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ID of each node."""
+        return {name: process.pid for name, process in self._running.items()}
+
     def check(self) -> None:
         """Raise RuntimeError if a process has ended by itself."""
         for name, process in self._running.items():
