@@ -1,0 +1,82 @@
+# Every target works on a fresh machine with Python 3.10-3.13 and make: the environment it needs is
+# made on demand in .venv. Where a ROS 2 distribution is sourced, that one is used; otherwise the
+# wheels on PyPI are, of the distribution ROS_DISTRO.
+
+PYTHON ?= python3
+ROS_DISTRO ?= jazzy
+export ROS_DISTRO
+
+# What runs is the installed package, not the checkout around it (known to Python 3.11 and later).
+export PYTHONSAFEPATH = 1
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+
+# A python that has the ROS wheels in a virtual environment of its own lends them to nobody.
+ifdef AMENT_PREFIX_PATH
+SOURCED := $(shell $(PYTHON) -c 'import rclpy, sys; print(sys.prefix == sys.base_prefix or \
+	not rclpy.__file__.startswith(sys.prefix))' 2>/dev/null)
+endif
+
+ifeq ($(SOURCED),True)
+VENV := .venv-sourced-$(ROS_DISTRO)
+VENV_OPTIONS := --system-site-packages
+else
+VENV := .venv$(if $(filter-out jazzy,$(ROS_DISTRO)),-$(ROS_DISTRO))
+# The wheels re-execute python once to find their libraries and say so in the environment. Called
+# from inside another environment, ours would inherit that and load the other one's libraries.
+ifneq ($(_ROS_WHEELS_BOOTSTRAP_COMPLETE)$(AMENT_PREFIX_PATH),)
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE LD_LIBRARY_PATH AMENT_PREFIX_PATH PYTHONPATH
+endif
+endif
+
+PYTHON_VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+PACKAGES := rodless_base rodless_sim rodless_control rodless_lab
+# Folders too, so that a deleted file counts as a change.
+SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) config launch resource \
+	scripts -name __pycache__ -prune -o -print)
+
+.PHONY: demo test bench lint clean
+
+demo: installed
+	$(VENV)/bin/rodless demo
+
+# The coverage data has a folder of its own, so that two runs at once do not mix theirs.
+test: test-tools
+	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
+	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/pytest --cov --cov-report=term:skip-covered
+
+bench: bench-tools
+	$(VENV)/bin/rodless bench
+
+lint: test-tools
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+
+clean:
+	rm -rf .venv .venv-* build *.egg-info .mypy_cache .pytest_cache .ruff_cache
+
+# One make at a time builds the environment, however many run in this checkout: the inner make looks
+# at the stamps again once it holds the lock.
+.PHONY: installed test-tools bench-tools
+installed test-tools bench-tools:
+	@flock Makefile $(MAKE) -s $(VENV)/$@
+
+$(VENV)/python$(PYTHON_VERSION):
+	@echo "Making $(VENV) with Python $(PYTHON_VERSION)"
+	@$(PYTHON) -m venv --clear $(VENV_OPTIONS) $(VENV)
+	@touch $@
+
+# setuptools would carry modules deleted since the last build from build/lib into the new one.
+# With -qq pip prints errors only.
+$(VENV)/installed: $(SOURCES) | $(VENV)/python$(PYTHON_VERSION)
+	@echo "Installing rodless_sim into $(VENV)$(if $(wildcard $@),, (a minute or two the first time))"
+	@rm -rf build/lib build/bdist.*
+	@$(VENV)/bin/pip install -qq --force-reinstall --no-deps .
+	@$(VENV)/bin/pip install -qq rodless_sim
+	@touch $@
+
+# By name, for the extra's own requirements: the project itself is installed already.
+$(VENV)/%-tools: package.xml setup.py | $(VENV)/installed
+	@echo "Installing the $* tools into $(VENV)"
+	@$(VENV)/bin/pip install -qq 'rodless_sim[$*]'
+	@touch $@

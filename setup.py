@@ -1,0 +1,88 @@
+"""Build and install rodless_sim, the same files under pip and under colcon."""
+
+import os
+from pathlib import Path
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+# What describes the package stands once, in package.xml.
+MANIFEST = ElementTree.parse(Path(__file__).resolve().with_name("package.xml")).getroot()
+NAME = MANIFEST.findtext("name")
+
+REQUIREMENTS = [
+    "numpy",  # traces are arrays
+    "scipy",  # solves for the settled chambers
+    "numba",  # compiles the plant and the controller
+    "PyYAML",  # parameter files
+    "mcap",  # rosbag2's storage format, written without rosbag2
+    "matplotlib",  # pictures of runs
+]
+
+TEST_REQUIREMENTS = [
+    "pytest",
+    "pytest-cov",
+    "coverage>=7.10",  # measures the nodes, which are processes of their own
+    "rosbags",  # an independent reader of the bags
+    "colcon-common-extensions",  # the packaging test builds with colcon,
+    "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
+    # A new release of a linter finds new faults; it must not fail a build that passed.
+    "ruff==0.17.*",
+    "mypy==2.4.*",
+    "types-PyYAML",
+    "scipy-stubs",
+]
+
+
+def ros_requirements() -> list[str]:
+    """Name the ROS wheels on PyPI, unless a ROS distribution is sourced: that has its own."""
+    if os.environ.get("AMENT_PREFIX_PATH"):
+        return []
+    distribution = os.environ.get("ROS_DISTRO") or "jazzy"
+    return [
+        f"ros-{distribution}-{package}"
+        for package in (
+            "rclpy[fastrtps]",
+            "std-msgs",
+            "sensor-msgs",
+            "std-srvs",
+            "diagnostic-msgs",
+            "rosgraph-msgs",
+            "builtin-interfaces",
+            "rcl-interfaces",
+        )
+    ]
+
+
+def files(pattern: str) -> list[str]:
+    """Return the files that match, as setuptools wants them: relative to the build's folder."""
+    return [str(file) for file in sorted(Path().glob(pattern))]
+
+
+setup(
+    name=NAME,
+    version=MANIFEST.findtext("version"),
+    description=" ".join(MANIFEST.findtext("description").split()),
+    maintainer=MANIFEST.findtext("maintainer"),
+    maintainer_email=MANIFEST.find("maintainer").get("email"),
+    license=MANIFEST.findtext("license"),
+    python_requires=">=3.10",
+    packages=[*find_packages(include=["rodless_*"]), "rodless_base.config"],
+    # An installed package carries the presets inside, so that they are found without ROS.
+    package_dir={"rodless_base.config": "config"},
+    package_data={"": ["*.yaml", "*.xml", "py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", files("config/*.yaml")),
+        (f"share/{NAME}/launch", files("launch/*.launch.py")),
+        # Where `ros2 run` looks; pip puts the scripts of entry_points elsewhere.
+        (f"lib/{NAME}", ["scripts/plant", "scripts/controller", "scripts/recorder"]),
+    ],
+    entry_points={"console_scripts": ["rodless = rodless_lab.main:main"]},
+    install_requires=REQUIREMENTS + ros_requirements(),
+    extras_require={
+        "test": TEST_REQUIREMENTS,
+        "bench": ["psutil"],  # reads the processor time of the nodes
+    },
+)

@@ -1,0 +1,95 @@
+"""Who may import whom: the packages' arrows run one way, and ROS stays in its shells."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+# For each package, those of the product it may stand on.
+MAY_IMPORT = {
+    "rodless_base": set(),
+    "rodless_sim": {"rodless_base"},
+    "rodless_control": {"rodless_base"},
+    "rodless_lab": {"rodless_base", "rodless_sim", "rodless_control"},
+}
+
+ROS = ("rclpy", "ament_index_python", "builtin_interfaces", "rcl_interfaces", "std_srvs")
+
+
+def imported(source: str) -> set[str]:
+    """Top-level names of all modules that ``source`` imports, wherever in the file."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names.add(node.module if node.level == 0 else f"relative import of {node.module}")
+    return {name.split(".")[0] for name in names}
+
+
+def is_ros(module: str) -> bool:
+    """Whether ``module`` is rclpy or carries ROS interfaces."""
+    return module in ROS or module.endswith(("_msgs", "_interfaces"))
+
+
+def is_shell(path: Path) -> bool:
+    """Whether the file's name says that it is a node or converts messages."""
+    return path.stem.startswith("ros_") or path.stem.endswith(("_node", "_messages"))
+
+
+def test_imports_are_seen_wherever_they_stand() -> None:
+    """The reader of imports finds them inside functions and conditions, and dotted ones."""
+    source = "import a.b\nif x:\n    from c.d import e\ndef f():\n    import g, h as i\n"
+    assert imported(source) == {"a", "c", "g", "h"}
+
+
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_arrows_run_one_way(package: str) -> None:
+    """A package imports, of the product, only itself and those below it, by absolute names."""
+    allowed = MAY_IMPORT[package] | {package}
+    files = sorted((ROOT / package).rglob("*.py"))
+    assert files, f"{package} has no files"
+    wrong = {
+        str(file.relative_to(ROOT)): sorted(strangers)
+        for file in files
+        if (
+            strangers := {
+                name
+                for name in imported(file.read_text(encoding="utf-8"))
+                if name.startswith(("rodless_", "relative "))
+            }
+            - allowed
+        )
+    }
+    assert not wrong
+
+
+@pytest.mark.parametrize("package", ["rodless_base", "rodless_sim", "rodless_control"])
+def test_ros_stays_in_its_shells(package: str) -> None:
+    """Below the lab, only nodes and message conversion import rclpy or ROS interfaces."""
+    wrong = {
+        str(file.relative_to(ROOT)): sorted(ros)
+        for file in sorted((ROOT / package).rglob("*.py"))
+        if not is_shell(file)
+        and (ros := set(filter(is_ros, imported(file.read_text(encoding="utf-8")))))
+    }
+    assert not wrong
+
+
+def test_everything_but_the_nodes_loads_without_ros() -> None:
+    """Where there is no rclpy at all, rig, controller and closed loop still import."""
+    script = (
+        "import sys\n"
+        "sys.modules['rclpy'] = None\n"
+        "from rodless_sim import Rig\n"
+        "from rodless_control import Pid\n"
+        "from rodless_lab import closed_loop\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert run.returncode == 0, run.stderr
