@@ -1,5 +1,6 @@
 """Run one node in one process until it is asked to stop."""
 
+import gc
 import sys
 from collections.abc import Callable
 from typing import Protocol
@@ -47,6 +48,15 @@ def spin(executor: Executor, stop: Stop) -> None:
         executor.spin_until_future_complete(never, SPIN_SECONDS)
 
 
+def _settle_memory() -> None:
+    """Take what start-up left in memory, the compiler above all, out of the garbage collector.
+
+    Walking it stops the process for more than 100 ms, every few seconds at 1 kHz.
+    """
+    gc.collect()
+    gc.freeze()
+
+
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
     """Build a node, run it until ``stop``, close it; return the exit code.
 
@@ -59,6 +69,7 @@ def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
         print(f"refused to start: {error}", file=sys.stderr)
         rclpy.try_shutdown()
         return 1
+    _settle_memory()
     executor = make_executor()
     executor.add_node(running.node)
     stop.from_now_on_wait()
