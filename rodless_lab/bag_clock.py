@@ -1,0 +1,131 @@
+"""Give recorded messages their time in the bag: plant time where there is a clock, else wall."""
+
+import struct
+from bisect import bisect_right
+from enum import Enum, auto
+from typing import NamedTuple
+
+# Clock messages remembered, to date messages that arrive late.
+_REMEMBERED = 10_000
+
+# Messages that may wait for the first clock message.
+_WAITING = 20_000
+
+_NANOSECONDS = 1_000_000_000
+
+
+class Arrival(NamedTuple):
+    """A message as it came: ``sent`` and ``received`` by the wall clock, times in ns.
+
+    ``stamp`` is the time in its header, ``clock`` the time it tells if it is a clock message.
+    """
+
+    topic: str
+    data: bytes
+    sent: int
+    received: int
+    sequence: int = 0
+    stamp: int | None = None
+    clock: int | None = None
+
+
+class Timed(NamedTuple):
+    """A message with its log and publication time in the bag (ns)."""
+
+    arrival: Arrival
+    log_time: int
+    publish_time: int
+
+
+class TimeBase(Enum):
+    """What the times in a bag are: one thing for the whole bag."""
+
+    UNKNOWN = auto()
+    PLANT = auto()
+    WALL = auto()
+
+
+class BagClock:
+    """Sorts out which time each message gets.
+
+    In plant time, that is the stamp in its header, or for a message without one the time of the
+    last clock message sent before it. Messages from different senders overtake each other on
+    the way, so an unstamped message waits until a clock message that was sent after it has come,
+    or for :meth:`release`. Before the first clock message nothing can be dated, and everything
+    waits.
+    """
+
+    def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
+        self.base = base
+        self._waiting: list[Arrival] = []
+        self._clock_sent: list[int] = []
+        self._clock_time: list[int] = []
+
+    @property
+    def waiting_since(self) -> int | None:
+        """When the longest-waiting message was received (wall clock, ns)."""
+        return self._waiting[0].received if self._waiting else None
+
+    def put(self, arrival: Arrival) -> list[Timed]:
+        """Take the next message that has come; return all that can be dated now."""
+        if arrival.clock is not None:
+            return [*self.tell(arrival.sent, arrival.clock), self._timed(arrival)]
+        if not self._must_wait(arrival):
+            return [self._timed(arrival)]
+        self._waiting.append(arrival)
+        if self.base is TimeBase.UNKNOWN and len(self._waiting) >= _WAITING:
+            self.base = TimeBase.WALL
+            return self.release()
+        return []
+
+    def tell(self, sent: int, clock: int) -> list[Timed]:
+        """Take the time of a clock message; return the waiting messages it dates."""
+        if self.base is TimeBase.WALL:
+            return []
+        self.base = TimeBase.PLANT
+        self._clock_sent.append(sent)
+        self._clock_time.append(clock)
+        if len(self._clock_sent) > 2 * _REMEMBERED:
+            del self._clock_sent[:-_REMEMBERED]
+            del self._clock_time[:-_REMEMBERED]
+        held, self._waiting = self._waiting, []
+        self._waiting = [arrival for arrival in held if self._must_wait(arrival)]
+        return [self._timed(arrival) for arrival in held if not self._must_wait(arrival)]
+
+    def release(self) -> list[Timed]:
+        """Return the waiting messages with the best time known; none while no clock is."""
+        if self.base is TimeBase.UNKNOWN:
+            return []
+        held, self._waiting = self._waiting, []
+        return [self._timed(arrival) for arrival in held]
+
+    def _must_wait(self, arrival: Arrival) -> bool:
+        if self.base is TimeBase.PLANT:
+            return not self._own_time(arrival) and arrival.sent >= self._clock_sent[-1]
+        return self.base is TimeBase.UNKNOWN
+
+    def _timed(self, arrival: Arrival) -> Timed:
+        if self.base is TimeBase.WALL:
+            return Timed(arrival, arrival.received, arrival.sent)
+        time = arrival.clock
+        if time is None and self._own_time(arrival):
+            time = arrival.stamp
+        if time is None:
+            before = bisect_right(self._clock_sent, arrival.sent) - 1
+            time = self._clock_time[max(before, 0)]
+        return Timed(arrival, time, time)
+
+    def _own_time(self, arrival: Arrival) -> bool:
+        """Whether the stamp is plant time: set, and nearer to it than to the wall clock's."""
+        if not arrival.stamp:
+            return False
+        to_plant = abs(arrival.stamp - self._clock_time[-1])
+        return to_plant <= abs(arrival.stamp - arrival.received)
+
+
+def leading_time(data: bytes) -> int:
+    """Return the time (ns) that a message in CDR begins with: a stamp, or a clock's."""
+    # The second byte of the encapsulation header tells the byte order.
+    order = "<" if data[1] & 1 else ">"
+    seconds, nanoseconds = struct.unpack_from(f"{order}iI", data, 4)
+    return int(seconds) * _NANOSECONDS + int(nanoseconds)

@@ -1,0 +1,159 @@
+"""What a rosbag2 bag says about itself: its topics, and ``metadata.yaml``."""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+METADATA_FILE = "metadata.yaml"
+
+# rosbag2's own format version in the distribution jazzy; newer ones read it too.
+_VERSION = 9
+
+# rosbag2 gives a bag without messages the latest time there is as its start.
+_NO_TIME = 2**63 - 1
+
+
+class BagError(ValueError):
+    """A bag that cannot be read or written; the text names the bag and what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """A recorded topic; ``qos`` holds one profile, named as rosbag2 names it, per publisher."""
+
+    name: str
+    type_name: str
+    type_hash: str = ""
+    qos: tuple[Mapping[str, object], ...] = ()
+
+    @property
+    def qos_text(self) -> str:
+        """The profiles as the text that a channel of the storage file carries."""
+        return yaml.safe_dump([dict(profile) for profile in self.qos], sort_keys=False).strip()
+
+
+@dataclass(frozen=True)
+class FileContents:
+    """What one storage file of a bag holds; times in ns, ``None`` without messages."""
+
+    name: str
+    first_time: int | None
+    last_time: int | None
+    topics: Sequence[BagTopic]
+    counts: Mapping[str, int]
+
+
+def information(files: Sequence[FileContents]) -> dict[str, Any]:
+    """Return the bag's description, keys and order as rosbag2 writes them."""
+    entries = [_file_entry(file) for file in files]
+    topics = {topic.name: topic for file in files for topic in file.topics}
+    start = min(entry["starting_time"]["nanoseconds_since_epoch"] for entry in entries)
+    ends = [file.last_time for file in files if file.last_time is not None]
+    return {
+        "version": _VERSION,
+        "storage_identifier": "mcap",
+        "duration": {"nanoseconds": max(ends) - start if ends else 0},
+        "starting_time": {"nanoseconds_since_epoch": start},
+        "message_count": sum(entry["message_count"] for entry in entries),
+        "topics_with_message_count": [
+            _topic_entry(topic, sum(file.counts.get(topic.name, 0) for file in files))
+            for topic in topics.values()
+        ],
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file.name for file in files],
+        "files": entries,
+        "custom_data": None,
+        "ros_distro": os.environ.get("ROS_DISTRO", ""),
+    }
+
+
+def _file_entry(file: FileContents) -> dict[str, Any]:
+    start, end = file.first_time, file.last_time
+    empty = start is None or end is None
+    return {
+        "path": file.name,
+        "starting_time": {"nanoseconds_since_epoch": _NO_TIME if empty else start},
+        "duration": {"nanoseconds": 0 if start is None or end is None else end - start},
+        "message_count": sum(file.counts.values()),
+    }
+
+
+def _topic_entry(topic: BagTopic, count: int) -> dict[str, Any]:
+    return {
+        "topic_metadata": {
+            "name": topic.name,
+            "type": topic.type_name,
+            "serialization_format": "cdr",
+            "offered_qos_profiles": [dict(profile) for profile in topic.qos],
+            "type_description_hash": topic.type_hash,
+        },
+        "message_count": count,
+    }
+
+
+def information_text(files: Sequence[FileContents]) -> str:
+    """Return the description as the text that the storage file itself carries."""
+    return yaml.safe_dump(information(files), sort_keys=False)
+
+
+def write_metadata(bag: Path, files: Sequence[FileContents]) -> None:
+    """Write ``metadata.yaml`` whole or not at all; raises OSError."""
+    text = yaml.safe_dump({"rosbag2_bagfile_information": information(files)}, sort_keys=False)
+    unfinished = bag / f".{METADATA_FILE}.unfinished"
+    try:
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(bag / METADATA_FILE)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+def storage_files(bag: Path) -> list[Path]:
+    """Return the storage files of the bag at ``bag`` (its folder, or one file), in order.
+
+    A folder without ``metadata.yaml`` (the recording was killed) is searched. Raises
+    :class:`BagError` where there is no bag, or one in a storage that is not MCAP.
+    """
+    if bag.is_file():
+        return _checked([bag], bag)
+    if not bag.is_dir():
+        raise BagError(f"{bag}: no such bag")
+    if (bag / METADATA_FILE).is_file():
+        return _checked([bag / name for name in _listed_files(bag)], bag)
+    found = [path for path in bag.iterdir() if path.suffix in (".mcap", ".db3")]
+    if not found:
+        raise BagError(f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it")
+    return _checked(sorted(found, key=_file_number), bag)
+
+
+def _listed_files(bag: Path) -> list[str]:
+    path = bag / METADATA_FILE
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        listed = content["rosbag2_bagfile_information"]["relative_file_paths"]
+        return [str(name) for name in listed]
+    except (yaml.YAMLError, KeyError, TypeError, UnicodeDecodeError) as error:
+        raise BagError(f"{path}: not the description of a rosbag2 bag ({error})") from error
+
+
+def _checked(files: Iterable[Path], bag: Path) -> list[Path]:
+    checked = list(files)
+    for path in checked:
+        if path.suffix != ".mcap":
+            raise BagError(
+                f"{bag}: {path.name} is not MCAP, the only storage read here; "
+                "`ros2 bag convert` makes an MCAP bag of it"
+            )
+        if not path.is_file():
+            raise BagError(f"{bag}: its file {path.name} is missing")
+    return checked
+
+
+def _file_number(path: Path) -> tuple[int, str]:
+    number = path.stem.rsplit("_", 1)[-1]
+    return (int(number) if number.isdigit() else 0, path.name)

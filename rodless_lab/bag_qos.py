@@ -1,0 +1,46 @@
+"""Quality of service: what publishers offer, as a bag records it, and what to ask them for."""
+
+from collections.abc import Mapping, Sequence
+
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+# Messages of a topic that wait while the disk is busy: ten seconds at 1 kHz.
+DEPTH = 10_000
+
+_NANOSECONDS = 1_000_000_000
+
+
+def recorded_profile(offered: QoSProfile) -> Mapping[str, object]:
+    """Return an offered profile in the words and order of rosbag2."""
+    return {
+        "history": offered.history.name.lower(),
+        "depth": offered.depth,
+        "reliability": offered.reliability.name.lower(),
+        "durability": offered.durability.name.lower(),
+        "deadline": _duration(offered.deadline),
+        "lifespan": _duration(offered.lifespan),
+        "liveliness": offered.liveliness.name.lower(),
+        "liveliness_lease_duration": _duration(offered.liveliness_lease_duration),
+        "avoid_ros_namespace_conventions": offered.avoid_ros_namespace_conventions,
+    }
+
+
+def _duration(duration: Duration) -> Mapping[str, int]:
+    seconds, nanoseconds = divmod(duration.nanoseconds, _NANOSECONDS)
+    return {"sec": seconds, "nsec": nanoseconds}
+
+
+def matching_profile(offers: Sequence[QoSProfile]) -> QoSProfile:
+    """Return the strictest profile that matches all of ``offers``, with a long queue.
+
+    Latched messages come only when every publisher latches, and none is lost on the way only
+    when every publisher is reliable; asking for more would shut one of them out.
+    """
+    reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+    latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+    return QoSProfile(
+        depth=DEPTH,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )

@@ -1,0 +1,176 @@
+"""Read a rosbag2 bag in MCAP storage into arrays."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from rclpy.serialization import deserialize_message
+
+from rodless_lab.bag_metadata import BagError, BagTopic, storage_files
+from rodless_lab.bag_writer import recorded_topic
+from rodless_lab.mcap_reader import McapError, McapMessage, McapReader
+from rodless_lab.message_definition import message_class
+
+Times = npt.NDArray[np.int64]
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The messages of one topic in the order they were recorded; times in ns.
+
+    Message objects and arrays are made when first asked for.
+    """
+
+    topic: BagTopic
+    log_time: Times
+    publish_time: Times
+    payloads: Sequence[bytes]
+
+    def __len__(self) -> int:
+        return len(self.payloads)
+
+    @property
+    def time(self) -> npt.NDArray[np.float64]:
+        """Log times in seconds."""
+        return self.log_time.astype(np.float64) * 1e-9
+
+    @cached_property
+    def messages(self) -> list[Any]:
+        """Messages as objects of their ROS type; raises :class:`BagError`."""
+        name = self.topic.type_name
+        try:
+            kind = message_class(name)
+        except (ImportError, AttributeError) as error:
+            raise BagError(f"{self.topic.name}: its type {name} is not installed") from error
+        return [deserialize_message(payload, kind) for payload in self.payloads]
+
+    @cached_property
+    def stamp(self) -> npt.NDArray[np.float64]:
+        """Stamps of the headers in seconds; raises :class:`BagError` for a type without."""
+        if self.messages and not hasattr(self.messages[0], "header"):
+            raise BagError(f"{self.topic.name}: {self.topic.type_name} has no header")
+        stamps = [message.header.stamp for message in self.messages]
+        return np.array([stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps])
+
+    @cached_property
+    def fields(self) -> Mapping[str, Array]:
+        """Numeric fields by (dotted) name: shape (n,), or (n, k) for arrays of k numbers.
+
+        Where arrays differ in length, the shorter ones end in NaN. Texts, lists of messages and
+        the header are left out.
+        """
+        if not self.messages:
+            return {}
+        names = _numeric_fields(self.messages[0])
+        return {name: _column(self.messages, name) for name in names}
+
+    def restarts(self) -> list[int]:
+        """Return the places where log time goes backwards, as a reset of the plant makes it."""
+        return [int(place) + 1 for place in np.flatnonzero(np.diff(self.log_time) < 0)]
+
+
+class Bag(Mapping[str, Recording]):
+    """What a bag holds, by topic; ``complete`` unless its recording was killed."""
+
+    def __init__(self, path: Path, recordings: Mapping[str, Recording], complete: bool) -> None:
+        self.path = path
+        self.complete = complete
+        self._recordings = recordings
+
+    @property
+    def topics(self) -> list[str]:
+        """Names of the recorded topics."""
+        return list(self._recordings)
+
+    def __getitem__(self, topic: str) -> Recording:
+        if topic not in self._recordings:
+            there = ", ".join(self._recordings) or "no topics"
+            raise BagError(f"{self.path}: {topic} was not recorded; the bag holds {there}")
+        return self._recordings[topic]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._recordings)
+
+    def __len__(self) -> int:
+        return len(self._recordings)
+
+
+def read_bag(path: str | Path, recover: bool = False) -> Bag:
+    """Read the bag in folder ``path`` (or a single storage file).
+
+    With ``recover``, a bag whose recording was killed is read as far as it goes. Raises
+    :class:`BagError` for one that is missing, cut, damaged, or in a storage other than MCAP.
+    """
+    topics: dict[str, BagTopic] = {}
+    messages: dict[str, list[McapMessage]] = {}
+    complete = True
+    for file in storage_files(Path(path)):
+        reader = McapReader(file)
+        by_channel: dict[int, list[McapMessage]] = {}
+        try:
+            for message in reader.messages():
+                by_channel.setdefault(message.channel, []).append(message)
+        except (McapError, OSError) as error:
+            raise BagError(f"{file}: {error}") from error
+        complete = complete and reader.complete
+        index = reader.index
+        for number, channel in index.channels.items():
+            topic = recorded_topic(channel, index.schemas[channel.schema_id])
+            topics.setdefault(topic.name, topic)
+            messages.setdefault(topic.name, []).extend(by_channel.get(number, ()))
+    if not (complete or recover):
+        count = sum(map(len, messages.values()))
+        raise BagError(
+            f"{path}: was never closed, its recording was killed; {count} messages can be "
+            "recovered (recover_bag, or ros2 bag reindex)"
+        )
+    recordings = {name: _recording(topic, messages[name]) for name, topic in topics.items()}
+    return Bag(Path(path), recordings, complete)
+
+
+def _recording(topic: BagTopic, messages: Sequence[McapMessage]) -> Recording:
+    return Recording(
+        topic,
+        np.array([message.log_time for message in messages], dtype=np.int64),
+        np.array([message.publish_time for message in messages], dtype=np.int64),
+        [message.data for message in messages],
+    )
+
+
+def _numeric_fields(message: Any, prefix: str = "") -> Iterator[str]:
+    for name in message.get_fields_and_field_types():
+        value = getattr(message, name)
+        if hasattr(value, "get_fields_and_field_types"):
+            if name != "header":
+                yield from _numeric_fields(value, f"{prefix}{name}.")
+        elif isinstance(value, bool | int | float) or _is_numbers(value):
+            yield f"{prefix}{name}"
+
+
+def _is_numbers(value: object) -> bool:
+    # Sequences of numbers are array.array (variable length) or numpy arrays (fixed length).
+    return hasattr(value, "tolist")
+
+
+def _column(messages: Sequence[Any], name: str) -> Array:
+    values = [_value(message, name) for message in messages]
+    if not _is_numbers(values[0]):
+        return np.array(values)
+    longest = max(map(len, values))
+    if all(len(value) == longest for value in values):
+        return np.array(values)
+    column = np.full((len(values), longest), np.nan)
+    for row, value in zip(column, values, strict=True):
+        row[: len(value)] = value
+    return column
+
+
+def _value(message: Any, name: str) -> Any:
+    for part in name.split("."):
+        message = getattr(message, part)
+    return message

@@ -1,0 +1,182 @@
+"""Write a rosbag2 bag in MCAP storage, without rosbag2."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import TracebackType
+
+import yaml
+from mcap.records import Channel, Schema
+
+from rodless_lab.bag_metadata import (
+    BagError,
+    BagTopic,
+    FileContents,
+    information_text,
+    storage_files,
+    write_metadata,
+)
+from rodless_lab.mcap_index import McapIndex
+from rodless_lab.mcap_reader import McapError, McapReader
+from rodless_lab.mcap_writer import McapWriter
+from rodless_lab.message_definition import message_definition
+
+# Where rosbag2 looks in the storage file for its own description of the bag.
+_METADATA_RECORD = "rosbag2"
+
+
+class BagWriter:
+    """A bag under construction at ``path``, a folder that must not exist yet.
+
+    What a crash leaves is what :meth:`flush` has handed over; :func:`recover_bag` makes a bag of
+    it. ``metadata.yaml`` is written by :meth:`close`: a bag without it was never closed.
+    ``failure`` is why the bag cannot be written any more, if so.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Create the folder; raises :class:`BagError`."""
+        self.path = Path(path)
+        self._channels: dict[str, int] = {}
+        self.failure: BagError | None = None
+        file = f"{self.path.resolve().name}_0.mcap"
+        try:
+            self.path.mkdir(parents=True)
+            self._file = McapWriter(self.path / file)
+            self._file.add_metadata(*_description([_contents(file, self._file.index)]))
+        except FileExistsError as error:
+            raise BagError(f"{path}: exists already; a bag is never written over") from error
+        except OSError as error:
+            raise BagError(f"{path}: cannot be written: {error.strerror}") from error
+
+    def add_topic(self, topic: BagTopic) -> None:
+        """Announce a topic, with the definition of its type as installed here."""
+        definition = message_definition(topic.type_name)
+        self._channels[topic.name] = self._file.add_channel(
+            topic.name,
+            topic.type_name,
+            definition.encoding,
+            definition.text,
+            {
+                "offered_qos_profiles": topic.qos_text,
+                "topic_type_hash": topic.type_hash or definition.type_hash,
+            },
+        )
+
+    def write(
+        self, topic: str, data: bytes, log_time: int, publish_time: int, sequence: int = 0
+    ) -> None:
+        """Add a message in CDR, times in ns; raises :class:`BagError` when the disk is full."""
+        with self._stopping():
+            self._file.add_message(self._channels[topic], log_time, publish_time, data, sequence)
+
+    def flush(self) -> None:
+        """Put all messages so far out of a crash's reach; raises :class:`BagError`."""
+        with self._stopping():
+            self._file.flush()
+
+    @contextmanager
+    def _stopping(self) -> Iterator[None]:
+        """Turn a failure to write into the end of writing."""
+        if self.failure is not None:
+            raise self.failure
+        try:
+            yield
+        except OSError as error:
+            self.failure = BagError(f"{self.path}: cannot be written any more: {error.strerror}")
+            raise self.failure from error
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Messages in the bag by topic: those flushed so far, or after ``close`` all."""
+        return _contents(self._file.name, self._file.index).counts
+
+    def close(self) -> None:
+        """End the bag so that it opens, if need be at the cost of its last messages.
+
+        ``failure`` says afterwards whether the bag is whole.
+        """
+        with suppress(BagError):
+            self.flush()
+        with self._file:
+            try:
+                _finish(self.path, self._file)
+            except BagError as error:
+                self.failure = error
+
+    def __enter__(self) -> "BagWriter":
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def recover_bag(path: str | Path) -> int:
+    """End a bag whose recording was killed, in place, so that it opens again.
+
+    Only the cut end of its files is thrown away. Returns the number of messages in the bag;
+    raises :class:`BagError`. A bag that was closed stays as it is.
+    """
+    bag = Path(path)
+    before: list[FileContents] = []
+    files = storage_files(bag)
+    for file in files:
+        reader = McapReader(file)
+        try:
+            for _ in reader.messages():
+                pass
+        except (McapError, OSError) as error:
+            raise BagError(f"{file}: {error}") from error
+        if not reader.complete:
+            with McapWriter.resume(file, reader.index) as writer:
+                _finish(bag, writer, before)
+        before.append(_contents(file.name, reader.index))
+    write_metadata(bag, before)
+    return sum(sum(contents.counts.values()) for contents in before)
+
+
+def _finish(bag: Path, writer: McapWriter, before: Iterable[FileContents] = ()) -> None:
+    """Write the end of the storage file and ``metadata.yaml``, dropping messages to make room."""
+    while True:
+        files = [*before, _contents(writer.name, writer.index)]
+        try:
+            writer.finish(*_description(files))
+            write_metadata(bag, files)
+        except OSError as error:
+            if not writer.index.drop_last_stretch():
+                raise BagError(f"{bag}: no room to end the bag: {error.strerror}") from error
+        else:
+            return
+
+
+def _description(files: list[FileContents]) -> tuple[str, dict[str, str]]:
+    return _METADATA_RECORD, {"serialized_metadata": information_text(files)}
+
+
+def _contents(name: str, index: McapIndex) -> FileContents:
+    counts = index.counts
+    return FileContents(
+        name=name,
+        first_time=index.first_time,
+        last_time=index.last_time,
+        topics=[
+            recorded_topic(channel, index.schemas[channel.schema_id])
+            for channel in index.channels.values()
+        ],
+        counts={channel.topic: counts[number] for number, channel in index.channels.items()},
+    )
+
+
+def recorded_topic(channel: Channel, schema: Schema) -> BagTopic:
+    """Return the topic that a channel of a storage file stands for."""
+    qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
+    return BagTopic(
+        name=channel.topic,
+        type_name=schema.name,
+        type_hash=channel.metadata.get("topic_type_hash", ""),
+        qos=tuple(qos),
+    )

@@ -1,0 +1,99 @@
+"""The definition of a ROS message type, as a bag carries it: full text and type hash."""
+
+import importlib
+import importlib.util
+import json
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+_TYPE_NAME = re.compile(r"(\w+)/(?:msg/)?(\w+)")
+_FIELD_TYPE = re.compile(r"^[ \t]*([\w/]+)(?:\[[^\]]*\])?[ \t]+\w", re.MULTILINE)
+_PRIMITIVE = re.compile(r"bool|byte|char|w?string|float(32|64)|u?int(8|16|32|64)")
+
+
+@dataclass(frozen=True)
+class MessageDefinition:
+    """A message type: its text with every type it contains, and its hash (REP-2016)."""
+
+    type_name: str
+    encoding: str
+    text: str
+    type_hash: str
+
+
+def message_class(type_name: str) -> type[Any]:
+    """Return the Python class of a type; raises ModuleNotFoundError or AttributeError."""
+    package, *_, name = type_name.split("/")
+    found: type[Any] = getattr(importlib.import_module(f"{package}.msg"), name)
+    return found
+
+
+@cache
+def message_definition(type_name: str) -> MessageDefinition:
+    """Find the definition of e.g. ``sensor_msgs/msg/JointState`` among the installed packages.
+
+    A type without an installed ``.msg`` file gets encoding ``unknown`` and no text, one without
+    a ``.json`` file no hash: that is what rosbag2 records for them too.
+    """
+    try:
+        encoding, text = "ros2msg", _full_text(type_name, set())
+    except FileNotFoundError:
+        encoding, text = "unknown", ""
+    return MessageDefinition(type_name, encoding, text, _type_hash(type_name))
+
+
+def _full_text(type_name: str, seen: set[str]) -> str:
+    """Text of a type, followed by those of the types in it, each once, as rosbag2 joins them."""
+    own = _installed_file(type_name, ".msg").read_text(encoding="utf-8")
+    package = type_name.partition("/")[0]
+    parts = [own]
+    for contained in sorted(_contained_types(own, package)):
+        if contained not in seen:
+            seen.add(contained)
+            parts.append(f"\n{'=' * 80}\nMSG: {contained}\n{_full_text(contained, seen)}")
+    return "".join(parts)
+
+
+def _contained_types(text: str, package: str) -> set[str]:
+    names = {name for name in _FIELD_TYPE.findall(text) if not _PRIMITIVE.fullmatch(name)}
+    return {name if "/" in name else f"{package}/{name}" for name in names}
+
+
+def _type_hash(type_name: str) -> str:
+    try:
+        content = json.loads(_installed_file(type_name, ".json").read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return ""
+    hashes = {entry["type_name"]: entry["hash_string"] for entry in content["type_hashes"]}
+    return str(hashes[type_name])
+
+
+def _installed_file(type_name: str, suffix: str) -> Path:
+    match = _TYPE_NAME.fullmatch(type_name)
+    if match is None:
+        raise FileNotFoundError(f"{type_name} is no message type")
+    package, name = match.groups()
+    for share in _share_directories(package):
+        path = share / "msg" / f"{name}{suffix}"
+        if path.is_file():
+            return path
+    raise FileNotFoundError(f"no {suffix} file of {type_name} is installed")
+
+
+def _share_directories(package: str) -> Iterator[Path]:
+    """Yield where the files of ``package`` may be, the one its Python module belongs to first.
+
+    Wheels of ROS set no AMENT_PREFIX_PATH, so the module's own prefix is looked for above it.
+    """
+    module = importlib.util.find_spec(package)
+    if module is not None and module.origin is not None:
+        for parent in Path(module.origin).parents:
+            yield parent / "share" / package
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if prefix:
+            yield Path(prefix) / "share" / package

@@ -1,0 +1,200 @@
+"""A ROS node that records topics into a bag."""
+
+import time
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+from rodless_base.ros_diagnostics import steady_clock
+from rodless_lab.bag_clock import Arrival, BagClock, TimeBase, Timed, leading_time
+from rodless_lab.bag_metadata import BagError, BagTopic
+from rodless_lab.bag_qos import matching_profile, recorded_profile
+from rodless_lab.bag_writer import BagWriter
+from rodless_lab.topic_discovery import Offer, TopicDiscovery
+
+CLOCK_TOPIC = "/clock"
+
+# How often (s, wall clock) new topics are looked for and messages put out of a crash's reach.
+PERIOD = 0.1
+
+# A bag without a publisher of /clock for this long (ns, wall clock) gets wall-clock times.
+CLOCK_PATIENCE = 2_000_000_000
+
+# What rclpy tells about a message beside its content.
+Info = Mapping[str, Any]
+
+
+class Recorder:
+    """Records ``topics``, or all that are not hidden, until :meth:`close`.
+
+    It has a node rather than being one; whoever makes it spins :attr:`node`. Topics are taken up
+    as they appear, with the quality of service their publishers offer. Where somebody publishes
+    ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or with
+    ``wall_time``, they are those of the wall clock.
+    """
+
+    def __init__(
+        self,
+        writer: BagWriter,
+        topics: Collection[str] = (),
+        *,
+        wall_time: bool = False,
+        on_ready: Callable[[], None] = lambda: None,
+        on_failure: Callable[[], None] = lambda: None,
+        **node_options: object,
+    ) -> None:
+        """Start looking for topics.
+
+        ``on_ready`` is called once, when :attr:`ready` turns true, ``on_failure`` when the
+        bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
+        """
+        self.node = Node(
+            "recorder", enable_rosout=False, start_parameter_services=False, **node_options
+        )
+        self._writer = writer
+        self._wanted = {self.node.resolve_topic_name(topic) for topic in topics}
+        needed = self._wanted | {CLOCK_TOPIC} if self._wanted and not wall_time else self._wanted
+        self._discovery = TopicDiscovery(self.node, needed)
+        self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
+        self._subscriptions: dict[str, Subscription] = {}
+        self._on_ready: Callable[[], None] | None = on_ready
+        self._on_failure = on_failure
+        self.node.create_timer(PERIOD, self._turn, clock=steady_clock())
+        self._subscribe_new()
+
+    @property
+    def topics(self) -> list[str]:
+        """Topics being recorded."""
+        return [topic for topic in self._subscriptions if self._is_recorded(topic)]
+
+    @property
+    def ready(self) -> bool:
+        """Whether every wanted topic (or, without a list, some topic) is being recorded.
+
+        A publisher may learn of it a moment later: it can see by ``get_subscription_count``.
+        """
+        topics = self._wanted or self._subscriptions.keys()
+        return bool(topics) and all(self._matched(topic) for topic in topics)
+
+    def _matched(self, topic: str) -> bool:
+        subscription = self._subscriptions.get(topic)
+        if subscription is None:
+            return False
+        publishers: int = self.node.count_publishers(topic)
+        matched: int = subscription.get_publisher_count()
+        return 0 < publishers <= matched
+
+    def close(self) -> None:
+        """Record what has arrived so far and destroy the node; the bag is still to be closed.
+
+        Take the node out of its executor first.
+        """
+        now = time.time_ns()
+        for subscription in self._subscriptions.values():
+            _take_sent(subscription, now)
+        if self._clock.base is TimeBase.UNKNOWN:
+            self._clock.base = TimeBase.WALL
+        self._write(self._clock.release())
+        self.node.destroy_node()
+
+    def _turn(self) -> None:
+        self._subscribe_new()
+        if self._clock.base is TimeBase.UNKNOWN and self._clock_is_missing():
+            self._clock.base = TimeBase.WALL
+        self._write(self._clock.release())
+        with self._stopping():
+            self._writer.flush()
+        if self._on_ready is not None and self.ready:
+            self._on_ready()
+            self._on_ready = None
+
+    def _clock_is_missing(self) -> bool:
+        since = self._clock.waiting_since
+        patience_over = since is not None and time.time_ns() - since > CLOCK_PATIENCE
+        return patience_over and not self.node.count_publishers(CLOCK_TOPIC)
+
+    def _subscribe_new(self) -> None:
+        for offer in self._discovery.new_offers(self._subscriptions):
+            if self._is_recorded(offer.topic):
+                profiles = tuple(recorded_profile(profile) for profile in offer.profiles)
+                self._writer.add_topic(BagTopic(offer.topic, offer.type_name, qos=profiles))
+            self._subscriptions[offer.topic] = self.node.create_subscription(
+                offer.message_type,
+                offer.topic,
+                _with_info(self._receiver(offer)),
+                matching_profile(offer.profiles),
+                raw=True,
+            )
+
+    def _is_recorded(self, topic: str) -> bool:
+        return not self._wanted or topic in self._wanted
+
+    def _receiver(self, offer: Offer) -> Callable[[bytes, Info], None]:
+        topic = offer.topic
+        is_clock = topic == CLOCK_TOPIC
+        recorded = self._is_recorded(topic)
+        first_field = next(iter(offer.message_type.get_fields_and_field_types().values()), "")
+        has_stamp = first_field == "std_msgs/Header"
+
+        def receive(data: bytes, info: Info) -> None:
+            received = info["received_timestamp"] or time.time_ns()
+            sent = info["source_timestamp"] or received
+            if is_clock and not recorded:
+                self._write(self._clock.tell(sent, leading_time(data)))
+                return
+            arrival = Arrival(
+                topic,
+                data,
+                sent,
+                received,
+                stamp=leading_time(data) if has_stamp else None,
+                clock=leading_time(data) if is_clock else None,
+            )
+            self._write(self._clock.put(arrival))
+
+        return receive
+
+    def _write(self, messages: Iterable[Timed]) -> None:
+        with self._stopping():
+            for (topic, data, *_), log_time, publish_time in messages:
+                self._writer.write(topic, data, log_time, publish_time)
+
+    @contextmanager
+    def _stopping(self) -> Iterator[None]:
+        """Report the first failure to write; the writer refuses everything after it."""
+        failed_before = self._writer.failure is not None
+        try:
+            yield
+        except BagError:
+            if not failed_before:
+                self._on_failure()
+
+
+def _take_sent(subscription: Subscription, until: int) -> None:
+    """Hand the messages that wait in the queue and were sent ``until`` then to the callback."""
+    sent = 0
+    while sent <= until:
+        with subscription.handle:
+            taken = subscription.handle.take_message(subscription.msg_type, True)
+        if taken is None:
+            return
+        subscription.callback(*taken)
+        sent = taken[1]["source_timestamp"]
+
+
+def _with_info(receive: Callable[[bytes, Info], None]) -> Callable[..., None]:
+    """Make ``receive`` a callback with message information under every executor.
+
+    rclpy reads from its signature that it wants the information; the events executor then hands
+    both over as one pair, the others as two arguments.
+    """
+
+    @wraps(receive)
+    def callback(*arguments: Any) -> None:
+        receive(*(arguments[0] if len(arguments) == 1 else arguments))
+
+    return callback

@@ -1,0 +1,71 @@
+"""`rodless record` and `ros2 run rodless_sim recorder`: topics into a rosbag2 bag (MCAP)."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+from rclpy.utilities import remove_ros_args
+
+from rodless_base.ros_process import run_node
+from rodless_base.start import Stop
+from rodless_lab.bag_metadata import BagError
+from rodless_lab.bag_writer import BagWriter
+from rodless_lab.recorder import Recorder
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Record until ``stop``; return 1 where the bag could not be written whole."""
+    options = _parser().parse_args(remove_ros_args(["record", *arguments])[1:])
+    try:
+        return record(options.output, options.topics, options.wall_time, stop)
+    except BagError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rodless record",
+        description="Record topics into a rosbag2 bag (MCAP) until Ctrl-C.",
+        epilog="Times in the bag are plant time where a plant publishes /clock.",
+    )
+    parser.add_argument("topics", nargs="*", help="topics to record (default: all)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path(f"rosbag2_{datetime.now():%Y_%m_%d-%H_%M_%S}"),
+        help="folder to create (default: named after the time, as ros2 bag record does)",
+    )
+    parser.add_argument(
+        "--wall-time", action="store_true", help="date messages by the wall clock even so"
+    )
+    return parser
+
+
+def record(output: Path, topics: Sequence[str], wall_time: bool, stop: Stop) -> int:
+    """Record ``topics`` into a new bag at ``output``; raises :class:`BagError`."""
+    # From here on there is a bag to close, whenever the request to stop comes.
+    stop.from_now_on_wait()
+
+    def end() -> None:
+        stop.requested = True
+
+    def make() -> Recorder:
+        recorder = Recorder(
+            writer,
+            topics,
+            wall_time=wall_time,
+            on_ready=lambda: print(f"recording {', '.join(recorder.topics)}", flush=True),
+            on_failure=end,
+        )
+        return recorder
+
+    with BagWriter(output) as writer:
+        code = run_node(make, stop)
+    print(f"{sum(writer.counts.values())} messages in {output}")
+    if writer.failure is not None:
+        raise writer.failure
+    return code
