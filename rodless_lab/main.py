@@ -13,7 +13,7 @@ VERBS = {
         "rodless_lab.rig_command",
         "run plant and controller until Ctrl-C, without ros2 launch",
     ),
-    "record": ("rodless_lab.recorder_main", "record topics into a rosbag2 bag"),
+    "record": ("rodless_lab.record_command", "record topics into a rosbag2 bag"),
     "bench": ("rodless_lab.bench", "time the kernels and the nodes on this machine"),
     "docs": ("rodless_lab.docs", "write the generated pages and pictures of the docs"),
 }
