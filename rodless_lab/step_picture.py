@@ -7,8 +7,7 @@ import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
-Series = tuple[Array, Array]
+Series = tuple[npt.ArrayLike, npt.ArrayLike]
 
 
 def save_step_picture(
@@ -24,11 +23,11 @@ def save_step_picture(
     FigureCanvasAgg(figure)
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     figure.suptitle(title)
-    top.plot(reference[0], reference[1] * 1e3, "k--", linewidth=1.0, label="set-point")
-    top.plot(position[0], position[1] * 1e3, color="tab:blue", label="carriage")
+    top.plot(reference[0], np.asarray(reference[1]) * 1e3, "k--", linewidth=1.0, label="set-point")
+    top.plot(position[0], np.asarray(position[1]) * 1e3, color="tab:blue", label="carriage")
     top.set_ylabel("position / mm")
     for label, (time, values) in pressures.items():
-        middle.plot(time, values * 1e-6, label=label)
+        middle.plot(time, np.asarray(values) * 1e-6, label=label)
     middle.set_ylabel("absolute pressure / MPa")
     bottom.plot(voltage[0], voltage[1], color="tab:red", linewidth=0.8, label="valve command")
     bottom.set_ylabel("voltage / V")
