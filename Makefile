@@ -6,7 +6,8 @@ PYTHON ?= python3
 ROS_DISTRO ?= jazzy
 export ROS_DISTRO
 
-# What runs is the installed package, not the checkout around it (known to Python 3.11 and later).
+# Without it `python -m` would import the checkout around it instead of the installed package. Python
+# 3.10 does not know it: there the tests see the same code in the checkout.
 export PYTHONSAFEPATH = 1
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -42,15 +43,15 @@ demo: installed
 # The coverage data has a folder of its own, so that two runs at once do not mix theirs.
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
-	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/pytest --cov --cov-report=term:skip-covered
+	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/python -m pytest --cov --cov-report=term:skip-covered
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench
 
 lint: test-tools
-	$(VENV)/bin/ruff check .
-	$(VENV)/bin/ruff format --check .
-	$(VENV)/bin/mypy
+	$(VENV)/bin/python -m ruff check .
+	$(VENV)/bin/python -m ruff format --check .
+	$(VENV)/bin/python -m mypy
 
 clean:
 	rm -rf .venv .venv-* build *.egg-info .mypy_cache .pytest_cache .ruff_cache
