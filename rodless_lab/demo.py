@@ -130,6 +130,7 @@ class Move:
         self._wait(everybody_listens, START_PATIENCE, "the controller did not start")
         start = self._time
         self._wait(lambda: self._time > start + LEAD, RUN_PATIENCE, "the plant stands still")
+        print(f"moving to {TARGET * 1e3:g} mm", flush=True)
         self._setpoint.publish(Float64(data=TARGET))
         end = self._time + RUN
         self._wait(
