@@ -30,6 +30,7 @@ TEST_REQUIREMENTS = [
     "ruff==0.17.*",
     "mypy==2.4.*",
     "types-PyYAML",
+    "types-psutil",
     "scipy-stubs",
 ]
 
