@@ -149,3 +149,24 @@ def advance(plant: Plant, voltage: float, state: Motion, steps: int, step: float
     for _ in range(steps):
         state = inner_step(plant, edges, state, step)
     return state
+
+
+@kernel
+def chamber_flows(plant: Plant, voltage: float, state: Motion) -> tuple[float, float]:
+    """Mass flows into chambers A and B in kg/s at ``voltage`` (V)."""
+    edges = lands(plant.air, plant.valve, voltage)
+    supply, ambient = plant.supply_pressure, plant.ambient_pressure
+    return (
+        flow_into_a(plant.air, edges, supply, state.pressure_a, ambient),
+        flow_into_b(plant.air, edges, supply, state.pressure_b, ambient),
+    )
+
+
+@kernel
+def held(
+    plant: Plant, voltage: float, state: Motion, steps: int, step: float
+) -> tuple[Motion, float, float]:
+    """:func:`advance`, with the chamber flows at the end."""
+    state = advance(plant, voltage, state, steps, step)
+    flow_a, flow_b = chamber_flows(plant, voltage, state)
+    return state, flow_a, flow_b

@@ -26,7 +26,7 @@ from rodless_sim import plant_messages as messages
 from rodless_sim.command import CommandInput
 from rodless_sim.pacing import Pacer
 from rodless_sim.parameters import RigParameters
-from rodless_sim.rig import Rig
+from rodless_sim.rig import Rig, State
 from rodless_sim.timing import nanoseconds
 
 
@@ -93,9 +93,8 @@ class PlantNode:
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self._lock:
-            self._rig.reset()
             self._command.reset()
-            self._publish_sample()
+            self._publish(self._rig.reset())
         response.success = True
         return response
 
@@ -115,7 +114,7 @@ class PlantNode:
 
     def _run(self) -> None:
         with self._lock:
-            self._publish_sample()
+            self._publish(self._rig.state)
         wall_period = self._period / self._parameters.values.number("time.speed")
         self._pacer = Pacer(nanoseconds(wall_period))
         while self._pacer.wait(self._closing.is_set):
@@ -125,11 +124,11 @@ class PlantNode:
     def _step(self) -> None:
         # Published under the lock, so that a reset cannot overtake the sample before it.
         with self._lock:
-            self._rig.advance(self._command.voltage(self._rig.nanoseconds), self._period)
-            self._publish_sample()
+            voltage = self._command.voltage(self._rig.nanoseconds)
+            self._publish(self._rig.advance(voltage, self._period))
 
-    def _publish_sample(self) -> None:
-        time, state = self._rig.nanoseconds, self._rig.state
+    def _publish(self, state: State) -> None:
+        time = self._rig.nanoseconds
         supply = self._rig.parameters.number("supply.pressure")
         if self._clock is not None:
             self._clock.publish(messages.clock(time))

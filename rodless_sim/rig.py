@@ -1,23 +1,22 @@
 """The rig: the plant at one instant, advanced by holding a voltage for a while."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_sim.motion import Motion, Plant, advance
+from rodless_sim.motion import Motion, Plant, held
 from rodless_sim.parameters import RigParameters
 from rodless_sim.plant import plant_constants
 from rodless_sim.ports import supply_flow
 from rodless_sim.settled import settled_pressures
 from rodless_sim.timing import inner_steps, nanoseconds
-from rodless_sim.trace import COLUMNS, Trace, record, run_open_loop, trace
+from rodless_sim.trace import Trace, run_open_loop, trace
 from rodless_sim.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, lands
 
 
-@dataclass(frozen=True)
-class State:
+class State(NamedTuple):
     """The rig at one instant: s, m, m/s, Pa absolute, V, N, kg/s.
 
     ``voltage`` is the command the valve holds; ``force`` is the pneumatic force A·(P_a − P_b);
@@ -47,7 +46,8 @@ class Rig:
 
     def __init__(self, parameters: RigParameters | None = None) -> None:
         """Build the rig of ``parameters`` (default: all defaults, the ``paper`` preset)."""
-        self._configure(parameters or RigParameters())
+        self._parameters = parameters or RigParameters()
+        self._plant = plant_constants(self._parameters)
         self.reset()
 
     @property
@@ -57,11 +57,13 @@ class Rig:
 
     def configure(self, parameters: RigParameters) -> None:
         """Change the parameters; the carriage and the air in the chambers stay as they are."""
-        self._configure(parameters)
-
-    def _configure(self, parameters: RigParameters) -> None:
         self._parameters = parameters
         self._plant = plant_constants(parameters)
+        self._hold(self._voltage, self._motion, 0, 0.0)
+
+    def _hold(self, voltage: float, motion: Motion, steps: int, step: float) -> None:
+        self._voltage = voltage
+        self._motion, self._flow_a, self._flow_b = held(self._plant, voltage, motion, steps, step)
 
     def reset(self, position: float | None = None) -> State:
         """Put the carriage at rest at ``position`` (m; default ``cylinder.initial_position``).
@@ -74,9 +76,8 @@ class Rig:
         if not 0.0 <= position <= self._plant.cylinder.stroke:
             raise ValueError(f"position {position!r} m refused: outside the stroke")
         self._nanoseconds = 0
-        self._voltage = self._plant.valve.closed_voltage
-        pressure_a, pressure_b = settled_pressures(self._plant, self._voltage)
-        self._motion = Motion(position, 0.0, pressure_a, pressure_b)
+        closed = self._plant.valve.closed_voltage
+        self._hold(closed, Motion(position, 0.0, *settled_pressures(self._plant, closed)), 0, 0.0)
         return self.state
 
     def advance(self, voltage: float, duration: float) -> State:
@@ -88,9 +89,8 @@ class Rig:
         applied = applied_voltage(voltage)
         span = nanoseconds(duration)
         steps, step = inner_steps(span, self._parameters.number("time.inner_step"))
-        self._motion = advance(self._plant, applied, self._motion, steps, step)
+        self._hold(applied, self._motion, steps, step)
         self._nanoseconds += span
-        self._voltage = applied
         return self.state
 
     @property
@@ -122,8 +122,6 @@ class Rig:
     @property
     def state(self) -> State:
         """The rig now."""
-        row = np.empty(len(COLUMNS))
-        record(self._plant, self._voltage, self._motion, row)
         motion = self._motion
         return State(
             time=self._nanoseconds * 1e-9,
@@ -133,8 +131,8 @@ class Rig:
             pressure_b=motion.pressure_b,
             voltage=self._voltage,
             force=self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b),
-            mass_flow_a=float(row[4]),
-            mass_flow_b=float(row[5]),
+            mass_flow_a=self._flow_a,
+            mass_flow_b=self._flow_b,
         )
 
 

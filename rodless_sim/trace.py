@@ -6,9 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.compiled import kernel
-from rodless_sim.motion import Motion, Plant, advance
-from rodless_sim.ports import flow_into_a, flow_into_b
-from rodless_sim.valve import lands
+from rodless_sim.motion import Motion, Plant, advance, chamber_flows
 
 Array = npt.NDArray[np.float64]
 
@@ -39,14 +37,11 @@ COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "mass_flow_a", "m
 @kernel
 def record(plant: Plant, voltage: float, state: Motion, row: Array) -> None:
     """Write one sample into ``row``, shape (6,): see ``COLUMNS``."""
-    edges = lands(plant.air, plant.valve, voltage)
-    supply, ambient = plant.supply_pressure, plant.ambient_pressure
     row[0] = state.position
     row[1] = state.velocity
     row[2] = state.pressure_a
     row[3] = state.pressure_b
-    row[4] = flow_into_a(plant.air, edges, supply, state.pressure_a, ambient)
-    row[5] = flow_into_b(plant.air, edges, supply, state.pressure_b, ambient)
+    row[4], row[5] = chamber_flows(plant, voltage, state)
 
 
 @kernel
