@@ -1,0 +1,221 @@
+"""Parameters: checked alone and together, immutable, read from presets and files."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from rodless_sim import ParameterError, RigParameters
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("cylinder.moving_mass", 0.0),
+        ("cylinder.moving_mass", -1.0),
+        ("friction.forward.coulomb", -1.0),
+        ("friction.reverse.static", -36.0),
+        ("friction.forward.viscous", -4500.0),
+        ("friction.reverse.stribeck_velocity", -3.6e-3),
+        ("valve.gap_height", -1e-6),
+        ("supply.temperature", 24.0),
+        ("cylinder.bore", 25.0),
+        ("time.inner_step", 0.0),
+    ],
+)
+def test_a_value_out_of_range_is_refused_by_name(name: str, value: float) -> None:
+    """Zero or negative mass, negative friction, degrees Celsius, millimetres: refused, named."""
+    with pytest.raises(ParameterError, match=name):
+        RigParameters({name: value})
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["supply.pressure", "friction.forward.static", "end_stop.damping"])
+def test_a_number_that_is_not_finite_is_refused(name: str, value: float) -> None:
+    """No parameter takes NaN or an infinity."""
+    with pytest.raises(ParameterError, match=name):
+        RigParameters({name: value})
+
+
+def test_not_a_number_inside_a_list_is_refused() -> None:
+    """One NaN among the nine coefficients of eq. (5) refuses the list."""
+    good = RigParameters().numbers("valve.area_coefficients")
+    with pytest.raises(ParameterError, match=r"valve\.area_coefficients"):
+        RigParameters({"valve.area_coefficients": (*good[:8], math.nan)})
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("supply.pressure", "0.6e6"),
+        ("supply.pressure", True),
+        ("supply.pressure", None),
+        ("supply.pressure", [6e5]),
+        ("cylinder.locked", 1),
+        ("cylinder.locked", "yes"),
+        ("valve.assembly", "reconciledd"),
+        ("friction.form", 1),
+        ("valve.area_coefficients", 2.108),
+        ("valve.area_coefficients", (2.108, 0.2636)),
+        ("valve.flow_coefficients", "1.132"),
+    ],
+)
+def test_a_value_of_the_wrong_type_is_refused(name: str, value: object) -> None:
+    """Texts for numbers, numbers for truth values, wrong choices and lengths are refused, named."""
+    with pytest.raises(ParameterError, match=name):
+        RigParameters({name: value})
+
+
+def test_an_integer_is_accepted_for_a_real() -> None:
+    """600000 means 600000.0, alone and inside a list, and is kept as a float."""
+    parameters = RigParameters(
+        {"supply.pressure": 600000, "valve.flow_coefficients": [1] + [0] * 5}
+    )
+    assert parameters["supply.pressure"] == 600000.0
+    assert isinstance(parameters["supply.pressure"], float)
+    assert parameters.numbers("valve.flow_coefficients") == (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"supply.pressure": 101324.0}, "supply.pressure"),
+        ({"friction.forward.static": 11.9}, "friction.forward.static"),
+        ({"friction.reverse.coulomb": 36.1}, "friction.reverse.static"),
+        ({"valve.sleeve_diameter": 5.9e-3}, "valve.sleeve_diameter"),
+        ({"air.isentropic_index": 1.3}, "air.critical_ratio"),
+        ({"cylinder.initial_position": 0.201}, "cylinder.initial_position"),
+        ({"cylinder.moving_mass": 0.05}, "friction"),
+        ({"end_stop.stiffness": 1e7, "time.inner_step": 1e-4}, "time.inner_step"),
+    ],
+)
+def test_values_that_contradict_each_other_are_refused(
+    changes: dict[str, object], named: str
+) -> None:
+    """Supply below ambient, F_s below F_c, a sleeve inside its spool, too long a step: refused."""
+    with pytest.raises(ParameterError, match=named):
+        RigParameters(changes)
+
+
+def test_a_pair_that_is_sound_together_is_accepted_together() -> None:
+    """Raising F_c past the old F_s is fine when F_s rises with it: a change counts as a whole."""
+    changed = RigParameters().with_values(
+        {"friction.forward.coulomb": 40.0, "friction.forward.static": 50.0}
+    )
+    assert changed.number("friction.forward.coulomb") == 40.0
+
+
+def test_an_unknown_name_is_refused_with_the_nearest_known_one() -> None:
+    """``supply.presure`` is no parameter; the message offers ``supply.pressure``."""
+    with pytest.raises(ParameterError, match=r"supply\.presure.*did you mean supply\.pressure\?"):
+        RigParameters({"supply.presure": 6e5})
+
+
+def test_a_refused_change_changes_nothing() -> None:
+    """With one bad value among good ones with_values raises and the original stays as it was."""
+    parameters = RigParameters()
+    before = dict(parameters)
+    with pytest.raises(ParameterError, match=r"cylinder\.moving_mass"):
+        parameters.with_values({"supply.pressure": 7e5, "cylinder.moving_mass": -1.0})
+    assert dict(parameters) == before
+
+
+def test_with_values_leaves_the_original_alone() -> None:
+    """A change is a copy: the original keeps its value, the copy differs in that one only."""
+    parameters = RigParameters()
+    changed = parameters.with_values({"supply.pressure": 7e5})
+    assert parameters["supply.pressure"] == 621325.0
+    assert {name for name in parameters if parameters[name] != changed[name]} == {"supply.pressure"}
+
+
+def test_parameters_are_equal_by_value_and_usable_as_keys() -> None:
+    """Equal values are equal objects with equal hashes; one different value makes them differ."""
+    one, same = RigParameters({"supply.pressure": 7e5}), RigParameters({"supply.pressure": 700000})
+    other = RigParameters({"supply.pressure": 7.1e5})
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != other
+    assert {one: "rig"}[same] == "rig"
+
+
+def test_parameters_cannot_be_changed_in_place() -> None:
+    """Neither assignment nor deletion by name works, and a list given stays the caller's own."""
+    coefficients = [1.132, 0.0, 0.0, 0.0, 0.0, 0.0]
+    parameters = RigParameters({"valve.flow_coefficients": coefficients})
+    with pytest.raises(TypeError):
+        parameters["supply.pressure"] = 7e5  # type: ignore[index]
+    with pytest.raises(TypeError):
+        del parameters["supply.pressure"]  # type: ignore[attr-defined]
+    coefficients[0] = 2.0
+    assert parameters.numbers("valve.flow_coefficients")[0] == 1.132
+
+
+def test_defaults_are_the_paper_preset() -> None:
+    """The rig without a file is the paper's rig; the calibrated one slides more easily."""
+    assert RigParameters.preset("paper") == RigParameters()
+    assert RigParameters.preset("calibrated")["friction.form"] == "saturating"
+
+
+def test_defaults_are_those_of_table_2_and_the_data_sheets() -> None:
+    """Friction magnitudes of Table 2, the cylinder's bore and stroke, supply in absolute Pa."""
+    parameters = RigParameters()
+    names = ("static", "coulomb", "stribeck_velocity", "viscous")
+    forward = [parameters[f"friction.forward.{name}"] for name in names]
+    reverse = [parameters[f"friction.reverse.{name}"] for name in names]
+    assert forward == [29.0, 12.0, 1.3e-3, 4500.0]
+    assert reverse == [36.0, 12.5, 3.6e-3, 4800.0]
+    assert parameters["cylinder.bore"] == 0.025
+    assert parameters["cylinder.stroke"] == 0.2
+    assert parameters["supply.pressure"] == 520e3 + 101325.0
+
+
+def test_an_unknown_preset_is_refused_with_the_known_ones() -> None:
+    """``papper`` is no preset; the message lists ``calibrated`` and ``paper``."""
+    with pytest.raises(ParameterError, match=r"papper.*calibrated, paper"):
+        RigParameters.preset("papper")
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_file_gives_its_values_to_the_plant(tmp_path: Path) -> None:
+    """Dotted and nested names mean the same; other nodes' sections are none of the plant's."""
+    path = write(
+        tmp_path / "rig.yaml",
+        "/**/plant:\n  ros__parameters:\n    supply.pressure: 600000\n"
+        "    friction:\n      forward:\n        static: 20.0\n"
+        "/**/controller:\n  ros__parameters:\n    controller.kp: 1.0\n",
+    )
+    parameters = RigParameters.from_file(path)
+    assert parameters["supply.pressure"] == 600000.0
+    assert parameters["friction.forward.static"] == 20.0
+    assert parameters["friction.reverse.static"] == 36.0
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("supply.presure: 600000.0", "did you mean supply.pressure"),
+        ("supply.pressure: .nan", "supply.pressure"),
+        ("supply.pressure: 600 kPa", "supply.pressure"),
+        ("supply.pressure: 90000.0", "atmosphere.pressure"),
+    ],
+)
+def test_a_file_with_a_mistake_is_refused_with_its_path(
+    tmp_path: Path, line: str, message: str
+) -> None:
+    """A misspelt name, NaN, a unit or a bad combination in a file raises and names the file."""
+    path = write(tmp_path / "typo.yaml", f"/**/plant:\n  ros__parameters:\n    {line}\n")
+    with pytest.raises(ParameterError, match=message) as caught:
+        RigParameters.from_file(path)
+    assert "typo.yaml" in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "a: [1\n", "plant:\n  parameters:\n    x: 1\n"])
+def test_a_file_that_is_no_parameter_file_is_refused(tmp_path: Path, text: str) -> None:
+    """Empty, a list, broken YAML, no ros__parameters: refused with the file's name."""
+    path = write(tmp_path / "broken.yaml", text)
+    with pytest.raises(ParameterError, match=r"broken\.yaml"):
+        RigParameters.from_file(path)

@@ -1,0 +1,167 @@
+"""The rig as its users drive it: advance, reset, configure, simulate."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rodless_sim import Rig, RigParameters, State, simulate
+
+VOLTAGES = np.concatenate([np.full(300, 6.0), np.full(200, 5.08), np.full(300, 3.5)])
+
+
+def driven_rig() -> Rig:
+    """A rig in full motion."""
+    rig = Rig()
+    rig.reset(0.05)
+    rig.advance(6.0, 0.3)
+    return rig
+
+
+@pytest.mark.parametrize("form", ["stribeck", "saturating"])
+def test_advancing_in_pieces_equals_one_simulation_exactly(form: str) -> None:
+    """Milliseconds through Rig.advance give the samples of simulate(), bit for bit."""
+    parameters = RigParameters({"friction.form": form})
+    trace = simulate(parameters, VOLTAGES, 1e-3, 0.05)
+    rig = Rig(parameters)
+    rig.reset(0.05)
+    pieces = [rig.advance(voltage, 1e-3) for voltage in VOLTAGES]
+    for name in ("position", "velocity", "pressure_a", "pressure_b", "force"):
+        assert [getattr(state, name) for state in pieces] == getattr(trace, name)[1:].tolist()
+    assert pieces[-1].mass_flow_a == trace.mass_flow_a[-1]
+    assert pieces[-1].mass_flow_b == trace.mass_flow_b[-1]
+    assert np.ptp(trace.position) > 5e-3
+
+
+def test_time_is_counted_without_drift() -> None:
+    """Ten thousand pieces of 0.1 ms are exactly one second."""
+    rig = Rig()
+    for _ in range(10_000):
+        rig.advance(5.08, 1e-4)
+    assert rig.nanoseconds == 1_000_000_000
+    assert rig.state.time == 1.0
+
+
+def test_reset_repeats_a_run_exactly() -> None:
+    """After a reset the same commands give the same states, whatever happened before."""
+    rig = Rig()
+    rig.reset(0.05)
+    first = [rig.advance(voltage, 1e-3) for voltage in VOLTAGES]
+    rig.reset(0.05)
+    assert [rig.advance(voltage, 1e-3) for voltage in VOLTAGES] == first
+
+
+def test_reset_puts_the_rig_at_rest_where_it_is_told() -> None:
+    """Time zero, no speed, valve closed, equal pressures; the default place is a parameter."""
+    rig = driven_rig()
+    state = rig.reset(0.12)
+    assert (state.time, state.position, state.velocity, state.voltage) == (0.0, 0.12, 0.0, 5.08)
+    assert state.pressure_a == pytest.approx(state.pressure_b, rel=1e-9)
+    assert Rig(RigParameters({"cylinder.initial_position": 0.07})).reset().position == 0.07
+
+
+@pytest.mark.parametrize("position", [-1e-6, 0.2001, math.nan, math.inf])
+def test_reset_outside_the_stroke_is_refused(position: float) -> None:
+    """A place the carriage cannot have is refused by its value, and the rig stays as it is."""
+    rig = driven_rig()
+    before = rig.state
+    with pytest.raises(ValueError, match="outside the stroke"):
+        rig.reset(position)
+    assert rig.state == before
+
+
+def test_configure_keeps_the_state() -> None:
+    """New parameters take hold without moving carriage, air or time; the next step feels them."""
+    rig = driven_rig()
+    before = rig.state
+    changed = rig.parameters.with_values({"supply.pressure": 0.7e6})
+    rig.configure(changed)
+    after = rig.state
+    assert rig.parameters == changed
+    for name in ("time", "position", "velocity", "pressure_a", "pressure_b", "voltage"):
+        assert getattr(after, name) == getattr(before, name)
+    assert after.mass_flow_a > before.mass_flow_a
+
+
+@pytest.mark.parametrize("voltage", [math.nan, math.inf, -math.inf])
+def test_a_voltage_that_is_no_number_is_refused(voltage: float) -> None:
+    """NaN and infinities raise, and carriage, air, time and the last command stay untouched."""
+    rig = driven_rig()
+    before = rig.state
+    with pytest.raises(ValueError, match="voltage"):
+        rig.advance(voltage, 1e-3)
+    assert rig.state == before
+
+
+@pytest.mark.parametrize(
+    ("voltage", "applied"), [(12.0, 10.0), (1e308, 10.0), (-3.0, 0.0), (-1e308, 0.0)]
+)
+def test_a_voltage_out_of_range_saturates(voltage: float, applied: float) -> None:
+    """The valve takes at least 0 V and at most 10 V, and the state says which it took."""
+    beyond, at_limit = driven_rig(), driven_rig()
+    assert beyond.advance(voltage, 0.05) == at_limit.advance(applied, 0.05)
+    assert beyond.state.voltage == applied
+
+
+@pytest.mark.parametrize("duration", [0.0, -1e-3, math.nan, math.inf, 1e-10])
+def test_a_duration_that_is_not_positive_is_refused(duration: float) -> None:
+    """Zero, negative, endless and sub-nanosecond durations raise and change nothing."""
+    rig = driven_rig()
+    before = rig.state
+    with pytest.raises(ValueError, match="duration"):
+        rig.advance(6.0, duration)
+    assert rig.state == before
+
+
+def test_simulate_refuses_what_advance_refuses() -> None:
+    """A NaN among the voltages, no voltages, a bad period and a bad place raise ValueError."""
+    parameters = RigParameters()
+    for voltages, period, position in (
+        ([5.0, math.nan], 1e-3, None),
+        ([], 1e-3, None),
+        ([5.0], 0.0, None),
+        ([5.0], 1e-3, 0.3),
+    ):
+        with pytest.raises(ValueError, match=r"refused|no voltages"):
+            simulate(parameters, voltages, period, position)
+
+
+def test_a_trace_has_a_sample_more_than_voltages_and_names_them_like_a_state() -> None:
+    """Sample 0 is the start, every array has n + 1 entries, voltages are those the valve took."""
+    trace = simulate(RigParameters(), [5.08, 11.0, 6.0], 1e-3, 0.1)
+    for name in State._fields:
+        assert getattr(trace, name).shape == (4,)
+    assert trace.time == pytest.approx([0.0, 1e-3, 2e-3, 3e-3])
+    assert trace.voltage.tolist() == [5.08, 10.0, 6.0, 6.0]
+    assert trace.position[0] == 0.1
+
+
+def test_force_is_area_times_pressure_difference() -> None:
+    """State and trace agree on A·(P_a - P_b) with A = 490.874 mm²."""
+    state = driven_rig().state
+    by_hand = 490.8738521e-6 * (state.pressure_a - state.pressure_b)
+    assert state.force == pytest.approx(by_hand, rel=1e-9)
+    assert state.force > 10.0
+
+
+def test_air_is_drawn_from_the_supply_and_stated_as_free_air() -> None:
+    """A settled closed valve draws 2·k(P_s² - P²): 0.72 L/min of free air at 0.52 MPa.
+
+    k = 5.4369e-17 kg/(s·Pa²), P_s² - P² = (P_s² - P_e²)/2 = 187.9e9 Pa², and 1 kg of air takes
+    287.05·293.15/101325 = 0.83049 m³: 2 · 5.4369e-17 · 187.9e9 · 0.83049 m³/s.
+    """
+    half_difference = (621325.0**2 - 101325.0**2) / 2.0
+    assert half_difference == pytest.approx(187.9e9, rel=1e-3)
+    assert Rig().free_air_flow == pytest.approx(
+        2.0 * 5.4369e-17 * half_difference * 0.83049, rel=1e-4
+    )
+
+
+def test_a_wrong_step_for_a_period_is_rounded_down_to_divide_it() -> None:
+    """With a 30 µs longest step, 1 ms is cut into 34 equal steps: the result is that of 1/34 ms."""
+    longest = RigParameters({"time.inner_step": 30e-6})
+    exact = RigParameters({"time.inner_step": 1e-3 / 34})
+    voltages = np.full(300, 6.0)
+    first, second = (simulate(p, voltages, 1e-3, 0.1) for p in (longest, exact))
+    assert np.array_equal(first.position, second.position)
+    assert np.ptp(first.position) > 1e-4

@@ -1,0 +1,51 @@
+"""The compiled plant against the same functions run as plain Python."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import json
+from rodless_sim import RigParameters
+from rodless_sim.motion import Motion, advance
+from rodless_sim.plant import plant_constants
+
+ends = []
+for assembly in ("reconciled", "printed"):
+    for form in ("stribeck", "saturating"):
+        plant = plant_constants(RigParameters({"valve.assembly": assembly, "friction.form": form}))
+        # breaks away forward, breaks away in reverse, bounces off the cap of chamber A
+        for voltage, state in (
+            (7.0, Motion(0.1, 0.0, 4.6e5, 4.1e5)),
+            (3.0, Motion(0.1, 0.0, 4.0e5, 4.6e5)),
+            (4.0, Motion(0.0005, -0.4, 3.0e5, 4.5e5)),
+        ):
+            ends.append(advance(plant, voltage, state, 500, 20e-6))
+print(json.dumps(ends))
+"""
+
+
+def run(disable: str) -> list[list[float]]:
+    """Run the program in a process of its own, compiled or not."""
+    environment = {
+        **os.environ,
+        "NUMBA_DISABLE_JIT": disable,
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+    }
+    command = [sys.executable, "-c", PROGRAM]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    result: list[list[float]] = json.loads(done.stdout)
+    return result
+
+
+def test_plain_python_gives_the_compiled_numbers() -> None:
+    """With NUMBA_DISABLE_JIT=1 every end state is the compiled one to within rounding."""
+    compiled, plain = run("0"), run("1")
+    assert len(compiled) == 12
+    for one, other in zip(compiled, plain, strict=True):
+        assert one == pytest.approx(other, rel=1e-10, abs=1e-12)
+    assert any(abs(end[0] - 0.1) > 1e-6 for end in compiled)
