@@ -52,7 +52,7 @@ class BagClock:
     last clock message sent before it. Messages from different senders overtake each other on
     the way, so an unstamped message waits until a clock message that was sent after it has come,
     or for :meth:`release`. Before the first clock message nothing can be dated, and everything
-    waits.
+    waits. Senders on several machines must agree on the wall clock.
     """
 
     def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
@@ -61,10 +61,9 @@ class BagClock:
         self._clock_sent: list[int] = []
         self._clock_time: list[int] = []
 
-    @property
-    def waiting_since(self) -> int | None:
-        """When the longest-waiting message was received (wall clock, ns)."""
-        return self._waiting[0].received if self._waiting else None
+    def waits_since(self, received: int) -> bool:
+        """Whether a message received before then (ns, wall clock) still waits."""
+        return bool(self._waiting) and self._waiting[0].received < received
 
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
@@ -75,7 +74,7 @@ class BagClock:
         self._waiting.append(arrival)
         if self.base is TimeBase.UNKNOWN and len(self._waiting) >= _WAITING:
             self.base = TimeBase.WALL
-            return self.release()
+            return self.release(arrival.received)
         return []
 
     def tell(self, sent: int, clock: int) -> list[Timed]:
@@ -92,12 +91,16 @@ class BagClock:
         self._waiting = [arrival for arrival in held if self._must_wait(arrival)]
         return [self._timed(arrival) for arrival in held if not self._must_wait(arrival)]
 
-    def release(self) -> list[Timed]:
-        """Return the waiting messages with the best time known; none while no clock is."""
+    def release(self, received_until: int) -> list[Timed]:
+        """Return the messages received until then (ns, wall clock) with the best time known.
+
+        None are returned while there is no clock.
+        """
         if self.base is TimeBase.UNKNOWN:
             return []
         held, self._waiting = self._waiting, []
-        return [self._timed(arrival) for arrival in held]
+        self._waiting = [arrival for arrival in held if arrival.received > received_until]
+        return [self._timed(arrival) for arrival in held if arrival.received <= received_until]
 
     def _must_wait(self, arrival: Arrival) -> bool:
         if self.base is TimeBase.PLANT:

@@ -4,14 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from rclpy.serialization import deserialize_message
 
 from rodless_lab.bag_metadata import BagError, BagTopic, storage_files
-from rodless_lab.bag_writer import recorded_topic
+from rodless_lab.bag_writer import recorded_topics
 from rodless_lab.mcap_reader import McapError, McapMessage, McapReader
 from rodless_lab.message_definition import message_class
 
@@ -74,8 +74,8 @@ class Recording:
         return [int(place) + 1 for place in np.flatnonzero(np.diff(self.log_time) < 0)]
 
 
-class Bag(Mapping[str, Recording]):
-    """What a bag holds, by topic; ``complete`` unless its recording was killed."""
+class Bag:
+    """Recordings by topic; ``complete`` unless the bag was never closed or is damaged."""
 
     def __init__(self, path: Path, recordings: Mapping[str, Recording], complete: bool) -> None:
         self.path = path
@@ -93,44 +93,58 @@ class Bag(Mapping[str, Recording]):
             raise BagError(f"{self.path}: {topic} was not recorded; the bag holds {there}")
         return self._recordings[topic]
 
+    def __contains__(self, topic: str) -> bool:
+        return topic in self._recordings
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._recordings)
-
-    def __len__(self) -> int:
-        return len(self._recordings)
 
 
 def read_bag(path: str | Path, recover: bool = False) -> Bag:
     """Read the bag in folder ``path`` (or a single storage file).
 
-    With ``recover``, a bag whose recording was killed is read as far as it goes. Raises
-    :class:`BagError` for one that is missing, cut, damaged, or in a storage other than MCAP.
+    With ``recover``, a bag whose recording was killed is read as far as it goes, and a damaged
+    one up to the damage. Otherwise, and for a bag that is missing or in a storage other than
+    MCAP, :class:`BagError` is raised.
     """
     topics: dict[str, BagTopic] = {}
     messages: dict[str, list[McapMessage]] = {}
-    complete = True
+    fault = ""
     for file in storage_files(Path(path)):
-        reader = McapReader(file)
-        by_channel: dict[int, list[McapMessage]] = {}
-        try:
-            for message in reader.messages():
-                by_channel.setdefault(message.channel, []).append(message)
-        except (McapError, OSError) as error:
-            raise BagError(f"{file}: {error}") from error
-        complete = complete and reader.complete
-        index = reader.index
-        for number, channel in index.channels.items():
-            topic = recorded_topic(channel, index.schemas[channel.schema_id])
+        contents = _read_file(file)
+        for topic, recorded in contents.recorded:
             topics.setdefault(topic.name, topic)
-            messages.setdefault(topic.name, []).extend(by_channel.get(number, ()))
-    if not (complete or recover):
+            messages.setdefault(topic.name, []).extend(recorded)
+        fault = fault or contents.fault
+    if fault and not recover:
         count = sum(map(len, messages.values()))
-        raise BagError(
-            f"{path}: was never closed, its recording was killed; {count} messages can be "
-            "recovered (recover_bag, or ros2 bag reindex)"
-        )
+        raise BagError(f"{path}: {fault}; {count} messages can be recovered (rodless recover)")
     recordings = {name: _recording(topic, messages[name]) for name, topic in topics.items()}
-    return Bag(Path(path), recordings, complete)
+    return Bag(Path(path), recordings, complete=not fault)
+
+
+class _FileContents(NamedTuple):
+    recorded: list[tuple[BagTopic, list[McapMessage]]]
+    fault: str
+
+
+def _read_file(file: Path) -> _FileContents:
+    reader = McapReader(file)
+    by_channel: dict[int, list[McapMessage]] = {}
+    fault = ""
+    try:
+        for message in reader.messages():
+            by_channel.setdefault(message.channel, []).append(message)
+        if not reader.complete:
+            fault = "was never closed, its recording was killed"
+    except McapError as error:
+        fault = f"{file.name} {error}"
+    except OSError as error:
+        raise BagError(f"{file}: cannot be read: {error.strerror}") from error
+    topics = recorded_topics(reader.index)
+    return _FileContents(
+        [(topic, by_channel.get(number, [])) for number, topic in topics.items()], fault
+    )
 
 
 def _recording(topic: BagTopic, messages: Sequence[McapMessage]) -> Recording:

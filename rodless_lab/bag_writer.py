@@ -6,7 +6,7 @@ from pathlib import Path
 from types import TracebackType
 
 import yaml
-from mcap.records import Channel, Schema
+from mcap.records import Channel
 
 from rodless_lab.bag_metadata import (
     BagError,
@@ -118,25 +118,33 @@ class BagWriter:
 def recover_bag(path: str | Path) -> int:
     """End a bag whose recording was killed, in place, so that it opens again.
 
-    Only the cut end of its files is thrown away. Returns the number of messages in the bag;
-    raises :class:`BagError`. A bag that was closed stays as it is.
+    Only the cut end of its files is thrown away; a bag that was closed keeps its messages.
+    Returns their number. Raises :class:`BagError`, also for a bag damaged before its end.
     """
     bag = Path(path)
-    before: list[FileContents] = []
-    files = storage_files(bag)
-    for file in files:
-        reader = McapReader(file)
-        try:
-            for _ in reader.messages():
-                pass
-        except (McapError, OSError) as error:
-            raise BagError(f"{file}: {error}") from error
+    if not bag.is_dir():
+        raise BagError(f"{path}: not the folder of a bag")
+    done: list[FileContents] = []
+    for file in storage_files(bag):
+        done.append(_ended(bag, file, done))
+    write_metadata(bag, done)
+    return sum(sum(contents.counts.values()) for contents in done)
+
+
+def _ended(bag: Path, file: Path, before: Iterable[FileContents]) -> FileContents:
+    """Return what ``file`` holds, after ending it if need be."""
+    reader = McapReader(file)
+    try:
+        for _ in reader.messages():
+            pass
         if not reader.complete:
-            with McapWriter.resume(file, reader.index) as writer:
+            with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
                 _finish(bag, writer, before)
-        before.append(_contents(file.name, reader.index))
-    write_metadata(bag, before)
-    return sum(sum(contents.counts.values()) for contents in before)
+    except McapError as error:
+        raise BagError(f"{file}: {error}") from error
+    except OSError as error:
+        raise BagError(f"{file}: {error.strerror}") from error
+    return _contents(file.name, reader.index)
 
 
 def _finish(bag: Path, writer: McapWriter, before: Iterable[FileContents] = ()) -> None:
@@ -163,20 +171,25 @@ def _contents(name: str, index: McapIndex) -> FileContents:
         name=name,
         first_time=index.first_time,
         last_time=index.last_time,
-        topics=[
-            recorded_topic(channel, index.schemas[channel.schema_id])
-            for channel in index.channels.values()
-        ],
+        topics=list(recorded_topics(index).values()),
         counts={channel.topic: counts[number] for number, channel in index.channels.items()},
     )
 
 
-def recorded_topic(channel: Channel, schema: Schema) -> BagTopic:
-    """Return the topic that a channel of a storage file stands for."""
-    qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
+def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
+    """Return the topics that a storage file names, by channel."""
+    return {number: _topic(channel, index) for number, channel in index.channels.items()}
+
+
+def _topic(channel: Channel, index: McapIndex) -> BagTopic:
+    schema = index.schemas.get(channel.schema_id)
+    try:
+        qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
+    except yaml.YAMLError:
+        qos = ()
     return BagTopic(
         name=channel.topic,
-        type_name=schema.name,
+        type_name="" if schema is None else schema.name,
         type_hash=channel.metadata.get("topic_type_hash", ""),
         qos=tuple(qos),
     )

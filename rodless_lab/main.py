@@ -14,6 +14,7 @@ VERBS = {
         "run plant and controller until Ctrl-C, without ros2 launch",
     ),
     "record": ("rodless_lab.record_command", "record topics into a rosbag2 bag"),
+    "recover": ("rodless_lab.recover_command", "end a bag whose recording was killed"),
     "bench": ("rodless_lab.bench", "time the kernels and the nodes on this machine"),
     "docs": ("rodless_lab.docs", "write the generated pages and pictures of the docs"),
 }

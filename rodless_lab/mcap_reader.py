@@ -20,7 +20,7 @@ _MESSAGE = struct.Struct("<HIQQ")
 
 
 class McapError(ValueError):
-    """The file is not MCAP, or damaged in a place that the text names."""
+    """The file is not MCAP, or is damaged where the text says."""
 
 
 class McapMessage(NamedTuple):
@@ -44,19 +44,21 @@ class McapReader:
     """A file's messages in the order they were written, and its index when they have been read.
 
     ``complete`` says that the file was ended properly; otherwise it has been cut after
-    ``index.end``, as a killed recording leaves it.
+    ``index.end``, as a killed recording leaves it. ``last_chunk`` lists log time (ns) and place
+    of each message in the last chunk, by channel.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.index = McapIndex()
         self.complete = False
+        self.last_chunk: dict[int, list[tuple[int, int]]] = {}
 
     def messages(self) -> Iterator[McapMessage]:
         """Yield every message; raises :class:`McapError` and OSError."""
         with self._path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
-                raise McapError("not an MCAP file, or one cut within its first bytes")
+                raise McapError("is not an MCAP file, or cut within its first bytes")
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
                 yield from self._messages(content)
 
@@ -68,11 +70,13 @@ class McapReader:
                 return
             try:
                 yield from self._messages_in(record)
-            except (struct.error, ValueError, EOFError, KeyError) as error:
-                raise McapError(f"damaged at byte {record.start}: {error}") from error
+            except Exception as error:  # whatever a decoder trips over
+                raise McapError(f"is damaged at byte {record.start}: {error}") from error
             self.index.end = record.end
 
     def _messages_in(self, record: _Record) -> Iterator[McapMessage]:
+        if record.opcode == 0:
+            raise McapError("a record of no kind")
         if record.opcode == Opcode.CHUNK:
             yield from self._messages_in_chunk(record)
         elif record.opcode == Opcode.MESSAGE:
@@ -92,11 +96,11 @@ class McapReader:
         chunk = Chunk.read(_stream(record.content))
         stream, length = get_chunk_data_stream(chunk, validate_crc=True)
         content = stream.read(length)
-        counts: Counter[int] = Counter()
+        entries: dict[int, list[tuple[int, int]]] = {}
         for inner in _records(content, 0):
             if inner.opcode == Opcode.MESSAGE:
                 message = _message(inner.content)
-                counts[message.channel] += 1
+                entries.setdefault(message.channel, []).append((message.log_time, inner.start))
                 yield message
             else:
                 self._add_definition(inner)
@@ -111,6 +115,8 @@ class McapReader:
             message_start_time=chunk.message_start_time,
             uncompressed_size=chunk.uncompressed_size,
         )
+        counts = Counter({channel: len(listed) for channel, listed in entries.items()})
+        self.last_chunk = entries
         self.index.stretches.append(
             Stretch(record.start, index.message_start_time, index.message_end_time, counts, index)
         )

@@ -1,6 +1,5 @@
 """Write an MCAP file so that it can be ended wherever the writing stops."""
 
-import os
 import struct
 import zlib
 from collections import Counter
@@ -27,6 +26,9 @@ CHUNK_SIZE = 64 * 1024
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED = _MESSAGE.size - 9
 
+# Log time (ns) and place in its chunk of each message, by channel.
+Entries = dict[int, list[tuple[int, int]]]
+
 
 class McapWriter:
     """An MCAP file of the profile ``ros2`` under construction.
@@ -42,10 +44,20 @@ class McapWriter:
         self._append(MAGIC + encoded([Header(profile="ros2", library="rodless_lab")]))
 
     @classmethod
-    def resume(cls, path: Path, index: McapIndex) -> "McapWriter":
-        """Go on behind what ``index`` lists, throwing away what stands after it."""
+    def resume(cls, path: Path, index: McapIndex, last_chunk: Entries) -> "McapWriter":
+        """Go on behind what ``index`` lists, throwing away what stands after it.
+
+        ``last_chunk`` lists the messages of the last chunk, whose own index may have been cut.
+        Raises OSError.
+        """
         writer = cls.__new__(cls)
         writer._begin(path, "r+b", index)
+        chunk = index.stretches[-1].index if index.stretches else None
+        if chunk is not None and chunk.message_index_offsets.keys() != last_chunk.keys():
+            index.end = chunk.chunk_start_offset + chunk.chunk_length
+            content, chunk.message_index_offsets = _message_indexes(index.end, last_chunk)
+            chunk.message_index_length = len(content)
+            writer._append(content)
         return writer
 
     def _begin(self, path: Path, mode: str, index: McapIndex) -> None:
@@ -53,7 +65,7 @@ class McapWriter:
         self.index = index
         self._file = path.open(mode, buffering=0)
         self._chunk = bytearray()
-        self._chunk_entries: dict[int, list[tuple[int, int]]] = {}
+        self._entries: Entries = {}
 
     def add_channel(
         self, topic: str, schema_name: str, encoding: str, text: str, metadata: dict[str, str]
@@ -86,7 +98,7 @@ class McapWriter:
     ) -> None:
         """Add a message, times in ns; raises OSError when a full chunk cannot be written."""
         entry = (log_time, len(self._chunk))
-        self._chunk_entries.setdefault(channel, []).append(entry)
+        self._entries.setdefault(channel, []).append(entry)
         length = _MESSAGE_FIXED + len(data)
         self._chunk += _MESSAGE.pack(
             Opcode.MESSAGE, length, channel, sequence, log_time, publish_time
@@ -101,9 +113,9 @@ class McapWriter:
         Raises OSError when that fails; the messages since the last flush are lost then, and
         the file ends as it did before.
         """
-        if not self._chunk_entries:
+        if not self._entries:
             return
-        entries, self._chunk_entries = self._chunk_entries, {}
+        entries, self._entries = self._entries, {}
         content, self._chunk = bytes(self._chunk), bytearray()
         times = [time for listed in entries.values() for time, _ in listed]
         chunk = Chunk(
@@ -116,22 +128,18 @@ class McapWriter:
         )
         self._append_chunk(chunk, entries)
 
-    def _append_chunk(self, chunk: Chunk, entries: dict[int, list[tuple[int, int]]]) -> None:
+    def _append_chunk(self, chunk: Chunk, entries: Entries) -> None:
         start = self.index.end
         content = encoded([chunk])
-        length = len(content)
-        offsets = {}
-        for channel, listed in entries.items():
-            offsets[channel] = start + len(content)
-            content += encoded([MessageIndex(channel_id=channel, records=listed)])
-        self._append(content)
+        indexes, offsets = _message_indexes(start + len(content), entries)
+        self._append(content + indexes)
         index = ChunkIndex(
-            chunk_length=length,
+            chunk_length=len(content),
             chunk_start_offset=start,
             compression="",
             compressed_size=len(chunk.data),
             message_end_time=chunk.message_end_time,
-            message_index_length=len(content) - length,
+            message_index_length=len(indexes),
             message_index_offsets=offsets,
             message_start_time=chunk.message_start_time,
             uncompressed_size=chunk.uncompressed_size,
@@ -156,7 +164,6 @@ class McapWriter:
         self._append(record + self.index.tail(end + len(record), place))
         # Should it have to be repeated, it goes to the same place, behind the messages.
         self.index.end = end
-        os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Close the file as it is."""
@@ -185,3 +192,12 @@ class McapWriter:
             self._file.truncate(self.index.end)
             raise
         self.index.end += len(data)
+
+
+def _message_indexes(start: int, entries: Entries) -> tuple[bytes, dict[int, int]]:
+    """Return the message indexes that stand from offset ``start``, and their offsets."""
+    content, offsets = b"", {}
+    for channel, listed in entries.items():
+        offsets[channel] = start + len(content)
+        content += encoded([MessageIndex(channel_id=channel, records=listed)])
+    return content, offsets

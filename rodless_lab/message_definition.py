@@ -70,7 +70,7 @@ def _type_hash(type_name: str) -> str:
     except FileNotFoundError:
         return ""
     hashes = {entry["type_name"]: entry["hash_string"] for entry in content["type_hashes"]}
-    return str(hashes[type_name])
+    return str(hashes.get(type_name, ""))
 
 
 def _installed_file(type_name: str, suffix: str) -> Path:

@@ -2,11 +2,13 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.utilities import remove_ros_args
+from rclpy.validate_topic_name import validate_topic_name
 
 from rodless_base.ros_process import run_node
 from rodless_base.start import Stop
@@ -31,7 +33,9 @@ def _parser() -> argparse.ArgumentParser:
         description="Record topics into a rosbag2 bag (MCAP) until Ctrl-C.",
         epilog="Times in the bag are plant time where a plant publishes /clock.",
     )
-    parser.add_argument("topics", nargs="*", help="topics to record (default: all)")
+    parser.add_argument(
+        "topics", nargs="*", type=_topic_name, help="topics to record (default: all)"
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -45,6 +49,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _topic_name(text: str) -> str:
+    try:
+        validate_topic_name(text)
+    except InvalidTopicNameException as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no topic name: {error}") from error
+    return text
+
+
 def record(output: Path, topics: Sequence[str], wall_time: bool, stop: Stop) -> int:
     """Record ``topics`` into a new bag at ``output``; raises :class:`BagError`."""
     # From here on there is a bag to close, whenever the request to stop comes.
@@ -52,6 +64,8 @@ def record(output: Path, topics: Sequence[str], wall_time: bool, stop: Stop) -> 
 
     def end() -> None:
         stop.requested = True
+
+    recorders: list[Recorder] = []
 
     def make() -> Recorder:
         recorder = Recorder(
@@ -61,11 +75,18 @@ def record(output: Path, topics: Sequence[str], wall_time: bool, stop: Stop) -> 
             on_ready=lambda: print(f"recording {', '.join(recorder.topics)}", flush=True),
             on_failure=end,
         )
+        recorders.append(recorder)
         return recorder
 
     with BagWriter(output) as writer:
         code = run_node(make, stop)
-    print(f"{sum(writer.counts.values())} messages in {output}")
+    _report(writer, recorders[0].lost)
     if writer.failure is not None:
         raise writer.failure
     return code
+
+
+def _report(writer: BagWriter, lost: Mapping[str, int]) -> None:
+    print(f"{sum(writer.counts.values())} messages in {writer.path}")
+    for topic, count in lost.items():
+        print(f"{topic}: {count} messages lost on the way", file=sys.stderr)

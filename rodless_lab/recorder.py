@@ -1,6 +1,7 @@
 """A ROS node that records topics into a bag."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
@@ -24,6 +25,9 @@ PERIOD = 0.1
 # A bag without a publisher of /clock for this long (ns, wall clock) gets wall-clock times.
 CLOCK_PATIENCE = 2_000_000_000
 
+# How much later (ns, wall clock) than a message the clock message sent before it may come.
+CLOCK_DELAY = 1_000_000_000
+
 # What rclpy tells about a message beside its content.
 Info = Mapping[str, Any]
 
@@ -34,7 +38,8 @@ class Recorder:
     It has a node rather than being one; whoever makes it spins :attr:`node`. Topics are taken up
     as they appear, with the quality of service their publishers offer. Where somebody publishes
     ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or with
-    ``wall_time``, they are those of the wall clock.
+    ``wall_time``, they are those of the wall clock. :attr:`lost` counts, by topic, messages that
+    a publisher sent between two recorded ones and that never came.
     """
 
     def __init__(
@@ -61,6 +66,8 @@ class Recorder:
         self._discovery = TopicDiscovery(self.node, needed)
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
+        self._sequences: dict[str, int] = {}
+        self.lost: Counter[str] = Counter()
         self._on_ready: Callable[[], None] | None = on_ready
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._turn, clock=steady_clock())
@@ -98,14 +105,14 @@ class Recorder:
             _take_sent(subscription, now)
         if self._clock.base is TimeBase.UNKNOWN:
             self._clock.base = TimeBase.WALL
-        self._write(self._clock.release())
+        self._write(self._clock.release(time.time_ns()))
         self.node.destroy_node()
 
     def _turn(self) -> None:
         self._subscribe_new()
         if self._clock.base is TimeBase.UNKNOWN and self._clock_is_missing():
             self._clock.base = TimeBase.WALL
-        self._write(self._clock.release())
+        self._write(self._clock.release(time.time_ns() - CLOCK_DELAY))
         with self._stopping():
             self._writer.flush()
         if self._on_ready is not None and self.ready:
@@ -113,8 +120,7 @@ class Recorder:
             self._on_ready = None
 
     def _clock_is_missing(self) -> bool:
-        since = self._clock.waiting_since
-        patience_over = since is not None and time.time_ns() - since > CLOCK_PATIENCE
+        patience_over = self._clock.waits_since(time.time_ns() - CLOCK_PATIENCE)
         return patience_over and not self.node.count_publishers(CLOCK_TOPIC)
 
     def _subscribe_new(self) -> None:
@@ -146,11 +152,14 @@ class Recorder:
             if is_clock and not recorded:
                 self._write(self._clock.tell(sent, leading_time(data)))
                 return
+            sequence = info["publication_sequence_number"] or 0
+            self._count_lost(topic, sequence)
             arrival = Arrival(
                 topic,
                 data,
                 sent,
                 received,
+                sequence,
                 stamp=leading_time(data) if has_stamp else None,
                 clock=leading_time(data) if is_clock else None,
             )
@@ -158,10 +167,19 @@ class Recorder:
 
         return receive
 
+    def _count_lost(self, topic: str, sequence: int) -> None:
+        before = self._sequences.get(topic, sequence)
+        self._sequences[topic] = sequence
+        # Publishers count each for itself: a gap tells something only where there is one.
+        if sequence > before + 1 and self.node.count_publishers(topic) == 1:
+            self.lost[topic] += sequence - before - 1
+
     def _write(self, messages: Iterable[Timed]) -> None:
         with self._stopping():
-            for (topic, data, *_), log_time, publish_time in messages:
-                self._writer.write(topic, data, log_time, publish_time)
+            for arrival, log_time, publish_time in messages:
+                self._writer.write(
+                    arrival.topic, arrival.data, log_time, publish_time, arrival.sequence
+                )
 
     @contextmanager
     def _stopping(self) -> Iterator[None]:

@@ -1,0 +1,90 @@
+"""A small bag to read, damage and compare, and a DDS domain of one's own."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from builtin_interfaces.msg import Time
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header
+
+from rodless_lab.bag_metadata import BagTopic
+from rodless_lab.bag_writer import BagWriter
+from rodless_lab.domain import own_domain
+
+PERIOD = 1_000_000
+QOS = {
+    "history": "keep_last",
+    "depth": 7,
+    "reliability": "best_effort",
+    "durability": "transient_local",
+    "deadline": {"sec": 9223372036, "nsec": 854775807},
+    "lifespan": {"sec": 1, "nsec": 5},
+    "liveliness": "automatic",
+    "liveliness_lease_duration": {"sec": 9223372036, "nsec": 854775807},
+    "avoid_ros_namespace_conventions": False,
+}
+TOPICS = (
+    BagTopic("/joint_states", "sensor_msgs/msg/JointState", qos=(QOS, QOS)),
+    BagTopic("/valve/voltage", "std_msgs/msg/Float64", qos=(QOS,)),
+    BagTopic("/silent", "std_msgs/msg/Float64"),
+)
+
+
+@dataclass(frozen=True)
+class SampleBag:
+    """A bag and what was put into it: by topic, log time (ns) and payload of each message."""
+
+    path: Path
+    messages: dict[str, list[tuple[int, bytes]]]
+
+
+def joint_state(k: int) -> bytes:
+    """Sample ``k`` in CDR."""
+    stamp = Time(sec=k * PERIOD // 10**9, nanosec=k * PERIOD % 10**9)
+    return serialize_message(
+        JointState(
+            header=Header(stamp=stamp),
+            name=["carriage"],
+            position=[1e-6 * k],
+            velocity=[0.5],
+            effort=[0.0],
+        )
+    )
+
+
+def write_sample_bag(path: Path, count: int = 300, flush_every: int = 50) -> SampleBag:
+    """Write ``count`` samples and as many voltages."""
+    messages: dict[str, list[tuple[int, bytes]]] = {topic.name: [] for topic in TOPICS}
+    with BagWriter(path) as writer:
+        for topic in TOPICS:
+            writer.add_topic(topic)
+        for k in range(count):
+            for topic, data in (
+                ("/joint_states", joint_state(k)),
+                ("/valve/voltage", serialize_message(Float64(data=0.1 * k))),
+            ):
+                writer.write(topic, data, k * PERIOD, k * PERIOD + 3, k)
+                messages[topic].append((k * PERIOD, data))
+            if k % flush_every == 0:
+                writer.flush()
+    assert writer.failure is None
+    return SampleBag(path, messages)
+
+
+@pytest.fixture
+def sample_bag(tmp_path: Path) -> SampleBag:
+    """Return a bag of three topics, one of them silent."""
+    return write_sample_bag(tmp_path / "sample")
+
+
+@pytest.fixture(scope="module")
+def domain() -> Iterator[dict[str, str]]:
+    """Environment of a DDS domain that this module has for itself, on loopback."""
+    with own_domain() as environment, pytest.MonkeyPatch.context() as patch:
+        for name, value in environment.items():
+            patch.setenv(name, value)
+        yield dict(os.environ)

@@ -1,0 +1,117 @@
+"""Which time a recorded message gets in the bag."""
+
+import pytest
+from builtin_interfaces.msg import Time
+from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import FluidPressure
+from std_msgs.msg import Header
+
+from rodless_lab import bag_clock
+from rodless_lab.bag_clock import Arrival, BagClock, TimeBase, leading_time
+
+WALL = 1_700_000_000_000_000_000
+
+
+def arrival(topic: str, sent: int, **times: int) -> Arrival:
+    return Arrival(topic, b"", WALL + sent, WALL + sent + 5, **times)
+
+
+def times(timed: list) -> list[tuple[str, int]]:
+    return [(message.arrival.topic, message.log_time) for message in timed]
+
+
+def test_a_command_is_dated_by_the_clock_sent_before_it_whatever_came_first() -> None:
+    """The next clock message overtakes a command on its way; the command keeps its own time."""
+    clock = BagClock()
+    assert times(clock.put(arrival("clock", 0, clock=7000))) == [("clock", 7000)]
+    assert times(clock.put(arrival("clock", 100, clock=8000))) == [("clock", 8000)]
+    assert times(clock.put(arrival("command", 50))) == [("command", 7000)]
+
+
+def test_a_command_waits_for_the_clock_message_it_has_overtaken() -> None:
+    """A command that comes before the clock message it answers is not dated one sample early."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    assert clock.put(arrival("command", 150)) == []
+    assert clock.release(WALL + 154) == []
+    dated = clock.put(arrival("clock", 100, clock=8000)) + clock.release(WALL + 155)
+    assert times(dated) == [("clock", 8000), ("command", 8000)]
+
+
+def test_a_stamp_is_the_time_of_its_message() -> None:
+    """A sample in plant time needs no clock message around it."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    assert times(clock.put(arrival("sample", 500, stamp=7500))) == [("sample", 7500)]
+
+
+@pytest.mark.parametrize("stamp", [0, WALL + 450])
+def test_a_stamp_that_is_unset_or_wall_time_does_not_count(stamp: int) -> None:
+    """One node that stamps by the wall clock must not stretch a bag over fifty years."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    clock.put(arrival("sample", 500, stamp=stamp))
+    assert times(clock.release(WALL + 505)) == [("sample", 7000)]
+
+
+def test_nothing_is_dated_before_the_first_clock_message() -> None:
+    """Messages that come before /clock are not stamped 0 or with the wall clock; they wait."""
+    clock = BagClock()
+    assert clock.put(arrival("sample", 10, stamp=6900)) == []
+    assert clock.put(arrival("command", 20)) == []
+    assert clock.release(WALL + 25) == []
+    dated = clock.put(arrival("clock", 30, clock=7000))
+    assert times(dated) == [("sample", 6900), ("command", 7000), ("clock", 7000)]
+
+
+def test_wall_time_is_when_a_message_was_received_and_sent() -> None:
+    """On the wall clock, log time and publication time are those rosbag2 records."""
+    clock = BagClock(TimeBase.WALL)
+    assert clock.tell(WALL, 5) == []
+    (message,) = clock.put(arrival("sample", 10, stamp=6900))
+    assert (message.log_time, message.publish_time) == (WALL + 15, WALL + 10)
+
+
+def test_waiting_for_a_clock_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bag without a clock falls back to wall time, all of it, before memory runs out."""
+    monkeypatch.setattr(bag_clock, "_WAITING", 3)
+    clock = BagClock()
+    assert clock.put(arrival("a", 10)) == []
+    assert clock.put(arrival("b", 20)) == []
+    released = clock.put(arrival("c", 30))
+    assert [message.log_time - WALL for message in released] == [15, 25, 35]
+    assert times(clock.put(arrival("clock", 40, clock=7000))) == [("clock", WALL + 45)]
+
+
+def test_a_reset_of_the_plant_takes_times_back() -> None:
+    """After a reset plant time begins anew, also for messages without a stamp."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=9000))
+    clock.put(arrival("clock", 100, clock=0))
+    assert times(clock.put(arrival("late command", 50))) == [("late command", 9000)]
+    clock.put(arrival("command", 150))
+    assert times(clock.put(arrival("clock", 200, clock=1000))) == [
+        ("command", 0),
+        ("clock", 1000),
+    ]
+
+
+def test_remembered_clock_messages_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recording of hours keeps only the clock messages that a late message may need."""
+    monkeypatch.setattr(bag_clock, "_REMEMBERED", 10)
+    clock = BagClock()
+    for k in range(1000):
+        clock.put(arrival("clock", 100 * k, clock=k))
+    assert times(clock.put(arrival("command", 100 * 995 + 50))) == [("command", 995)]
+    assert len(clock._clock_sent) <= 20
+
+
+def test_the_leading_time_is_read_from_the_serialized_message() -> None:
+    """Stamp and clock are read from CDR without making an object, in either byte order."""
+    stamp = Time(sec=12, nanosec=345)
+    sample = FluidPressure(header=Header(stamp=stamp, frame_id="x"), fluid_pressure=1.0)
+    assert leading_time(serialize_message(sample)) == 12_000_000_345
+    assert leading_time(serialize_message(Clock(clock=stamp))) == 12_000_000_345
+    big_endian = bytes([0, 0, 0, 0]) + (12).to_bytes(4, "big") + (345).to_bytes(4, "big")
+    assert leading_time(big_endian) == 12_000_000_345

@@ -1,0 +1,189 @@
+"""Bags whose recording ended badly: killed, cut, damaged, or out of disk."""
+
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from rodless_lab.bag_metadata import BagError
+from rodless_lab.bag_reader import Bag, read_bag
+from rodless_lab.bag_writer import recover_bag
+
+# Writes samples of 1 kB until the disk is full, then closes, and prints what it was told.
+FILL = """
+import resource, sys
+from rodless_lab.bag_metadata import BagError, BagTopic
+from rodless_lab.bag_writer import BagWriter
+limit = int(sys.argv[2])
+if limit:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+with BagWriter(sys.argv[1]) as writer:
+    writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
+    try:
+        for k in range(100_000):
+            writer.write("/x", k.to_bytes(1000, "little"), k, k)
+            if k % 10 == 9:
+                writer.flush()
+    except BagError as error:
+        print(k, error)
+    try:
+        writer.write("/x", bytes(12), 0, 0)
+        print("written")
+    except BagError as error:
+        print("refused")
+"""
+
+
+def fill(bag: Path, limit: int = 0) -> tuple[int, str]:
+    """Fill the disk; return the number of messages written and all that was printed."""
+    done = subprocess.run(
+        [sys.executable, "-c", FILL, str(bag), str(limit)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return int(done.stdout.split()[0]), done.stdout
+
+
+def payloads(bag: Bag) -> dict[str, list[bytes]]:
+    return {topic: list(bag[topic].payloads) for topic in bag}
+
+
+def cut(bag: Path, target: Path, size: int) -> Path:
+    """Copy a bag as a kill would have left it after ``size`` bytes."""
+    target.mkdir()
+    content = (bag / "sample_0.mcap").read_bytes()
+    (target / "sample_0.mcap").write_bytes(content[:size])
+    return target
+
+
+@pytest.mark.parametrize("limit", [20_000, 64_000, 200_000, 1_000_000])
+def test_a_full_disk_leaves_a_bag_that_opens(tmp_path: Path, limit: int) -> None:
+    """When the file can grow no further, the writer says so and ends the bag with what fits."""
+    written, said = fill(tmp_path / "bag", limit)
+    assert "bag: cannot be written any more: File too large" in said
+    assert "refused" in said
+    check_full(tmp_path / "bag", written)
+
+
+def test_a_full_file_system_leaves_a_bag_that_opens(tmp_path: Path) -> None:
+    """The same on a real file system without a free byte, where metadata.yaml needs room too."""
+    small = tmp_path / "small"
+    small.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(small)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no right to mount a small file system")
+    try:
+        written, said = fill(small / "bag")
+        assert "No space left on device" in said
+        check_full(small / "bag", written)
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
+
+
+def check_full(bag: Path, written: int) -> None:
+    """Check that the bag opens for two readers and lacks no more than its last few chunks."""
+    read = read_bag(bag)
+    numbers = [int.from_bytes(data, "little") for data in read["/x"].payloads]
+    assert numbers == list(range(len(numbers)))
+    assert written - 60 < len(numbers) <= written
+    with AnyReader([bag]) as reader:
+        assert sum(1 for _ in reader.messages()) == len(numbers)
+
+
+def test_a_disk_full_from_the_start_is_told_apart(tmp_path: Path) -> None:
+    """Where not even an empty bag fits, that is said, without a traceback."""
+    said = r"BagError: .*bag: cannot be written: File too large"
+    with pytest.raises(AssertionError, match=said):
+        fill(tmp_path / "bag", 100)
+
+
+def test_a_bag_cut_anywhere_can_be_recovered(sample_bag, tmp_path: Path) -> None:
+    """Wherever a kill cuts the file, all whole chunks before are read, and ended in place."""
+    whole = payloads(read_bag(sample_bag.path))
+    size = (sample_bag.path / "sample_0.mcap").stat().st_size
+    most = 0
+    for k, end in enumerate(range(size, 0, -size // 97)):
+        bag = cut(sample_bag.path, tmp_path / str(k), end)
+        if end < 8:
+            with pytest.raises(BagError, match="is not an MCAP file, or cut within"):
+                recover_bag(bag)
+            continue
+        read = read_bag(bag, recover=True)
+        found = payloads(read)
+        assert all(found[topic] == whole[topic][: len(found[topic])] for topic in found)
+        count = sum(map(len, found.values()))
+        most = max(most, count)
+        if read.complete:
+            assert end == size
+        else:
+            with pytest.raises(BagError, match=f"was never closed.* {count} messages can be"):
+                read_bag(bag)
+        assert recover_bag(bag) == count
+        recovered = read_bag(bag)
+        assert recovered.complete
+        assert payloads(recovered) == found
+        with AnyReader([bag]) as reader:
+            assert sum(1 for _ in reader.messages()) == count
+    assert most == 600
+
+
+def test_recovering_a_bag_twice_changes_nothing(sample_bag, tmp_path: Path) -> None:
+    """A closed or recovered bag passes through recovery untouched."""
+    bag = cut(sample_bag.path, tmp_path / "cut", 30_000)
+    recover_bag(bag)
+    before = {file.name: file.read_bytes() for file in bag.iterdir()}
+    recover_bag(bag)
+    assert {file.name: file.read_bytes() for file in bag.iterdir()} == before
+
+
+def test_losing_only_the_description_is_recovered(sample_bag) -> None:
+    """A bag that lacks nothing but metadata.yaml opens, and recovery writes the same again."""
+    description = sample_bag.path / "metadata.yaml"
+    before = description.read_text()
+    description.unlink()
+    assert len(read_bag(sample_bag.path)["/joint_states"]) == 300
+    recover_bag(sample_bag.path)
+    assert description.read_text() == before
+
+
+def test_damage_is_found_and_named(sample_bag, tmp_path: Path) -> None:
+    """A flipped bit in a message is not read as a value: the place is named, recovery refused."""
+    bag = tmp_path / "bag"
+    shutil.copytree(sample_bag.path, bag)
+    file = bag / "sample_0.mcap"
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 0x10
+    file.write_bytes(content)
+    with pytest.raises(BagError, match=r"sample_0.mcap is damaged at byte \d+"):
+        read_bag(bag)
+    with pytest.raises(BagError, match=r"sample_0.mcap: is damaged at byte \d+"):
+        recover_bag(bag)
+    assert file.read_bytes() == content
+    rest = read_bag(bag, recover=True)
+    assert not rest.complete
+    assert 0 < len(rest["/joint_states"]) < 300
+
+
+def test_no_damage_gives_anything_but_a_bag_error(sample_bag, tmp_path: Path) -> None:
+    """Whatever byte is wrong, the user reads a sentence, or the messages are right."""
+    bag = tmp_path / "bag"
+    shutil.copytree(sample_bag.path, bag)
+    file = bag / "sample_0.mcap"
+    content = file.read_bytes()
+    whole = payloads(read_bag(bag))
+    for place in range(0, len(content), 331):
+        damaged = bytearray(content)
+        damaged[place] ^= 0xFF
+        file.write_bytes(damaged)
+        with contextlib.suppress(BagError):
+            found = payloads(read_bag(bag))
+            assert found.keys() <= whole.keys()
+            assert all(set(found[topic]) <= set(whole[topic]) for topic in found)

@@ -1,0 +1,424 @@
+"""The recorder over real DDS: every message, byte for byte, however the recording ends."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+from builtin_interfaces.msg import Time
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from rosbags.highlevel import AnyReader
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header, String
+
+from rodless_lab.bag_reader import Bag, read_bag
+from rodless_lab.bag_writer import BagWriter, recover_bag
+from rodless_lab.recorder import Recorder
+
+# For whatever must come, so that a test fails instead of hanging, in wall-clock seconds.
+PATIENCE = 60.0
+
+# What Ctrl-C promises.
+STOP_SECONDS = 2.0
+
+RECORD = "from rodless_lab.main import main; main()"
+RELIABLE = QoSProfile(depth=1000)
+
+
+def stamp(k: int) -> Time:
+    """Plant time of sample ``k`` at 1 kHz."""
+    return Time(sec=k // 1000, nanosec=k % 1000 * 1_000_000)
+
+
+def sample(k: int) -> JointState:
+    header = Header(stamp=stamp(k))
+    return JointState(
+        header=header, name=["carriage"], position=[1e-3 * k], velocity=[0.0], effort=[-1.0]
+    )
+
+
+class Plant:
+    """A known publisher of clock, samples and voltages, in a context of its own."""
+
+    def __init__(self, domain: Mapping[str, str]) -> None:
+        self.context = Context()
+        self.context.init(args=[], domain_id=int(domain["ROS_DOMAIN_ID"]))
+        self.node = Node("plant", context=self.context, use_global_arguments=False)
+        self.clock = self.publisher(Clock, "/clock")
+        self.states = self.publisher(JointState, "joint_states")
+        self.voltage = self.publisher(Float64, "valve/voltage")
+        self.sent = 0
+
+    def publisher(self, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> Publisher:
+        """Offer one more topic."""
+        return self.node.create_publisher(kind, topic, qos)
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def until_heard(self) -> None:
+        """Wait until each of the three topics has a subscriber."""
+        self.until_heard_by(self.clock, self.states, self.voltage)
+
+    def until_heard_by(self, *publishers: Publisher) -> None:
+        """Wait until each of them has a subscriber."""
+        self.until(lambda: all(p.get_subscription_count() for p in publishers))
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        """Wait until ``condition`` holds."""
+        # The graph is rclpy's own business in other threads; there is nothing to spin for.
+        deadline = time.monotonic() + PATIENCE
+        turn = threading.Event()
+        while not condition():
+            assert time.monotonic() < deadline, "waited in vain"
+            turn.wait(0.01)
+
+    def send(self, count: int) -> None:
+        """Publish clock, sample and voltage of the next ``count`` instants."""
+        for k in range(self.sent, self.sent + count):
+            self.clock.publish(Clock(clock=stamp(k)))
+            self.states.publish(sample(k))
+            self.voltage.publish(Float64(data=float(k)))
+        self.sent += count
+
+    def delivered(self) -> bool:
+        """Whether reliable subscribers have got everything sent so far."""
+        patience = Duration(seconds=PATIENCE)
+        return all(p.wait_for_all_acked(patience) for p in (self.clock, self.states, self.voltage))
+
+
+@pytest.fixture
+def plant(domain: dict[str, str]) -> Iterator[Plant]:
+    plant = Plant(domain)
+    yield plant
+    plant.close()
+
+
+class RecorderProcess:
+    """``rodless record`` as a process."""
+
+    def __init__(
+        self, domain: Mapping[str, str], arguments: list[str], file_limit: int | None = None
+    ) -> None:
+        limit = [] if file_limit is None else ["prlimit", f"--fsize={file_limit}"]
+        self.process = subprocess.Popen(
+            [*limit, sys.executable, "-c", RECORD, "record", *arguments],
+            env=dict(domain),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self.output = ""
+        self._said = threading.Condition()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> "RecorderProcess":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        self.process.wait()
+        self._reader.join(PATIENCE)
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            with self._said:
+                self.output += line
+                self._said.notify_all()
+
+    def until_it_says(self, text: str) -> None:
+        """Wait until its output holds ``text``."""
+        with self._said:
+            assert self._said.wait_for(lambda: text in self.output, PATIENCE), self.output
+
+    def end(self, number: int | None = None, timeout: float = PATIENCE) -> int:
+        """Send a signal, if any; return the exit code and have all output."""
+        if number is not None:
+            self.process.send_signal(number)
+        code = self.process.wait(timeout)
+        self._reader.join(PATIENCE)
+        return code
+
+
+TOPICS = ["joint_states", "valve/voltage", "/clock"]
+
+
+def check_complete(bag: Path, count: int) -> None:
+    """Check that the bag holds every message of ``Plant.send``, in plant time."""
+    read = read_bag(bag)
+    assert {topic: len(read[topic]) for topic in read} == {
+        "/clock": count,
+        "/joint_states": count,
+        "/valve/voltage": count,
+    }
+    states, voltages = read["/joint_states"], read["/valve/voltage"]
+    plant_time = [1_000_000 * k for k in range(count)]
+    assert list(states.log_time) == plant_time
+    assert list(voltages.log_time) == plant_time
+    assert list(read["/clock"].log_time) == plant_time
+    assert states.messages == [sample(k) for k in range(count)]
+    assert list(voltages.payloads) == [
+        serialize_message(Float64(data=float(k))) for k in range(count)
+    ]
+    with AnyReader([bag]) as reader:
+        assert sum(1 for _ in reader.messages()) == 3 * count
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_recorder_leaves_a_whole_bag(
+    domain: dict[str, str], plant: Plant, tmp_path: Path, number: int
+) -> None:
+    """Ctrl-C or SIGTERM end it within 2 s with exit code 0; no message is missing or changed."""
+    bag = tmp_path / "bag"
+    with RecorderProcess(domain, ["-o", str(bag), *TOPICS]) as recorder:
+        recorder.until_it_says("recording ")
+        plant.until_heard()
+        plant.send(2000)
+        assert plant.delivered()
+        assert recorder.end(number, STOP_SECONDS) == 0, recorder.output
+    assert "6000 messages in" in recorder.output
+    assert "Traceback" not in recorder.output
+    assert "lost" not in recorder.output
+    check_complete(bag, 2000)
+
+
+def test_all_topics_are_found(domain: dict[str, str], plant: Plant, tmp_path: Path) -> None:
+    """Without names, every topic is taken up as it appears, except hidden ones and its own."""
+    bag = tmp_path / "bag"
+    hidden = plant.publisher(String, "_hidden")
+    with RecorderProcess(domain, ["-o", str(bag)]) as recorder:
+        plant.until_heard()
+        late = plant.publisher(String, "late")
+        plant.until_heard_by(late)
+        late.publish(String(data="here"))
+        plant.send(10)
+        assert late.wait_for_all_acked(Duration(seconds=PATIENCE))
+        assert plant.delivered()
+        assert hidden.get_subscription_count() == 0
+        assert recorder.end(signal.SIGINT) == 0, recorder.output
+    read = read_bag(bag)
+    assert [message.data for message in read["/late"].messages] == ["here"]
+    assert {"/clock", "/joint_states", "/valve/voltage"} <= set(read.topics)
+    assert "/_hidden" not in read
+    assert len(read["/joint_states"]) == 10
+
+
+def test_a_killed_recorder_leaves_most_of_its_messages(
+    domain: dict[str, str], plant: Plant, tmp_path: Path
+) -> None:
+    """After SIGKILL everything older than the last flush, 0.1 s, is recovered."""
+    bag = tmp_path / "bag"
+    with RecorderProcess(domain, ["-o", str(bag), *TOPICS]) as recorder:
+        recorder.until_it_says("recording ")
+        plant.until_heard()
+        plant.send(3000)
+        assert plant.delivered()
+        # Only what is in the file survives; wait for the recorder's own flush, not for a time.
+        plant.until(lambda: number_in(bag) >= 8900)
+        plant.send(200)
+        recorder.end(signal.SIGKILL)
+    found = recover_bag(bag)
+    assert 8900 <= found <= 9600
+    states = read_bag(bag)["/joint_states"]
+    assert states.messages == [sample(k) for k in range(len(states))]
+
+
+def number_in(bag: Path) -> int:
+    """Messages that would be left if the recorder were killed now."""
+    read = read_bag(bag, recover=True)
+    return sum(len(read[topic]) for topic in read)
+
+
+def test_a_full_disk_ends_the_recording_with_a_bag_that_opens(
+    domain: dict[str, str], plant: Plant, tmp_path: Path
+) -> None:
+    """When nothing more can be written, the recorder says so, ends by itself with code 1."""
+    bag = tmp_path / "bag"
+    with RecorderProcess(domain, ["-o", str(bag), *TOPICS], file_limit=100_000) as recorder:
+        recorder.until_it_says("recording ")
+        plant.until_heard()
+        plant.send(2000)
+        assert recorder.end() == 1
+    assert "bag: cannot be written any more: File too large" in recorder.output
+    assert "Traceback" not in recorder.output
+    states = read_bag(bag)["/joint_states"]
+    assert 100 < len(states) < 2000
+    assert states.messages == [sample(k) for k in range(len(states))]
+
+
+def test_wrong_use_is_refused_in_words(domain: dict[str, str], tmp_path: Path) -> None:
+    """A folder that exists and a name that is no topic end it at once, without a traceback."""
+    for arguments, code, said in (
+        (["-o", str(tmp_path)], 1, "exists already; a bag is never written over"),
+        (["-o", str(tmp_path / "bag"), "two words"], 2, "'two words' is no topic name"),
+    ):
+        with RecorderProcess(domain, arguments) as recorder:
+            assert recorder.end() == code
+        assert said in recorder.output
+        assert "Traceback" not in recorder.output
+    assert not (tmp_path / "bag").exists()
+
+
+class Recording:
+    """A recorder in this process, under an executor of the test's choice."""
+
+    def __init__(self, plant: Plant, bag: Path, make_executor: Callable[..., Executor]) -> None:
+        self.context = Context()
+        self.context.init(args=[], domain_id=plant.context.get_domain_id())
+        self.executor = make_executor(context=self.context)
+        self.writer = BagWriter(bag)
+        self.ready_calls = 0
+
+    def start(self, *topics: str, **options: object) -> Recorder:
+        """Start recording."""
+
+        def count() -> None:
+            self.ready_calls += 1
+
+        self.recorder = Recorder(
+            self.writer, topics, context=self.context, on_ready=count, **options
+        )
+        self.executor.add_node(self.recorder.node)
+        return self.recorder
+
+    def until(self, condition: Callable[[], object]) -> None:
+        """Run the recorder until ``condition`` holds."""
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, "waited in vain"
+            self.executor.spin_once(0.05)
+
+    def end(self) -> Bag:
+        """Stop recording and read the bag."""
+        self.executor.remove_node(self.recorder.node)
+        self.recorder.close()
+        self.writer.close()
+        assert self.writer.failure is None
+        return read_bag(self.writer.path)
+
+
+def events_executor(context: Context) -> Executor:
+    return pytest.importorskip("rclpy.experimental").EventsExecutor(context=context)
+
+
+@pytest.fixture(params=[events_executor, SingleThreadedExecutor])
+def recording(request: pytest.FixtureRequest, plant: Plant, tmp_path: Path) -> Iterator[Recording]:
+    """Return a recorder in this process, once under each executor."""
+    recording = Recording(plant, tmp_path / "bag", request.param)
+    yield recording
+    recording.context.try_shutdown()
+
+
+def test_a_recorder_in_process_takes_what_waits_in_its_queues(
+    plant: Plant, recording: Recording
+) -> None:
+    """Messages that came before the end but were not yet handled are in the bag."""
+    recorder = recording.start(*TOPICS)
+    recording.until(lambda: recorder.ready and recording.ready_calls)
+    plant.until_heard()
+    plant.send(1)
+    recording.until(lambda: sum(recording.writer.counts.values()) == 3)
+    plant.send(999)
+    assert plant.delivered()
+    recording.end()
+    assert recording.ready_calls == 1
+    assert recorder.lost == {}
+    check_complete(recording.writer.path, 1000)
+
+
+def test_it_is_ready_when_the_last_topic_has_come(plant: Plant, recording: Recording) -> None:
+    """A topic that is wanted but not there yet keeps the recorder from being ready."""
+    recorder = recording.start("joint_states", "setpoint")
+    recording.until(lambda: recorder.topics == ["/joint_states"])
+    assert not recorder.ready
+    plant.publisher(Float64, "setpoint")
+    recording.until(lambda: recording.ready_calls)
+    assert recorder.ready
+    recording.end()
+
+
+def test_plant_time_is_taken_from_a_clock_that_is_not_recorded(
+    plant: Plant, recording: Recording
+) -> None:
+    """Voltages are dated by /clock although the bag is to hold nothing but voltages."""
+    recorder = recording.start("valve/voltage")
+    recording.until(lambda: recorder.ready)
+    plant.until_heard_by(plant.clock, plant.voltage)
+    plant.send(100)
+    assert plant.delivered()
+    bag = recording.end()
+    assert bag.topics == ["/valve/voltage"]
+    assert list(bag["/valve/voltage"].log_time) == [1_000_000 * k for k in range(100)]
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_without_a_clock_times_are_those_of_the_wall(
+    plant: Plant, recording: Recording, asked: bool
+) -> None:
+    """On a real rig nobody publishes /clock: messages are dated when they were received."""
+    recorder = recording.start("joint_states", wall_time=asked)
+    recording.until(lambda: recorder.ready)
+    before = time.time_ns()
+    if asked:
+        plant.send(10)
+    else:
+        for k in range(10):
+            plant.states.publish(sample(k))
+    assert plant.delivered()
+    states = recording.end()["/joint_states"]
+    assert len(states) == 10
+    assert before < states.publish_time[0] <= states.log_time[0]
+    assert states.log_time[-1] < time.time_ns()
+
+
+def test_what_publishers_offer_is_met_and_recorded(plant: Plant, recording: Recording) -> None:
+    """A latched message sent before the recorder came is recorded, and so is a best-effort one."""
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    description = plant.publisher(String, "description", latched)
+    description.publish(String(data="long before"))
+    unreliable = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    beat = plant.publisher(Float64, "beat", unreliable)
+    recorder = recording.start("description", "beat", wall_time=True)
+    recording.until(lambda: recorder.ready)
+    plant.until_heard_by(beat)
+    beat.publish(Float64(data=1.0))
+    recording.until(lambda: sum(recording.writer.counts.values()) == 2)
+    bag = recording.end()
+    assert bag["/description"].messages == [String(data="long before")]
+    (offered,) = bag["/description"].topic.qos
+    assert (offered["reliability"], offered["durability"]) == ("reliable", "transient_local")
+    (offered,) = bag["/beat"].topic.qos
+    assert (offered["reliability"], offered["durability"]) == ("best_effort", "volatile")
+    infinite = {"sec": 9223372036, "nsec": 854775807}
+    assert offered["deadline"] == offered["lifespan"] == infinite
+
+
+def test_messages_that_never_came_are_counted(
+    plant: Plant, recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A queue too short for a burst loses messages; the recorder knows how many."""
+    monkeypatch.setattr("rodless_lab.bag_qos.DEPTH", 5)
+    recorder = recording.start("joint_states", wall_time=True)
+    recording.until(lambda: recorder.ready)
+    plant.until_heard_by(plant.states)
+    plant.states.publish(sample(0))
+    recording.until(lambda: recording.writer.counts == {"/joint_states": 1})
+    for k in range(1, 101):
+        plant.states.publish(sample(k))
+    assert plant.delivered()
+    assert len(recording.end()["/joint_states"]) == 6
+    assert recorder.lost == {"/joint_states": 95}
