@@ -3,7 +3,12 @@
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
@@ -24,7 +29,11 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
         additional_constraints=", ".join(parameter.choices),
         read_only=parameter.fixed,
     )
-    if isinstance(parameter.default, float):
+    if type(parameter.default) is int:
+        description.integer_range = [
+            IntegerRange(from_value=int(parameter.minimum), to_value=int(parameter.maximum))
+        ]
+    elif isinstance(parameter.default, float):
         description.floating_point_range = [
             FloatingPointRange(from_value=parameter.minimum, to_value=parameter.maximum)
         ]

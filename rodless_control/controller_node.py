@@ -1,6 +1,6 @@
 """The controller as a ROS node: each position sample triggers one valve command."""
 
-import time
+from time import monotonic_ns
 
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
@@ -46,11 +46,13 @@ class ControllerNode:
         self._arrival: int | None = None
         self._stamp = Time()
         self._bad_setpoints = self._bad_samples = 0
+        self._listening = False
         self._make_interface()
 
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
-        self._command_neutral()
+        if not self._simulated:
+            self._command_neutral()
         self.node.destroy_node()
 
     def _compile(self) -> None:
@@ -63,7 +65,6 @@ class ControllerNode:
         self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, QUEUE_DEPTH)
         self._telemetry = Telemetry(self.node)
         self._diagnostics = diagnostics_publisher(self.node)
-        self.node.create_subscription(JointState, JOINT_STATES, self._take_sample, QUEUE_DEPTH)
         self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
@@ -115,23 +116,39 @@ class ControllerNode:
         response.message = "enabled" if self._enabled else "disabled: valve closed"
         return response
 
+    @property
+    def _simulated(self) -> bool:
+        """Whether time is the plant's: a paused plant is then not taken for lost.
+
+        A lock-step plant counts commands, so none is sent that no sample asked for.
+        """
+        return bool(self.node.get_parameter("use_sim_time").value)
+
     def _now(self) -> int:
-        """Simulated time where the node uses it, so that a paused plant is not taken for lost."""
-        if self.node.get_parameter("use_sim_time").value:
-            return int(self.node.get_clock().now().nanoseconds)
-        return time.monotonic_ns()
+        return int(self.node.get_clock().now().nanoseconds) if self._simulated else monotonic_ns()
+
+    def _listen_once_heard(self) -> None:
+        """Take the first sample only when its answer will reach everybody who waits for it."""
+        recorders = self._parameters.values.number("controller.recorders")
+        if self._listening or self._voltage.get_subscription_count() <= recorders:
+            return
+        self._listening = True
+        self.node.create_subscription(JointState, JOINT_STATES, self._take_sample, QUEUE_DEPTH)
 
     def _watch(self) -> None:
-        if self._arrival is not None:
-            timeout = self._parameters.values.number("controller.position_timeout")
-            if self._now() - self._arrival <= timeout * NANOSECONDS:
-                return
+        self._listen_once_heard()
+        if self._arrival is None:
+            if not self._simulated:
+                self._command_neutral()
+            return
+        timeout = self._parameters.values.number("controller.position_timeout")
+        if self._now() - self._arrival > timeout * NANOSECONDS:
             self._arrival = None
             self._loop.hold()
             self.node.get_logger().warning(
                 "positions have stopped coming: commanding a closed valve"
             )
-        self._command_neutral()
+            self._command_neutral()
 
     def _command_neutral(self) -> None:
         neutral = self._parameters.values.number("controller.neutral_voltage")

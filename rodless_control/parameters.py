@@ -126,6 +126,17 @@ DECLARATIONS = declare(
         60.0,
     ),
     Parameter(
+        "controller.recorders",
+        0,
+        "",
+        "recorders to wait for: positions are listened to once valve/voltage has this many "
+        "subscribers and one more",
+        "interface",
+        0,
+        100,
+        fixed=True,
+    ),
+    Parameter(
         "controller.joint",
         "carriage",
         "",

@@ -22,8 +22,12 @@ class Pacer:
         self._period = period
         self._now = now
         self._sleep = sleep
-        self._deadline = now()
         self.overruns = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Start the grid anew now."""
+        self._deadline = self._now()
 
     def wait(self, stopped: Callable[[], bool]) -> bool:
         """Sleep until the next deadline; return False as soon as ``stopped`` says so.

@@ -279,9 +279,9 @@ DECLARATIONS = declare(
         "time.mode",
         "realtime",
         "",
-        "realtime: paced by the wall clock",
+        "realtime: paced by the wall clock; lockstep: one period for each command",
         "interface",
-        choices=("realtime",),
+        choices=("realtime", "lockstep"),
         fixed=True,
     ),
     Parameter(
@@ -308,10 +308,41 @@ DECLARATIONS = declare(
         "time.speed",
         1.0,
         "",
-        "plant seconds per wall-clock second",
+        "plant seconds per wall-clock second (realtime)",
         "interface",
         1e-3,
         10.0,
+        fixed=True,
+    ),
+    Parameter(
+        "time.duration",
+        0.0,
+        "s",
+        "plant time at which the run ends and the plant holds; 0 for never",
+        "interface",
+        0.0,
+        1e6,
+        fixed=True,
+    ),
+    Parameter(
+        "time.command_timeout",
+        1.0,
+        "s",
+        "wall-clock time without a command after which lockstep says so",
+        "interface",
+        1e-2,
+        1e3,
+        fixed=True,
+    ),
+    Parameter(
+        "time.recorders",
+        0,
+        "",
+        "recorders to wait for: with any, the plant starts once each of its topics has that many "
+        "subscribers, joint_states one more",
+        "interface",
+        0,
+        100,
         fixed=True,
     ),
     Parameter(
@@ -337,6 +368,8 @@ class RigParameters(ParameterSet):
         self._check_critical_ratio()
         self._check_valve()
         self._check_friction()
+        self._check_position()
+        self._check_period()
         self._check_step()
 
     def _check_pressures(self) -> None:
@@ -375,13 +408,26 @@ class RigParameters(ParameterSet):
                     f"friction.{side}.coulomb ({coulomb:g} N)"
                 )
 
-    def _check_step(self) -> None:
+    def _check_position(self) -> None:
         position, stroke = self.number("cylinder.initial_position"), self.number("cylinder.stroke")
         if position > stroke:
             raise ParameterError(
                 f"cylinder.initial_position: {position:g} m refused, beyond "
                 f"cylinder.stroke ({stroke:g} m)"
             )
+
+    def _check_period(self) -> None:
+        period, step = self.number("time.period"), self.number("time.inner_step")
+        if step > period:
+            raise ParameterError(
+                f"time.inner_step: {step:g} s refused, longer than time.period ({period:g} s)"
+            )
+        if abs(period * 1e9 - round(period * 1e9)) > 1e-6:
+            raise ParameterError(
+                f"time.period: {period!r} s refused, not a whole number of nanoseconds"
+            )
+
+    def _check_step(self) -> None:
         step = self.number("time.inner_step")
         for what, rate in self._rates().items():
             if rate * step > MAXIMUM_STEP_TIMES_RATE:

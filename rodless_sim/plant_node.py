@@ -1,7 +1,7 @@
 """The plant as a ROS node: samples out, valve voltage in, parameters changeable while running."""
 
-import threading
 from functools import partial
+from typing import Protocol
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
@@ -23,46 +23,68 @@ from rodless_base.ros_parameters import RosParameters
 from rodless_base.ros_process import run_node
 from rodless_base.start import Stop
 from rodless_sim import plant_messages as messages
-from rodless_sim.command import CommandInput
-from rodless_sim.pacing import Pacer
+from rodless_sim.engine import Engine
+from rodless_sim.lockstep import Lockstep
 from rodless_sim.parameters import RigParameters
-from rodless_sim.rig import Rig, State
+from rodless_sim.realtime import LOOK_SECONDS, Realtime
+from rodless_sim.rig import State
 from rodless_sim.timing import nanoseconds
 
 
+class TimeKeeper(Protocol):
+    """A way of keeping time: :class:`Realtime` or :class:`Lockstep`."""
+
+    @property
+    def overruns(self) -> int:
+        """Periods that the machine could not keep."""
+
+    @property
+    def problem(self) -> str | None:
+        """What keeps the plant from following commands now."""
+
+    def receive(self, voltage: float) -> None:
+        """Take a command (V)."""
+
+    def pause(self, paused: bool) -> None:
+        """Stop plant time, or let it run on."""
+
+    def step(self) -> str | None:
+        """Advance a paused plant by one period; return what is in the way, if anything."""
+
+    def reset(self) -> str:
+        """Return to the start; say when that takes effect."""
+
+    def look(self) -> None:
+        """Do what no command triggers; called every ``LOOK_SECONDS``."""
+
+    def close(self) -> None:
+        """End what runs by itself."""
+
+
 class PlantNode:
-    """A rig in plant time, paced by the wall clock."""
+    """A rig in plant time, which the wall clock or the commands drive."""
 
     def __init__(self, **node_options: object) -> None:
         """Compile, settle and start; raises ParameterError for parameters that are no rig's."""
         self.node = Node(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
-        self._lock = threading.Lock()
-        self._closing = threading.Event()
-        self._paused = False
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
-        self._rig = Rig(self._parameters.values)
-        self._command = CommandInput(*self._command_settings(self._parameters.values))
-        self._period = self._parameters.values.number("time.period")
-        self._pacer: Pacer | None = None
-        self._compile()
-        self._make_interface()
-        self._thread = threading.Thread(target=self._run, name="plant", daemon=True)
-        self._thread.start()
+        self.node.get_logger().info("loading the compiled plant (the first start compiles it)")
+        self._make_publishers()
+        self._engine = Engine(self._parameters.values, self._publish)
+        self._commands = self.node.create_subscription(
+            Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
+        )
+        self._time = self._make_time_keeper(self._parameters.values)
+        self._make_services()
 
     def close(self) -> None:
         """Stop the plant and destroy the node."""
-        self._closing.set()
-        self._thread.join()
+        self._time.close()
         self.node.destroy_node()
 
-    def _compile(self) -> None:
-        self.node.get_logger().info("loading the compiled plant (the first start compiles it)")
-        self._rig.advance(self._rig.state.voltage, self._period)
-        self._rig.reset()
-
-    def _make_interface(self) -> None:
+    def _make_publishers(self) -> None:
         publisher = partial(self.node.create_publisher, qos_profile=QUEUE_DEPTH)
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._pressure_a = publisher(FluidPressure, "chamber_a/pressure")
@@ -71,65 +93,62 @@ class PlantNode:
         self._clock = (
             publisher(Clock, "/clock") if self._parameters.values["time.publish_clock"] else None
         )
-        self.node.create_subscription(Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH)
+        self._diagnostics = diagnostics_publisher(self.node)
+
+    def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
+        if values.text("time.mode") == "lockstep":
+            patience = values.number("time.command_timeout")
+            return Lockstep(self._engine, patience, self._ready, self._commanders)
+        wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
+        return Realtime(self._engine, wall_period, self._ready)
+
+    def _make_services(self) -> None:
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/pause", self._pause)
-        self.node.create_service(Trigger, "~/step", self._step_once)
-        self._diagnostics = diagnostics_publisher(self.node)
+        self.node.create_service(Trigger, "~/step", self._step)
+        self.node.create_timer(LOOK_SECONDS, self._time.look, clock=steady_clock())
         self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
 
-    @staticmethod
-    def _command_settings(values: RigParameters) -> tuple[float, float]:
-        return values.number("valve.closed_voltage"), values.number("valve.command_timeout")
+    def _ready(self) -> bool:
+        """Whether everybody listens whom the run must not start without."""
+        recorders = int(self._parameters.values.number("time.recorders"))
+        lockstep = self._parameters.values.text("time.mode") == "lockstep"
+        if not recorders:
+            return not lockstep or self._joint_states.get_subscription_count() > 0
+        topics = [self._pressure_a, self._pressure_b, self._supply]
+        if self._clock is not None:
+            topics.append(self._clock)
+        return self._joint_states.get_subscription_count() > recorders and all(
+            topic.get_subscription_count() >= recorders for topic in topics
+        )
+
+    def _commanders(self) -> int:
+        return int(self.node.count_publishers(self._commands.topic_name))
 
     def _configure(self, values: RigParameters) -> None:
-        with self._lock:
-            self._rig.configure(values)
-            self._command.configure(*self._command_settings(values))
+        self._engine.configure(values)
 
     def _take_command(self, message: Float64) -> None:
-        with self._lock:
-            self._command.receive(message.data, self._rig.nanoseconds)
+        self._time.receive(message.data)
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        with self._lock:
-            self._command.reset()
-            self._publish(self._rig.reset())
         response.success = True
+        response.message = self._time.reset()
         return response
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._paused = request.data
+        self._time.pause(request.data)
         response.success = True
-        response.message = "paused" if self._paused else "running"
+        response.message = "paused" if request.data else "running"
         return response
 
-    def _step_once(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self._paused
-        if self._paused:
-            self._step()
-        else:
-            response.message = "pause the plant first"
+    def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        obstacle = self._time.step()
+        response.success = obstacle is None
+        response.message = obstacle or ""
         return response
 
-    def _run(self) -> None:
-        with self._lock:
-            self._publish(self._rig.state)
-        wall_period = self._period / self._parameters.values.number("time.speed")
-        self._pacer = Pacer(nanoseconds(wall_period))
-        while self._pacer.wait(self._closing.is_set):
-            if not self._paused:
-                self._step()
-
-    def _step(self) -> None:
-        # Published under the lock, so that a reset cannot overtake the sample before it.
-        with self._lock:
-            voltage = self._command.voltage(self._rig.nanoseconds)
-            self._publish(self._rig.advance(voltage, self._period))
-
-    def _publish(self, state: State) -> None:
-        time = self._rig.nanoseconds
-        supply = self._rig.parameters.number("supply.pressure")
+    def _publish(self, time: int, state: State, supply: float) -> None:
         if self._clock is not None:
             self._clock.publish(messages.clock(time))
         self._pressure_a.publish(messages.pressure(state.pressure_a, "chamber_a", time))
@@ -138,40 +157,39 @@ class PlantNode:
         self._joint_states.publish(messages.joint_state(state, time))
 
     def _publish_diagnostics(self) -> None:
-        with self._lock:
-            time, command = self._rig.nanoseconds, self._command
-            supply_flow = self._rig.free_air_flow
-        overruns = 0 if self._pacer is None else self._pacer.overruns
+        command = self._engine.command
         faults = {
             "commands lost": command.timeouts,
             "commands not finite": command.not_finite,
             "commands clamped": command.clamped,
-            "overruns": overruns,
+            "overruns": self._time.overruns,
         }
-        level, message = _judge(faults, command)
+        level, message = self._judge(faults)
+        flow = self._engine.rig.free_air_flow * 6e4
         self._diagnostics.publish(
             diagnostic(
                 self.node,
-                messages.stamp(time),
+                messages.stamp(self._engine.rig.nanoseconds),
                 level,
                 message,
                 {
                     "commands received": command.received,
                     **faults,
-                    "free-air supply flow (L/min)": f"{supply_flow * 6e4:.2f}",
+                    "free-air supply flow (L/min)": f"{flow:.2f}",
                 },
             )
         )
 
-
-def _judge(faults: dict[str, int], command: CommandInput) -> tuple[bytes, str]:
-    """Level and message: an error now, a warning for what has happened, or all well."""
-    if command.received and not command.present:
-        return ERROR, "no valid command: valve closed"
-    seen = [name for name, count in faults.items() if count]
-    if seen:
-        return WARN, "has happened: " + ", ".join(seen)
-    return OK, "running" if command.received else "waiting for commands, valve closed"
+    def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
+        """Level and message: an error now, a warning for what has happened, or all well."""
+        if self._time.problem is not None:
+            return ERROR, self._time.problem
+        seen = [name for name, count in faults.items() if count]
+        if seen:
+            return WARN, "has happened: " + ", ".join(seen)
+        if not self._engine.command.received:
+            return OK, "waiting for commands, valve closed"
+        return OK, "ended" if self._engine.ended else "running"
 
 
 def main(stop: Stop) -> int:
