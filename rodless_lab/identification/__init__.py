@@ -1,0 +1,40 @@
+"""Identification: from measured runs to the rig's parameters, with honest intervals."""
+
+from rodless_lab.identification.area_curve import (
+    AreaCurve,
+    effective_area,
+    fit_area_curve,
+    three_sines,
+)
+from rodless_lab.identification.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.flow_coefficient import (
+    FlowCoefficientCurve,
+    fit_flow_coefficient,
+    flow_coefficient,
+)
+from rodless_lab.identification.friction_curve import Stribeck, friction_force, turning_points
+from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.uniform_motion import UniformPart, UniformSearch, uniform_parts
+
+__all__ = [
+    "AreaCurve",
+    "AuxiliaryLines",
+    "DirectionFit",
+    "Estimate",
+    "FlowCoefficientCurve",
+    "FrictionFit",
+    "Stribeck",
+    "UniformPart",
+    "UniformSearch",
+    "auxiliary_lines",
+    "effective_area",
+    "fit_area_curve",
+    "fit_flow_coefficient",
+    "fit_friction",
+    "flow_coefficient",
+    "friction_force",
+    "three_sines",
+    "turning_points",
+    "uniform_parts",
+]

@@ -1,0 +1,193 @@
+"""Effective area of the valve from measured flow, eq. (4), and its three-sine curve, eq. (5)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg, optimize, stats
+
+from rodless_lab.identification.estimate import (
+    CONFIDENCE,
+    Estimate,
+    covariance,
+    judged,
+    symmetric,
+)
+
+Array = npt.NDArray[np.float64]
+
+# Eq. (4) with P_u in kPa: L/min of free air per mm² and kPa, and its reference temperature in K.
+FLOW_PER_AREA = 0.124
+REFERENCE_TEMPERATURE = 273.0
+
+LITRES_PER_MINUTE = 6e4
+DEGENERATE = (
+    "the sines are nearly interchangeable over 0-10 V; the curve is known far better than its "
+    "coefficients"
+)
+
+# Units of amplitude, frequency and phase of each sine.
+_UNITS = ("mm²", "rad/V", "rad") * 3
+
+# Frequencies (rad/V) the search tries for the three sines; over a range of 10 V slower ones cannot
+# be told from a straight line, faster ones from noise.
+_FREQUENCIES = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0, 1.3, 1.7, 2.2)
+
+# Best combinations of them that are refined.
+_REFINED = 6
+
+
+def effective_area(volume_flow: Array, upstream_pressure: Array, temperature: Array) -> Array:
+    """Effective area S in m² by eq. (4), whose pressure is in kPa, from a choked flow.
+
+    ``volume_flow`` is in m³/s of free air, ``upstream_pressure`` in Pa absolute, ``temperature``
+    (upstream) in K; shapes (n,) or scalars.
+    """
+    litres = np.asarray(volume_flow) * LITRES_PER_MINUTE
+    kilopascals = np.asarray(upstream_pressure) * 1e-3
+    root = np.sqrt(np.asarray(temperature) / REFERENCE_TEMPERATURE)
+    return np.asarray(litres / (FLOW_PER_AREA * kilopascals) * root * 1e-6)
+
+
+def three_sines(coefficients: npt.ArrayLike, voltage: Array) -> Array:
+    """Eq. (5) in m² at ``voltage`` (V), shape (n,); nine coefficients in mm², rad/V and rad."""
+    amplitude, frequency, phase = np.asarray(coefficients, dtype=np.float64).reshape(3, 3).T
+    angle = np.multiply.outer(np.asarray(voltage), frequency) + phase
+    return np.asarray(1e-6 * np.sum(amplitude * np.sin(angle), axis=-1))
+
+
+@dataclass(frozen=True)
+class AreaCurve:
+    """Fitted eq. (5): nine coefficients in its order, and the scatter about it.
+
+    ``scatter`` is the standard deviation of a single point in m², ``freedom`` its degrees of
+    freedom, ``voltages`` (V, shape (n,)) where the area was measured.
+    """
+
+    coefficients: tuple[Estimate, ...]
+    scatter: float
+    freedom: int
+    voltages: Array
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The nine coefficients as the parameter ``valve.area_coefficients`` takes them."""
+        return tuple(estimate.value for estimate in self.coefficients)
+
+    def area(self, voltage: Array) -> Array:
+        """Fitted area in m² at ``voltage`` (V)."""
+        return three_sines(self.values, voltage)
+
+    def band(self, voltage: Array) -> Array:
+        """Half width in m² of the 95 % band about the fitted curve at ``voltage``, shape (n,)."""
+        gradient = _jacobian(np.array(self.values), np.asarray(voltage)) * 1e-6
+        measured = _jacobian(np.array(self.values), self.voltages) * 1e-6
+        # Through the curve's own directions: combinations of coefficients that leave the curve
+        # unchanged have no variance worth the name, and no effect here.
+        _, singular, rows = linalg.svd(measured, full_matrices=False)
+        seen = singular > 1e-10 * singular[0]
+        share = gradient @ (rows[seen] / singular[seen, None]).T
+        quantile = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(self.freedom, 1))
+        return np.asarray(quantile * self.scatter * np.sqrt(np.sum(share**2, axis=1)))
+
+
+def fit_area_curve(
+    voltages: npt.ArrayLike, areas: npt.ArrayLike, start: npt.ArrayLike | None = None
+) -> AreaCurve:
+    """Fit the three sines of eq. (5) to measured areas (m²) at ``voltages`` (V), shape (n,).
+
+    Without ``start`` (nine coefficients) the search begins by itself: for given frequencies the
+    curve is linear in the rest, so a coarse grid of frequencies is tried and the best refined.
+    Sines come in the order of amplitude, positive but for the last, as the paper writes them.
+    Raises ValueError for fewer than ten points.
+    """
+    voltage = np.asarray(voltages, dtype=np.float64)
+    area = np.asarray(areas, dtype=np.float64) * 1e6
+    if len(voltage) < 10 or voltage.shape != area.shape:
+        raise ValueError(f"three sines need ten points of voltage and area, got {voltage.size}")
+    starts = _starts(voltage, area) if start is None else [np.asarray(start, dtype=np.float64)]
+    found = min((_refined(begin, voltage, area) for begin in starts), key=lambda fit: fit[1])[0]
+    if start is None:
+        found = _ordered(found)
+    return _curve(found, voltage, area)
+
+
+def _refined(start: Array, voltage: Array, area: Array) -> tuple[Array, float]:
+    found = optimize.least_squares(
+        _residuals,
+        start,
+        jac=_slopes,
+        args=(voltage, area),
+        method="lm",
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-12,
+        max_nfev=300,
+    )
+    return np.asarray(found.x), float(found.cost)
+
+
+def _residuals(values: Array, voltage: Array, area: Array) -> Array:
+    return 1e6 * three_sines(values, voltage) - area
+
+
+def _slopes(values: Array, voltage: Array, area: Array) -> Array:  # noqa: ARG001
+    return _jacobian(values, voltage)
+
+
+def _jacobian(values: Array, voltage: Array) -> Array:
+    amplitude, frequency, phase = values.reshape(3, 3).T
+    angle = np.multiply.outer(voltage, frequency) + phase
+    slope = amplitude * np.cos(angle)
+    columns = np.stack([np.sin(angle), slope * voltage[:, None], slope], axis=-1)
+    return np.asarray(columns.reshape(len(voltage), 9))
+
+
+def _starts(voltage: Array, area: Array) -> list[Array]:
+    count = len(_FREQUENCIES)
+    trials = []
+    for i in range(count):
+        for j in range(i + 1, count):
+            for k in range(j + 1, count):
+                frequency = np.array([_FREQUENCIES[i], _FREQUENCIES[j], _FREQUENCIES[k]])
+                trials.append(_linear_fit(frequency, voltage, area))
+    trials.sort(key=lambda trial: trial[1])
+    return [trial[0] for trial in trials[:_REFINED]]
+
+
+def _linear_fit(frequency: Array, voltage: Array, area: Array) -> tuple[Array, float]:
+    """Amplitudes and phases for given frequencies: a sine is a sum of one sine and one cosine."""
+    angle = np.multiply.outer(voltage, frequency)
+    base = np.concatenate([np.sin(angle), np.cos(angle)], axis=1)
+    weights, *_ = np.linalg.lstsq(base, area, rcond=1e-8)
+    error = float(np.sum((base @ weights - area) ** 2))
+    amplitude = np.hypot(weights[:3], weights[3:])
+    phase = np.arctan2(weights[3:], weights[:3])
+    return np.stack([amplitude, frequency, phase], axis=1).ravel(), error
+
+
+def _ordered(values: Array) -> Array:
+    """Write the same curve as the paper does."""
+    sines = values.reshape(3, 3).copy()
+    backwards = sines[:, 1] < 0.0
+    sines[backwards] *= np.array([-1.0, -1.0, -1.0])
+    sines = sines[np.argsort(-np.abs(sines[:, 0]))]
+    wanted = np.array([1.0, 1.0, -1.0])
+    turned = np.sign(sines[:, 0]) != wanted
+    sines[turned, 0] *= -1.0
+    sines[turned, 2] += np.pi
+    sines[:, 2] = np.mod(sines[:, 2], 2.0 * np.pi)
+    return np.asarray(sines.ravel())
+
+
+def _curve(values: Array, voltage: Array, area: Array) -> AreaCurve:
+    freedom = len(voltage) - 9
+    residual = 1e6 * three_sines(values, voltage) - area
+    variance = float(residual @ residual) / max(freedom, 1)
+    spread = covariance(_jacobian(values, voltage), variance)
+    errors = np.sqrt(np.diag(spread))
+    estimates = tuple(
+        judged(symmetric(float(value), float(error), freedom, unit), DEGENERATE)
+        for value, error, unit in zip(values, errors, _UNITS, strict=True)
+    )
+    return AreaCurve(estimates, variance**0.5 * 1e-6, freedom, voltage)

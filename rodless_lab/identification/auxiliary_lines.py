@@ -1,0 +1,52 @@
+"""The paper's own way to friction parameters: two auxiliary lines, Fig. 12 and section 5.1."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AuxiliaryLines:
+    """Line f_1 through the start of the curve, line f_2 along the motion: N, N, m/s, N·s/m.
+
+    ``static`` and ``stribeck_velocity`` are NaN where nothing was measured left of the minimum;
+    ``note`` then says so.
+    """
+
+    static: float
+    coulomb: float
+    stribeck_velocity: float
+    viscous: float
+    note: str = ""
+
+
+def auxiliary_lines(speeds: Array, forces: Array, breakaway: float | None = None) -> AuxiliaryLines:
+    """Construct f_1 and f_2 on points of one direction, magnitudes, shape (n,), m/s and N.
+
+    f_2 runs along the upper half of the speeds: its slope is B, it meets the force axis in F_c.
+    f_1 falls from the force axis at F_s (``breakaway``, N, or by the points left of the minimum)
+    to the slowest point of the motion, and meets the level F_c at v_s. Raises ValueError for
+    fewer than two points.
+    """
+    if len(speeds) < 2:
+        raise ValueError("auxiliary lines need two uniform runs in a direction")
+    order = np.argsort(speeds)
+    speed, force = np.asarray(speeds)[order], np.asarray(forces)[order]
+    upper = slice(min(len(speed) // 2, len(speed) - 2), None)
+    viscous, coulomb, *_ = stats.linregress(speed[upper], force[upper])
+    lowest = int(np.argmin(force))
+    if breakaway is not None:
+        speed = np.insert(speed, 0, 0.0)
+        force = np.insert(force, 0, breakaway)
+        lowest = max(lowest + 1, 1) if force[lowest + 1] < breakaway else 0
+    if lowest == 0:
+        note = "no uniform motion left of the minimum: f_1 cannot be drawn"
+        return AuxiliaryLines(math.nan, float(coulomb), math.nan, float(viscous), note)
+    slope, static, *_ = stats.linregress(speed[: lowest + 1], force[: lowest + 1])
+    velocity = (float(coulomb) - static) / slope
+    return AuxiliaryLines(float(static), float(coulomb), float(velocity), float(viscous))

@@ -1,0 +1,96 @@
+"""A number found from data, with the interval it is known to."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg, stats
+
+Array = npt.NDArray[np.float64]
+
+CONFIDENCE = 0.95
+
+# A value known no better than to this share of itself is not worth loading into a plant.
+LARGEST_RELATIVE_HALF_WIDTH = 0.5
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and its 95 % confidence interval, both in ``unit``.
+
+    ``informed`` is false where the data does not determine the value; ``note`` then says why, and
+    ``value`` is NaN unless the data at least suggests one.
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    informed: bool = True
+    note: str = ""
+
+    @property
+    def half_width(self) -> float:
+        """Half the length of the interval, in ``unit``."""
+        return 0.5 * (self.high - self.low)
+
+    def covers(self, truth: float) -> bool:
+        """Whether ``truth`` lies within the interval."""
+        return self.low <= truth <= self.high
+
+    def widened(self, systematic: float, note: str = "") -> "Estimate":
+        """Return the estimate with a 95 % systematic error (in ``unit``) added in quadrature.
+
+        The two errors are independent; ``note`` is added to what is noted already.
+        """
+        return replace(
+            self,
+            low=self.value - math.hypot(self.value - self.low, systematic),
+            high=self.value + math.hypot(self.high - self.value, systematic),
+            note="; ".join(filter(None, (self.note, note))),
+        )
+
+    def __str__(self) -> str:
+        if not self.informed:
+            return f"not informed: {self.note}"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.value:.6g}{unit} ({self.low:.6g} to {self.high:.6g})"
+
+
+def unknown(unit: str, note: str) -> Estimate:
+    """Return an estimate of which the data says nothing, for the reason ``note``."""
+    return Estimate(math.nan, -math.inf, math.inf, unit, False, note)
+
+
+def symmetric(value: float, error: float, freedom: float, unit: str) -> Estimate:
+    """Return an estimate from its standard error and the degrees of freedom behind that."""
+    half = error * float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(freedom, 1.0)))
+    return Estimate(value, value - half, value + half, unit)
+
+
+def covariance(jacobian: Array, variance: float) -> Array:
+    """Return the covariance (p, p) of least-squares parameters from the Jacobian (n, p).
+
+    ``variance`` is that of the residuals. A direction the data does not inform gets an infinite
+    variance instead of a pseudo-inverse's zero.
+    """
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    _, singular, rows = linalg.svd(jacobian / scale, full_matrices=False)
+    threshold = np.finfo(float).eps * max(jacobian.shape) * singular[0]
+    blind = singular <= threshold
+    weights = np.where(blind, 0.0, 1.0 / np.where(blind, 1.0, singular))
+    known = (rows.T * weights**2) @ rows * variance / np.outer(scale, scale)
+    if blind.any():
+        affected = np.any(np.abs(rows[blind]) > 1e-6, axis=0)
+        known[affected, affected] = math.inf
+    return np.asarray(known)
+
+
+def judged(estimate: Estimate, note: str) -> Estimate:
+    """Return ``estimate``, marked as not informed for ``note`` where its interval is too wide."""
+    half = estimate.half_width
+    if math.isfinite(half) and half <= LARGEST_RELATIVE_HALF_WIDTH * abs(estimate.value):
+        return estimate
+    return replace(estimate, informed=False, note=note)

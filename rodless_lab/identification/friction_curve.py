@@ -1,0 +1,73 @@
+"""The Stribeck curve of eq. (29) as a function to fit: its values and its turning points."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import lambertw
+
+Array = npt.NDArray[np.float64]
+
+
+class Stribeck(NamedTuple):
+    """Magnitudes for one direction: F_s, F_c in N, v_s in m/s, B in N·s/m."""
+
+    static: float
+    coulomb: float
+    stribeck_velocity: float
+    viscous: float
+
+
+class TurningPoints(NamedTuple):
+    """Where a rising force lets go and a falling one catches again: speeds in m/s, forces in N.
+
+    Between the two speeds the curve falls and no uniform motion is stable.
+    """
+
+    hump_speed: float
+    hump: float
+    valley_speed: float
+    valley: float
+
+
+def friction_force(curve: Stribeck, speed: Array) -> Array:
+    """Friction in N at ``speed`` >= 0, shape (n,), eq. (29)."""
+    drop = (curve.static - curve.coulomb) * np.exp(-((speed / curve.stribeck_velocity) ** 2))
+    return np.asarray(curve.coulomb + drop + curve.viscous * speed)
+
+
+def friction_slope(curve: Stribeck, speed: Array) -> Array:
+    """Derivative of eq. (29) in N·s/m at ``speed`` >= 0, shape (n,)."""
+    share = speed / curve.stribeck_velocity
+    fall = 2.0 * (curve.static - curve.coulomb) / curve.stribeck_velocity
+    return np.asarray(curve.viscous - fall * share * np.exp(-(share**2)))
+
+
+def turning_points(curve: Stribeck) -> TurningPoints:
+    """Return the local maximum and minimum of eq. (29).
+
+    Its slope is B at rest, so even breakaway is preceded by a creep, and the force that lets go
+    exceeds F_s a little. Where viscous friction hides the fall altogether, both points are its
+    inflection: :func:`has_unstable_branch` tells.
+    """
+    share = min(_steepness(curve), math.sqrt(0.5 / math.e))
+    # x exp(-x²) = share  <=>  -2x² exp(-2x²) = -2 share²
+    argument = max(-2.0 * share**2, -1.0 / math.e)
+    hump, valley = (
+        curve.stribeck_velocity * math.sqrt(max(-0.5 * lambertw(argument, branch).real, 0.0))
+        for branch in (0, -1)
+    )
+    low, high = friction_force(curve, np.array([hump, valley]))
+    return TurningPoints(hump, float(low), valley, float(high))
+
+
+def has_unstable_branch(curve: Stribeck) -> bool:
+    """Whether friction falls with speed anywhere, so that slow motion can stick and slip."""
+    return _steepness(curve) < math.sqrt(0.5 / math.e)
+
+
+def _steepness(curve: Stribeck) -> float:
+    """B v_s / 2 (F_s - F_c): 0 for a steep fall, above 0.43 there is none."""
+    drop = max(curve.static - curve.coulomb, 1e-9)
+    return max(curve.viscous * curve.stribeck_velocity / (2.0 * drop), 1e-9)
