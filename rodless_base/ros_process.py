@@ -2,7 +2,7 @@
 
 import gc
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import rclpy
@@ -62,21 +62,31 @@ def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
 
     A :class:`ParameterError` at the start is printed and gives 1.
     """
+    return run_nodes([make_running], stop)
+
+
+def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
+    """:func:`run_node` for several nodes in one executor."""
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    running: list[RunningNode] = []
     try:
-        running = make_running()
+        for make in makers:
+            running.append(make())
+        _settle_memory()
+        executor = make_executor()
+        for member in running:
+            executor.add_node(member.node)
+        stop.from_now_on_wait()
+        try:
+            spin(executor, stop)
+        finally:
+            for member in running:
+                executor.remove_node(member.node)
     except ParameterError as error:
         print(f"refused to start: {error}", file=sys.stderr)
-        rclpy.try_shutdown()
         return 1
-    _settle_memory()
-    executor = make_executor()
-    executor.add_node(running.node)
-    stop.from_now_on_wait()
-    try:
-        spin(executor, stop)
     finally:
-        executor.remove_node(running.node)
-        running.close()
+        for member in reversed(running):
+            member.close()
         rclpy.try_shutdown()
     return 0

@@ -44,6 +44,7 @@ class ControllerNode:
         self._loop = ControlLoop(self._parameters.values)
         self._enabled = True
         self._arrival: int | None = None
+        self._arrived = False
         self._stamp = Time()
         self._bad_setpoints = self._bad_samples = 0
         self._listening = False
@@ -51,7 +52,7 @@ class ControllerNode:
 
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
-        if not self._simulated:
+        if self._may_speak_unasked:
             self._command_neutral()
         self.node.destroy_node()
 
@@ -78,7 +79,7 @@ class ControllerNode:
         position = self._position(message)
         if position is None:
             return
-        self._arrival = self._now()
+        self._arrived = True
         self._stamp = message.header.stamp
         stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
         output = self._loop.sample(position, stamp) if self._enabled else None
@@ -118,11 +119,14 @@ class ControllerNode:
 
     @property
     def _simulated(self) -> bool:
-        """Whether time is the plant's: a paused plant is then not taken for lost.
-
-        A lock-step plant counts commands, so none is sent that no sample asked for.
-        """
+        """Whether time is the plant's: a paused plant is then not taken for lost."""
         return bool(self.node.get_parameter("use_sim_time").value)
+
+    @property
+    def _may_speak_unasked(self) -> bool:
+        """Whether to send commands that no sample asked for; a lock-step plant counts them."""
+        timeout = self._parameters.values.number("controller.position_timeout")
+        return timeout > 0.0 and not self._simulated
 
     def _now(self) -> int:
         return int(self.node.get_clock().now().nanoseconds) if self._simulated else monotonic_ns()
@@ -136,19 +140,24 @@ class ControllerNode:
         self.node.create_subscription(JointState, JOINT_STATES, self._take_sample, QUEUE_DEPTH)
 
     def _watch(self) -> None:
+        self._telemetry.look()
         self._listen_once_heard()
-        if self._arrival is None:
-            if not self._simulated:
+        if self._arrived:
+            self._arrival, self._arrived = self._now(), False
+        elif self._arrival is None:
+            if self._may_speak_unasked:
                 self._command_neutral()
-            return
-        timeout = self._parameters.values.number("controller.position_timeout")
-        if self._now() - self._arrival > timeout * NANOSECONDS:
+        elif self._positions_are_missing(self._now() - self._arrival):
             self._arrival = None
             self._loop.hold()
             self.node.get_logger().warning(
                 "positions have stopped coming: commanding a closed valve"
             )
             self._command_neutral()
+
+    def _positions_are_missing(self, silence: int) -> bool:
+        timeout = self._parameters.values.number("controller.position_timeout")
+        return 0.0 < timeout * NANOSECONDS < silence
 
     def _command_neutral(self) -> None:
         neutral = self._parameters.values.number("controller.neutral_voltage")

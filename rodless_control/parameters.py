@@ -120,9 +120,9 @@ DECLARATIONS = declare(
         "controller.position_timeout",
         0.1,
         "s",
-        "time without a position after which the valve is commanded to neutral",
+        "time without a position after which the valve is commanded to neutral; 0 for never",
         "judgement",
-        1e-3,
+        0.0,
         60.0,
     ),
     Parameter(

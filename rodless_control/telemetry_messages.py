@@ -4,6 +4,7 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 
 from rodless_base.ros_names import QUEUE_DEPTH
+from rodless_base.ros_publish import OnDemand
 from rodless_control.loop import Output
 
 TERMS = ("reference", "error", "p", "i", "d", "feedforward")
@@ -15,20 +16,21 @@ class Telemetry:
     def __init__(self, node: Node) -> None:
         """Make the publishers."""
         self._publishers = [
-            node.create_publisher(Float64, f"~/{term}", QUEUE_DEPTH) for term in TERMS
+            OnDemand(node.create_publisher(Float64, f"~/{term}", QUEUE_DEPTH), _message)
+            for term in TERMS
         ]
 
+    def look(self) -> None:
+        """Look up who listens."""
+        for publisher in self._publishers:
+            publisher.look()
+
     def publish(self, output: Output) -> None:
-        """Publish to those who listen; building a message that nobody reads costs as much."""
-        command = output.command
-        values = (
-            output.reference,
-            command.error,
-            command.p,
-            command.i,
-            command.d,
-            command.feedforward,
-        )
-        for publisher, value in zip(self._publishers, values, strict=True):
-            if publisher.get_subscription_count():
-                publisher.publish(Float64(data=value))
+        """Publish to those who listen."""
+        _, *terms = output.command
+        for publisher, value in zip(self._publishers, (output.reference, *terms), strict=True):
+            publisher.publish(value)
+
+
+def _message(value: float) -> Float64:
+    return Float64(data=value)

@@ -16,21 +16,29 @@ from rodless_base.parameter_file import preset_file
 # What Ctrl-C promises; after it a process is killed.
 STOP_SECONDS = 2.0
 
-MODULES = {"plant": "rodless_sim.plant_node", "controller": "rodless_control.controller_node"}
+MODULES = {
+    "plant": "rodless_sim.plant_node",
+    "controller": "rodless_control.controller_node",
+    "rig": "rodless_lab.one_process",
+}
 
 
 def node_command(
-    node: str,
+    process: str,
     parameter_files: Iterable[str | Path] = (),
-    parameters: Mapping[str, object] | None = None,
+    parameters: Mapping[str, Mapping[str, object]] | None = None,
     namespace: str = "",
 ) -> list[str]:
-    """Return the command line of ``plant`` or ``controller``; later parameters win."""
-    command = [sys.executable, "-m", "rodless_base.start", MODULES[node], "--ros-args"]
+    """Return the command line of ``plant``, ``controller``, or ``rig`` (both in one process).
+
+    ``parameters`` are by node; they win over the files, later files over earlier ones.
+    """
+    command = [sys.executable, "-m", "rodless_base.start", MODULES[process], "--ros-args"]
     for path in parameter_files:
         command += ["--params-file", str(path)]
-    for name, value in (parameters or {}).items():
-        command += ["-p", f"{name}:={json.dumps(value)}"]
+    for node, values in (parameters or {}).items():
+        for name, value in values.items():
+            command += ["-p", f"{node}:{name}:={json.dumps(value)}"]
     if namespace:
         command += ["-r", f"__ns:=/{namespace.strip('/')}"]
     return command
@@ -39,7 +47,8 @@ def node_command(
 class RigProcesses:
     """Plant and controller, running between ``__enter__`` and ``__exit__``.
 
-    The controller takes its time from the plant, so that a paused plant is not taken for lost.
+    Each is a process of its own, or with ``one_process`` both are one. The controller takes its
+    time from the plant, so that a paused plant is not taken for lost.
     """
 
     def __init__(
@@ -50,18 +59,20 @@ class RigProcesses:
         namespace: str = "",
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
+        one_process: bool = False,
     ) -> None:
         """Prepare both with ``preset`` and parameters on top; raises FileNotFoundError.
 
         ``environment`` is added to this process's; ``output`` takes what the nodes print
         (default: where this process prints).
         """
-        files = [preset_file(preset)]
+        parameters = {
+            "plant": plant or {},
+            "controller": {"use_sim_time": True, **(controller or {})},
+        }
         self._commands = {
-            "plant": node_command("plant", files, plant, namespace),
-            "controller": node_command(
-                "controller", files, {"use_sim_time": True, **(controller or {})}, namespace
-            ),
+            process: node_command(process, [preset_file(preset)], parameters, namespace)
+            for process in (["rig"] if one_process else ["plant", "controller"])
         }
         self._environment = {**os.environ, **(environment or {})}
         self._output = output
@@ -88,7 +99,7 @@ class RigProcesses:
 
     @property
     def pids(self) -> dict[str, int]:
-        """Process ID of each node."""
+        """Process IDs by process."""
         return {name: process.pid for name, process in self._running.items()}
 
     def check(self) -> None:

@@ -18,11 +18,20 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
     parser.add_argument("--namespace", default="")
+    parser.add_argument("--lockstep", action="store_true", help="one period for each command")
+    parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
     options = parser.parse_args(arguments)
     pressure = options.supply_pressure
-    plant = {} if pressure is None else {"supply.pressure": pressure}
+    plant: dict[str, object] = {} if pressure is None else {"supply.pressure": pressure}
+    if options.lockstep:
+        plant["time.mode"] = "lockstep"
     stop.from_now_on_wait()
-    with RigProcesses(options.preset, plant=plant, namespace=options.namespace) as rig:
+    with RigProcesses(
+        options.preset,
+        plant=plant,
+        namespace=options.namespace,
+        one_process=options.one_process,
+    ) as rig:
         while not stop.requested:
             try:
                 rig.check()

@@ -21,6 +21,7 @@ from rodless_base.ros_diagnostics import (
 from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.ros_parameters import RosParameters
 from rodless_base.ros_process import run_node
+from rodless_base.ros_publish import OnDemand
 from rodless_base.start import Stop
 from rodless_sim import plant_messages as messages
 from rodless_sim.engine import Engine
@@ -87,12 +88,16 @@ class PlantNode:
     def _make_publishers(self) -> None:
         publisher = partial(self.node.create_publisher, qos_profile=QUEUE_DEPTH)
         self._joint_states = publisher(JointState, JOINT_STATES)
-        self._pressure_a = publisher(FluidPressure, "chamber_a/pressure")
-        self._pressure_b = publisher(FluidPressure, "chamber_b/pressure")
-        self._supply = publisher(FluidPressure, "supply/pressure")
+        self._pressures = {
+            frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
+            for frame in ("chamber_a", "chamber_b", "supply")
+        }
         self._clock = (
-            publisher(Clock, "/clock") if self._parameters.values["time.publish_clock"] else None
+            OnDemand(publisher(Clock, "/clock"), messages.clock)
+            if self._parameters.values["time.publish_clock"]
+            else None
         )
+        self._on_demand = [*self._pressures.values(), *([self._clock] if self._clock else [])]
         self._diagnostics = diagnostics_publisher(self.node)
 
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
@@ -106,24 +111,25 @@ class PlantNode:
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/pause", self._pause)
         self.node.create_service(Trigger, "~/step", self._step)
-        self.node.create_timer(LOOK_SECONDS, self._time.look, clock=steady_clock())
+        self.node.create_timer(LOOK_SECONDS, self._look, clock=steady_clock())
         self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
 
     def _ready(self) -> bool:
         """Whether everybody listens whom the run must not start without."""
         recorders = int(self._parameters.values.number("time.recorders"))
         lockstep = self._parameters.values.text("time.mode") == "lockstep"
-        if not recorders:
-            return not lockstep or self._joint_states.get_subscription_count() > 0
-        topics = [self._pressure_a, self._pressure_b, self._supply]
-        if self._clock is not None:
-            topics.append(self._clock)
-        return self._joint_states.get_subscription_count() > recorders and all(
-            topic.get_subscription_count() >= recorders for topic in topics
-        )
+        others = min([publisher.look() for publisher in self._on_demand])
+        if not recorders and not lockstep:
+            return True
+        return others >= recorders and self._joint_states.get_subscription_count() > recorders
 
     def _commanders(self) -> int:
         return int(self.node.count_publishers(self._commands.topic_name))
+
+    def _look(self) -> None:
+        for publisher in self._on_demand:
+            publisher.look()
+        self._time.look()
 
     def _configure(self, values: RigParameters) -> None:
         self._engine.configure(values)
@@ -150,10 +156,10 @@ class PlantNode:
 
     def _publish(self, time: int, state: State, supply: float) -> None:
         if self._clock is not None:
-            self._clock.publish(messages.clock(time))
-        self._pressure_a.publish(messages.pressure(state.pressure_a, "chamber_a", time))
-        self._pressure_b.publish(messages.pressure(state.pressure_b, "chamber_b", time))
-        self._supply.publish(messages.pressure(supply, "supply", time))
+            self._clock.publish(time)
+        self._pressures["chamber_a"].publish(state.pressure_a, "chamber_a", time)
+        self._pressures["chamber_b"].publish(state.pressure_b, "chamber_b", time)
+        self._pressures["supply"].publish(supply, "supply", time)
         self._joint_states.publish(messages.joint_state(state, time))
 
     def _publish_diagnostics(self) -> None:
