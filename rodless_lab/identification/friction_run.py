@@ -1,0 +1,121 @@
+"""Friction of a measured run: points of eq. (30), stick-slip events, and the fit of both."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.measured_run import MeasuredRun
+from rodless_lab.identification.stick_slip import StickSlipEvents, stick_slip_events
+from rodless_lab.identification.uniform_motion import UniformPart, uniform_parts
+from rodless_sim import RigParameters
+from rodless_sim.sensors import PRESSURE_RANGE
+
+Array = npt.NDArray[np.float64]
+
+# How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
+FINEST_FORCE = 0.03
+
+# Two biases, each anywhere within ±b, differ by less than this many b in 95 of 100 cases.
+BIAS_DIFFERENCE = 2.0 * (1.0 - math.sqrt(0.05))
+
+
+@dataclass(frozen=True)
+class FrictionPoints:
+    """Uniform motion (m/s, N, with standard errors; shape (n,)) and stick-slip events of a run."""
+
+    speeds: Array
+    speed_errors: Array
+    forces: Array
+    force_errors: Array
+    events: StickSlipEvents
+    reason: str
+
+
+def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoints:
+    """Read uniform motion and stick-slip from ``run``.
+
+    Of ``parameters`` bore, moving mass and the lag of the pressure sensors are used; ``reason``
+    says why where there is no uniform motion. Raises ValueError for a run of no length.
+    """
+    area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
+    lag = parameters.number("sensors.pressure_lag")
+    force = area * (run.pressure_a - run.pressure_b)
+    found = uniform_parts(run.time, run.position)
+    readings = [_force(run.time, force, part, lag) for part in found.parts]
+    mass = parameters.number("cylinder.moving_mass")
+    return FrictionPoints(
+        speeds=np.array([part.speed for part in found.parts]),
+        speed_errors=np.array([part.speed_error for part in found.parts]),
+        forces=np.array(
+            [
+                mean - mass * part.acceleration
+                for (mean, _), part in zip(readings, found.parts, strict=True)
+            ]
+        ),
+        force_errors=np.array([error for _, error in readings]),
+        events=stick_slip_events(run.time, run.position, force, lag),
+        reason=found.reason,
+    )
+
+
+def _force(time: Array, force: Array, part: UniformPart, lag: float) -> tuple[float, float]:
+    """Mean force over a part in N, the sensors' lag removed, and its standard error."""
+    local = time[part.first : part.last] - time[part.first : part.last].mean()
+    line = np.polynomial.Polynomial.fit(local, force[part.first : part.last], 1)
+    mean, slope = line.convert().coef
+    scatter = float(np.std(force[part.first : part.last] - line(local), ddof=2))
+    error = math.hypot(scatter / math.sqrt(len(local)), FINEST_FORCE)
+    return float(mean + lag * slope), error
+
+
+def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFit:
+    """Identify both directions' friction from one run.
+
+    The intervals hold the noise of the run and, by the ``sensors.*`` of ``parameters``, what its
+    noise cannot show: a bias of the pressure sensors moves F_s and F_c of both directions by one
+    force, a bow of the position sensor moves the slope B.
+    """
+    points = friction_points(run, parameters)
+    if not len(points.speeds):
+        raise ValueError(f"no uniform motion: {points.reason}")
+    events = points.events
+    fit = fit_friction(
+        points.speeds,
+        points.forces,
+        speed_errors=points.speed_errors,
+        force_errors=points.force_errors,
+        breakaways=events.breakaways,
+        breakaway_errors=events.breakaway_errors,
+        stops=events.stops,
+        stop_errors=events.stop_errors,
+    )
+    return FrictionFit(
+        _with_accuracy(fit.forward, parameters), _with_accuracy(fit.reverse, parameters)
+    )
+
+
+def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
+    area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
+    bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
+    force = area * BIAS_DIFFERENCE * bias
+    # The slope of a bow that makes one wave along the range.
+    stretch = 2.0 * math.pi * parameters.number("sensors.position_linearity")
+    return replace(
+        fit,
+        static=_widened(fit.static, force, "bias of the pressure sensors"),
+        coulomb=_widened(fit.coulomb, force, "bias of the pressure sensors"),
+        stribeck_velocity=_widened(
+            fit.stribeck_velocity, stretch * fit.stribeck_velocity.value, "bow of the scale"
+        ),
+        viscous=_widened(fit.viscous, stretch * fit.viscous.value, "bow of the scale"),
+    )
+
+
+def _widened(estimate: Estimate, systematic: float, cause: str) -> Estimate:
+    if not estimate.informed or systematic == 0.0:
+        return estimate
+    return estimate.widened(systematic, f"includes ±{systematic:.3g} {estimate.unit} for {cause}")

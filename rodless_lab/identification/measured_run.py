@@ -1,0 +1,76 @@
+"""A run as instruments saw it, checked before anything is computed from it."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_sim import Trace
+
+Array = npt.NDArray[np.float64]
+
+# Fewer samples than this are no run.
+FEWEST_SAMPLES = 20
+
+# Pressures are absolute: a reading below this (Pa) is a gauge pressure or in another unit.
+LOWEST_PRESSURE = 5e4
+
+
+class RunError(ValueError):
+    """A run that cannot be used; the text says what is wrong and where."""
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """Arrays of one shape (n,) on one evenly spaced time base: s, m, Pa, Pa, Pa, V.
+
+    ``voltage[k]`` is held from sample k to sample k+1.
+    """
+
+    time: Array
+    position: Array
+    pressure_a: Array
+    pressure_b: Array
+    supply_pressure: Array
+    voltage: Array
+
+    def __post_init__(self) -> None:
+        """Raise :class:`RunError` for a run too short, not finite, or with time going backwards."""
+        if len(self.time) < FEWEST_SAMPLES:
+            raise RunError(f"only {len(self.time)} samples, too few for a run")
+        for field in fields(self):
+            values = getattr(self, field.name)
+            if values.shape != self.time.shape:
+                raise RunError(f"{field.name} has {len(values)} samples, time {len(self.time)}")
+            bad = np.flatnonzero(~np.isfinite(values))
+            if len(bad):
+                raise RunError(f"{field.name}: sample {bad[0]} is {values[bad[0]]}")
+        back = np.flatnonzero(np.diff(self.time) <= 0.0)
+        if len(back):
+            raise RunError(f"time does not increase at sample {back[0] + 1}")
+
+    @property
+    def period(self) -> float:
+        """Time between samples in s."""
+        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+    def check_absolute(self) -> None:
+        """Raise :class:`RunError` where pressures look like gauge readings."""
+        for name in ("pressure_a", "pressure_b", "supply_pressure"):
+            lowest = float(np.min(getattr(self, name)))
+            if lowest < LOWEST_PRESSURE:
+                raise RunError(
+                    f"{name} falls to {lowest:.6g} Pa; absolute pressures are needed, in Pa"
+                )
+
+
+def run_of_trace(trace: Trace, supply_pressure: float) -> MeasuredRun:
+    """Return a trace, true or measured, as a run with a constant reading of the supply (Pa)."""
+    return MeasuredRun(
+        trace.time,
+        trace.position,
+        trace.pressure_a,
+        trace.pressure_b,
+        np.full(trace.time.shape, supply_pressure),
+        trace.voltage,
+    )
