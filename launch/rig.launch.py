@@ -13,48 +13,66 @@ PRESETS = sorted(
 )
 
 
+TOPICS = [
+    "joint_states",
+    "chamber_a/pressure",
+    "chamber_b/pressure",
+    "supply/pressure",
+    "valve/voltage",
+    "setpoint",
+    "/clock",
+]
+
+
 def start_rig(context: LaunchContext) -> list[Node]:
-    """Return both nodes; the launch ends when either does, so that a dead node is seen."""
+    """Return the nodes; the launch ends when any does, so that a dead node is seen."""
     chosen = {
         name: LaunchConfiguration(name).perform(context)
-        for name in ("preset", "supply_pressure", "namespace")
+        for name in ("preset", "supply_pressure", "namespace", "mode", "bag")
     }
-    share = Path(get_package_share_directory("rodless_sim"))
-    preset = str(share / "config" / f"{chosen['preset']}.yaml")
-    plant: list[object] = [preset]
+    recorded = LaunchConfiguration("record").perform(context) == "true"
+    preset = str(
+        Path(get_package_share_directory("rodless_sim"), "config", f"{chosen['preset']}.yaml")
+    )
+    plant = {"time.mode": chosen["mode"], "time.recorders": int(recorded)}
     if chosen["supply_pressure"]:
-        plant.append({"supply.pressure": float(chosen["supply_pressure"])})
+        plant["supply.pressure"] = float(chosen["supply_pressure"])
+    controller = {"use_sim_time": True, "controller.recorders": int(recorded)}
     common = {
         "package": "rodless_sim",
         "namespace": chosen["namespace"],
         "output": "screen",
         "on_exit": Shutdown(),
     }
-    return [
-        Node(executable="plant", name="plant", parameters=plant, **common),
-        Node(
-            executable="controller",
-            name="controller",
-            parameters=[preset, {"use_sim_time": True}],
-            **common,
-        ),
+    nodes = [
+        Node(executable="plant", name="plant", parameters=[preset, plant], **common),
+        Node(executable="controller", name="controller", parameters=[preset, controller], **common),
     ]
+    if recorded:
+        # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
+        # bags lack the first samples; this recorder writes the same format and has them.
+        output = ["--output", chosen["bag"]] if chosen["bag"] else []
+        nodes.append(Node(executable="recorder", arguments=[*TOPICS, *output], **common))
+    return nodes
 
 
 def generate_launch_description() -> LaunchDescription:
     """Describe the arguments and the rig."""
+    arguments = (
+        ("preset", "paper", PRESETS, "parameter preset"),
+        ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
+        ("namespace", "", None, "namespace of all nodes"),
+        ("mode", "realtime", ["realtime", "lockstep"], "what drives plant time"),
+        ("record", "false", ["true", "false"], "record a bag from the first sample on"),
+        ("bag", "", None, "folder of that bag; empty: named after the time"),
+    )
     return LaunchDescription(
         [
-            DeclareLaunchArgument(
-                "preset", default_value="paper", choices=PRESETS, description="parameter preset"
-            ),
-            DeclareLaunchArgument(
-                "supply_pressure",
-                default_value="",
-                description="supply pressure in Pa, absolute; empty: the preset's",
-            ),
-            DeclareLaunchArgument(
-                "namespace", default_value="", description="namespace of both nodes"
+            *(
+                DeclareLaunchArgument(
+                    name, default_value=default, choices=choices, description=text
+                )
+                for name, default, choices, text in arguments
             ),
             OpaqueFunction(function=start_rig),
         ]
