@@ -62,6 +62,21 @@ class Lockstep:
     def _overdue(self) -> bool:
         return self._pending is None and self._now() - self._offered_at > self._patience
 
+    @property
+    def paused(self) -> bool:
+        """Whether plant time stands still by request."""
+        return self._paused
+
+    @property
+    def at_start(self) -> bool:
+        """Whether plant time is zero."""
+        return self._engine.rig.nanoseconds == 0
+
+    @property
+    def steps_by_itself(self) -> bool:
+        """Whether several steps can be taken at once, without an answer to each."""
+        return False
+
     def receive(self, voltage: float) -> None:
         """Take the answer (V) to the last sample."""
         if self._phase is not Phase.RUNNING:

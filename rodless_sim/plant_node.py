@@ -3,6 +3,7 @@
 from functools import partial
 from typing import Protocol
 
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
@@ -28,11 +29,12 @@ from rodless_sim.engine import Engine
 from rodless_sim.lockstep import Lockstep
 from rodless_sim.parameters import RigParameters
 from rodless_sim.realtime import LOOK_SECONDS, Realtime
-from rodless_sim.rig import State
+from rodless_sim.rig import Rig, State
+from rodless_sim.ros_simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.timing import nanoseconds
 
 
-class TimeKeeper(Protocol):
+class TimeKeeper(Simulation, Protocol):
     """A way of keeping time: :class:`Realtime` or :class:`Lockstep`."""
 
     @property
@@ -46,15 +48,6 @@ class TimeKeeper(Protocol):
     def receive(self, voltage: float) -> None:
         """Take a command (V)."""
 
-    def pause(self, paused: bool) -> None:
-        """Stop plant time, or let it run on."""
-
-    def step(self) -> str | None:
-        """Advance a paused plant by one period; return what is in the way, if anything."""
-
-    def reset(self) -> str:
-        """Return to the start; say when that takes effect."""
-
     def look(self) -> None:
         """Do what no command triggers; called every ``LOOK_SECONDS``."""
 
@@ -66,12 +59,11 @@ class PlantNode:
     """A rig in plant time, which the wall clock or the commands drive."""
 
     def __init__(self, **node_options: object) -> None:
-        """Compile, settle and start; raises ParameterError for parameters that are no rig's."""
+        """Settle and start; raises ParameterError for parameters that are no rig's."""
         self.node = Node(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
-        self.node.get_logger().info("loading the compiled plant (the first start compiles it)")
         self._make_publishers()
         self._engine = Engine(self._parameters.values, self._publish)
         self._commands = self.node.create_subscription(
@@ -111,6 +103,7 @@ class PlantNode:
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/pause", self._pause)
         self.node.create_service(Trigger, "~/step", self._step)
+        offer_standard_services(self.node, self._time)
         self.node.create_timer(LOOK_SECONDS, self._look, clock=steady_clock())
         self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
 
@@ -198,6 +191,13 @@ class PlantNode:
         return OK, "ended" if self._engine.ended else "running"
 
 
+def load() -> None:
+    """Load the compiled plant, so that the first sample does not wait for it."""
+    get_logger("plant").info("loading the compiled plant (the first start compiles it)")
+    Rig().advance(0.0, 1e-3)
+
+
 def main(stop: Stop) -> int:
     """Run the plant until ``stop``."""
+    load()
     return run_node(PlantNode, stop)

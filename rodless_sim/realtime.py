@@ -39,6 +39,21 @@ class Realtime:
             return "no valid command: valve closed"
         return None
 
+    @property
+    def paused(self) -> bool:
+        """Whether plant time stands still by request."""
+        return self._paused
+
+    @property
+    def at_start(self) -> bool:
+        """Whether plant time is zero."""
+        return self._engine.rig.nanoseconds == 0
+
+    @property
+    def steps_by_itself(self) -> bool:
+        """Whether several steps can be taken at once, without an answer to each."""
+        return True
+
     def receive(self, voltage: float) -> None:
         """Take a command (V)."""
         self._engine.receive(voltage)
