@@ -8,6 +8,10 @@ from typing import NamedTuple
 # Clock messages remembered, to date messages that arrive late.
 _REMEMBERED = 10_000
 
+# How many turns a message waits for a clock message. One that was lost on the way and is sent
+# again comes seconds late, and all after it with it.
+TURNS = 100
+
 # Messages that may wait for the first clock message.
 _WAITING = 20_000
 
@@ -51,30 +55,33 @@ class BagClock:
     In plant time, that is the stamp in its header, or for a message without one the time of the
     last clock message sent before it. Messages from different senders overtake each other on
     the way, so an unstamped message waits until a clock message that was sent after it has come,
-    or for :meth:`release`. Before the first clock message nothing can be dated, and everything
-    waits. Senders on several machines must agree on the wall clock.
+    or for ``TURNS`` calls of :meth:`turn`. Before the first clock message nothing can be dated,
+    and everything waits. Messages of one topic keep their order. Senders on several machines
+    must agree on the wall clock.
     """
 
     def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
         self.base = base
-        self._waiting: list[Arrival] = []
+        self._turn = 0
+        self._waiting: list[tuple[int, Arrival]] = []
+        self._waiting_topics: set[str] = set()
         self._clock_sent: list[int] = []
         self._clock_time: list[int] = []
 
     def waits_since(self, received: int) -> bool:
         """Whether a message received before then (ns, wall clock) still waits."""
-        return bool(self._waiting) and self._waiting[0].received < received
+        return bool(self._waiting) and self._waiting[0][1].received < received
 
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
         if arrival.clock is not None:
             return [*self.tell(arrival.sent, arrival.clock), self._timed(arrival)]
-        if not self._must_wait(arrival):
+        if arrival.topic not in self._waiting_topics and not self._must_wait(arrival):
             return [self._timed(arrival)]
-        self._waiting.append(arrival)
+        self._waiting.append((self._turn, arrival))
+        self._waiting_topics.add(arrival.topic)
         if self.base is TimeBase.UNKNOWN and len(self._waiting) >= _WAITING:
-            self.base = TimeBase.WALL
-            return self.release(arrival.received)
+            return self.finish()
         return []
 
     def tell(self, sent: int, clock: int) -> list[Timed]:
@@ -87,20 +94,39 @@ class BagClock:
         if len(self._clock_sent) > 2 * _REMEMBERED:
             del self._clock_sent[:-_REMEMBERED]
             del self._clock_time[:-_REMEMBERED]
-        held, self._waiting = self._waiting, []
-        self._waiting = [arrival for arrival in held if self._must_wait(arrival)]
-        return [self._timed(arrival) for arrival in held if not self._must_wait(arrival)]
+        return self._dated()
 
-    def release(self, received_until: int) -> list[Timed]:
-        """Return the messages received until then (ns, wall clock) with the best time known.
+    def _dated(self) -> list[Timed]:
+        """Take the messages that need not wait any more."""
+        dated = []
+        held, self._waiting, self._waiting_topics = self._waiting, [], set()
+        for turn, arrival in held:
+            if arrival.topic in self._waiting_topics or self._must_wait(arrival):
+                self._waiting_topics.add(arrival.topic)
+                self._waiting.append((turn, arrival))
+            else:
+                dated.append(self._timed(arrival))
+        return dated
+
+    def turn(self) -> list[Timed]:
+        """Return the messages that have waited for ``TURNS`` turns, with the best time known.
 
         None are returned while there is no clock.
         """
         if self.base is TimeBase.UNKNOWN:
             return []
+        self._turn += 1
         held, self._waiting = self._waiting, []
-        self._waiting = [arrival for arrival in held if arrival.received > received_until]
-        return [self._timed(arrival) for arrival in held if arrival.received <= received_until]
+        self._waiting = [entry for entry in held if entry[0] > self._turn - TURNS]
+        self._waiting_topics = {arrival.topic for _, arrival in self._waiting}
+        return [self._timed(arrival) for turn, arrival in held if turn <= self._turn - TURNS]
+
+    def finish(self) -> list[Timed]:
+        """Return all messages that still wait; without a clock, in wall time."""
+        if self.base is TimeBase.UNKNOWN:
+            self.base = TimeBase.WALL
+        held, self._waiting, self._waiting_topics = self._waiting, [], set()
+        return [self._timed(arrival) for _, arrival in held]
 
     def _must_wait(self, arrival: Arrival) -> bool:
         if self.base is TimeBase.PLANT:

@@ -25,9 +25,6 @@ PERIOD = 0.1
 # A bag without a publisher of /clock for this long (ns, wall clock) gets wall-clock times.
 CLOCK_PATIENCE = 2_000_000_000
 
-# How much later (ns, wall clock) than a message the clock message sent before it may come.
-CLOCK_DELAY = 1_000_000_000
-
 # What rclpy tells about a message beside its content.
 Info = Mapping[str, Any]
 
@@ -103,16 +100,14 @@ class Recorder:
         now = time.time_ns()
         for subscription in self._subscriptions.values():
             _take_sent(subscription, now)
-        if self._clock.base is TimeBase.UNKNOWN:
-            self._clock.base = TimeBase.WALL
-        self._write(self._clock.release(time.time_ns()))
+        self._write(self._clock.finish())
         self.node.destroy_node()
 
     def _turn(self) -> None:
         self._subscribe_new()
         if self._clock.base is TimeBase.UNKNOWN and self._clock_is_missing():
-            self._clock.base = TimeBase.WALL
-        self._write(self._clock.release(time.time_ns() - CLOCK_DELAY))
+            self._write(self._clock.finish())
+        self._write(self._clock.turn())
         with self._stopping():
             self._writer.flush()
         if self._on_ready is not None and self.ready:

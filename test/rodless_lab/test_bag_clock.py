@@ -34,9 +34,20 @@ def test_a_command_waits_for_the_clock_message_it_has_overtaken() -> None:
     clock = BagClock()
     clock.put(arrival("clock", 0, clock=7000))
     assert clock.put(arrival("command", 150)) == []
-    assert clock.release(WALL + 154) == []
-    dated = clock.put(arrival("clock", 100, clock=8000)) + clock.release(WALL + 155)
+    assert clock.turn() == []
+    dated = clock.put(arrival("clock", 100, clock=8000)) + clock.finish()
     assert times(dated) == [("clock", 8000), ("command", 8000)]
+
+
+def test_a_paused_plant_does_not_hold_a_command_for_ever() -> None:
+    """When no further clock message comes, a command is dated by the last one after some turns."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    assert clock.put(arrival("command", 150)) == []
+    for _ in range(bag_clock.TURNS - 1):
+        assert clock.turn() == []
+    assert times(clock.turn()) == [("command", 7000)]
+    assert clock.finish() == []
 
 
 def test_a_stamp_is_the_time_of_its_message() -> None:
@@ -52,7 +63,17 @@ def test_a_stamp_that_is_unset_or_wall_time_does_not_count(stamp: int) -> None:
     clock = BagClock()
     clock.put(arrival("clock", 0, clock=7000))
     clock.put(arrival("sample", 500, stamp=stamp))
-    assert times(clock.release(WALL + 505)) == [("sample", 7000)]
+    assert times(clock.finish()) == [("sample", 7000)]
+
+
+def test_messages_of_a_topic_keep_their_order() -> None:
+    """The first sample, stamped 0, must wait for the clock; the second waits behind it."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=0))
+    assert clock.put(arrival("sample", 10, stamp=0)) == []
+    assert clock.put(arrival("sample", 110, stamp=1000)) == []
+    dated = clock.put(arrival("clock", 100, clock=1000))
+    assert times(dated) == [("sample", 0), ("sample", 1000), ("clock", 1000)]
 
 
 def test_nothing_is_dated_before_the_first_clock_message() -> None:
@@ -60,7 +81,7 @@ def test_nothing_is_dated_before_the_first_clock_message() -> None:
     clock = BagClock()
     assert clock.put(arrival("sample", 10, stamp=6900)) == []
     assert clock.put(arrival("command", 20)) == []
-    assert clock.release(WALL + 25) == []
+    assert clock.turn() == []
     dated = clock.put(arrival("clock", 30, clock=7000))
     assert times(dated) == [("sample", 6900), ("command", 7000), ("clock", 7000)]
 
