@@ -1,0 +1,190 @@
+"""Lock-step time without ROS: one sample per command, and what happens when that breaks."""
+
+import numpy as np
+import pytest
+
+from rodless_sim import RigParameters, simulate
+from rodless_sim.engine import Engine
+from rodless_sim.lockstep import Lockstep
+from rodless_sim.rig import State
+
+PATIENCE = 1.0
+
+
+class Bench:
+    """A lock-step plant with its surroundings: who listens, who commands, what time it is."""
+
+    def __init__(self, **values: object) -> None:
+        self.samples: list[tuple[int, State]] = []
+        self.listeners = True
+        self.commanders = 1
+        self.clock = 0.0
+        parameters = RigParameters(
+            {f"time.{name}": value for name, value in values.items()} | {"time.mode": "lockstep"}
+        )
+        self.engine = Engine(parameters, lambda time, state, _: self.samples.append((time, state)))
+        self.plant = Lockstep(
+            self.engine,
+            PATIENCE,
+            lambda: self.listeners,
+            lambda: self.commanders,
+            lambda: self.clock,
+        )
+
+    @property
+    def times(self) -> list[int]:
+        """Plant times of the samples handed out, in periods."""
+        return [time // 1_000_000 for time, _ in self.samples]
+
+
+def test_nothing_moves_before_there_is_a_listener_and_one_commander() -> None:
+    """Without a listener, with no commander or with two, not even sample 0 is offered."""
+    bench = Bench()
+    for listeners, commanders in ((False, 1), (True, 0), (True, 2)):
+        bench.listeners, bench.commanders = listeners, commanders
+        bench.plant.look()
+        bench.plant.receive(6.0)
+        assert bench.samples == []
+        assert "waiting" in str(bench.plant.problem)
+    bench.commanders = 1
+    bench.plant.look()
+    assert bench.times == [0]
+    assert bench.plant.problem is None
+
+
+def test_each_command_gives_the_next_sample_and_the_open_loop_trace() -> None:
+    """N commands give samples 0 to N, bit for bit those of the open-loop simulation."""
+    bench = Bench()
+    voltages = 5.08 + np.sin(np.arange(200) / 20.0)
+    bench.plant.look()
+    for voltage in voltages:
+        bench.plant.receive(float(voltage))
+    trace = simulate(RigParameters(), voltages, 1e-3)
+    assert bench.times == list(range(201))
+    assert [state.position for _, state in bench.samples] == trace.position.tolist()
+    assert [state.pressure_b for _, state in bench.samples] == trace.pressure_b.tolist()
+
+
+def test_pause_keeps_the_answer_back_until_it_ends() -> None:
+    """While paused the answer waits; a step lets one take effect; the end of the pause too."""
+    bench = Bench()
+    bench.plant.look()
+    assert bench.plant.step() == "pause the plant first"
+    bench.plant.pause(True)
+    assert "no command" in str(bench.plant.step())
+    bench.plant.receive(6.0)
+    assert bench.times == [0]
+    assert bench.plant.step() is None
+    assert bench.times == [0, 1]
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1]
+    bench.plant.pause(False)
+    assert bench.times == [0, 1, 2]
+    bench.plant.pause(False)
+    assert bench.times == [0, 1, 2]
+
+
+def test_reset_drops_the_answer_under_way() -> None:
+    """The command that answers the last sample before a reset is not taken for sample 0's."""
+    bench = Bench()
+    bench.plant.look()
+    for _ in range(5):
+        bench.plant.receive(9.0)
+    assert bench.plant.reset() != "done"
+    bench.plant.receive(9.0)
+    assert bench.times == [0, 1, 2, 3, 4, 5, 0]
+    bench.plant.receive(5.08)
+    assert bench.times[-1] == 1
+    assert bench.samples[-1][1].position == bench.samples[0][1].position
+
+
+def test_reset_does_not_wait_for_ever() -> None:
+    """With nobody answering, a reset happens once the patience is over."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(9.0)
+    bench.plant.reset()
+    bench.plant.look()
+    assert bench.times == [0, 1]
+    bench.clock += 1.1 * PATIENCE
+    bench.plant.look()
+    assert bench.times == [0, 1, 0]
+
+
+def test_reset_of_a_paused_plant_with_its_answer_at_hand_is_immediate() -> None:
+    """A paused plant whose answer has come drops it and offers sample 0 at once."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(9.0)
+    bench.plant.pause(True)
+    bench.plant.receive(9.0)
+    assert bench.plant.reset() == "done"
+    assert bench.times == [0, 1, 0]
+    bench.plant.receive(5.08)
+    assert bench.times == [0, 1, 0]
+    bench.plant.pause(False)
+    assert bench.times == [0, 1, 0, 1]
+
+
+def test_second_commander_is_refused_until_a_reset() -> None:
+    """When another publisher of commands appears the plant holds and says so."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(6.0)
+    bench.commanders = 2
+    bench.plant.look()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1]
+    assert "second publisher" in str(bench.plant.problem)
+    bench.commanders = 1
+    bench.plant.look()
+    assert "second publisher" in str(bench.plant.problem)
+    bench.plant.reset()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 0, 1]
+
+
+def test_silence_is_reported_and_the_run_goes_on_afterwards() -> None:
+    """Without a command for the patience the plant holds and says so, then takes up the run."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(6.0)
+    bench.clock += 1.1 * PATIENCE
+    bench.plant.look()
+    assert "no command" in str(bench.plant.problem)
+    assert bench.times == [0, 1]
+    bench.plant.receive(6.0)
+    assert bench.plant.problem is None
+    assert bench.times == [0, 1, 2]
+
+
+def test_first_sample_is_offered_again_while_nobody_ever_answered() -> None:
+    """A first answer that was lost on the way does not leave the loop standing for good."""
+    bench = Bench()
+    bench.plant.look()
+    bench.clock += 1.1 * PATIENCE
+    bench.plant.look()
+    assert bench.times == [0, 0]
+
+
+def test_run_of_a_given_duration_ends_with_its_last_sample() -> None:
+    """After time.duration the plant holds, content, whatever commands still come."""
+    bench = Bench(duration=0.003)
+    bench.plant.look()
+    for _ in range(10):
+        bench.plant.receive(6.0)
+    bench.clock += 10.0 * PATIENCE
+    bench.plant.look()
+    assert bench.times == [0, 1, 2, 3]
+    assert bench.plant.problem is None
+
+
+@pytest.mark.parametrize("voltage", [float("nan"), float("inf"), -float("inf")])
+def test_command_that_is_not_finite_steps_with_a_closed_valve(voltage: float) -> None:
+    """The loop goes on with the closed valve's voltage, and the fault is counted."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(voltage)
+    assert bench.times == [0, 1]
+    assert bench.samples[-1][1].voltage == 5.08
+    assert bench.engine.command.not_finite == 1
