@@ -40,14 +40,15 @@ class Estimate:
         return self.low <= truth <= self.high
 
     def widened(self, systematic: float, note: str = "") -> "Estimate":
-        """Return the estimate with a 95 % systematic error (in ``unit``) added in quadrature.
+        """Return the estimate with the bound of a systematic error (in ``unit``) added.
 
-        The two errors are independent; ``note`` is added to what is noted already.
+        A bound has no distribution to combine with the noise, so the two add up; ``note`` is added
+        to what is noted already.
         """
         return replace(
             self,
-            low=self.value - math.hypot(self.value - self.low, systematic),
-            high=self.value + math.hypot(self.high - self.value, systematic),
+            low=self.low - systematic,
+            high=self.high + systematic,
             note="; ".join(filter(None, (self.note, note))),
         )
 

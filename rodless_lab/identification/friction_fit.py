@@ -27,7 +27,7 @@ _LOW = np.array([0.0, 0.0, 1e-4, 0.0])
 _HIGH = np.array([1e4, 1e4, 1.0, 1e5])
 
 # Stribeck velocities (m/s) the search starts from; the cost has a minimum of its own near many.
-_STARTS = np.geomspace(3e-4, 2e-2, 10)
+_STARTS = np.geomspace(5e-4, 1.2e-2, 6)
 
 # Residuals beyond this many standard errors count linearly instead of squared.
 _ROBUST = 2.0
@@ -35,8 +35,9 @@ _ROBUST = 2.0
 # Parts this precise (N) are taken as no more precise: the equation itself is no better.
 _FINEST_FORCE = 1e-6
 
-# The curve is preferred to a straight line if chance would do as well in one case of a hundred.
-_SIGNIFICANCE = 0.01
+# The curve is preferred to a straight line if chance would do as well in one case of ten: a drop
+# that is overlooked spoils F_c and B, one that is not there only widens their intervals.
+_SIGNIFICANCE = 0.1
 
 # The drop is over at this many Stribeck velocities. If the runs end before, what the curve follows
 # is something else.
@@ -227,10 +228,10 @@ def _solved(
         x_scale=scale,
         loss="soft_l1",
         f_scale=_ROBUST,
-        xtol=1e-12,
-        ftol=1e-12,
-        gtol=1e-12,
-        max_nfev=200,
+        xtol=1e-9,
+        ftol=1e-9,
+        gtol=1e-9,
+        max_nfev=100,
     )
     return _Solution(np.asarray(found.x), np.asarray(found.jac), residuals(found.x))
 
@@ -281,17 +282,13 @@ def _fit_curve(points: _Observations, line: _Solution) -> _Solution | None:
 
 def _curve_is_better(points: _Observations, line: _Solution, full: _Solution) -> bool:
     """Whether the Stribeck drop shows in the data: by its own observations, or by an F test."""
-    freedom = full.freedom
     if float(np.max(points.speeds)) < _FINISHED * full.values[2]:
         return False
-    if len(points.breakaways) and len(points.stops):
+    if len(points.breakaways) or len(points.stops):
         return True
-    remaining = _robust_sum(full.residuals)
-    gain = _robust_sum(line.residuals) - remaining
-    if len(points.breakaways) or len(points.stops) or freedom < 1:
-        return False
+    gain = _robust_sum(line.residuals) - _robust_sum(full.residuals)
     statistic = gain / 2.0 / max(full.variance(points.known), 1e-300)
-    return bool(stats.f.sf(statistic, 2, freedom) < _SIGNIFICANCE)
+    return bool(stats.f.sf(statistic, 2, full.freedom) < _SIGNIFICANCE)
 
 
 def _line_estimates(points: _Observations, line: _Solution) -> list[Estimate]:

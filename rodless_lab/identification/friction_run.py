@@ -19,8 +19,13 @@ Array = npt.NDArray[np.float64]
 # How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
 FINEST_FORCE = 0.03
 
-# Two biases, each anywhere within ±b, differ by less than this many b in 95 of 100 cases.
-BIAS_DIFFERENCE = 2.0 * (1.0 - math.sqrt(0.05))
+# How far the turn of the force is from the curve's own, in every event alike (N): inertia lets a
+# breakaway overshoot by 2.3 (m² r² / c)^(1/3) for a force rising at r over a curvature c, 0.1 N for
+# 10 N/s on this rig.
+EVENT_ACCURACY = 0.12
+
+# Two biases, each anywhere within ±b, differ by less than this many b in 98 of 100 cases.
+BIAS_DIFFERENCE = 2.0 * (1.0 - math.sqrt(0.02))
 
 
 @dataclass(frozen=True)
@@ -80,30 +85,36 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     force, a bow of the position sensor moves the slope B.
     """
     points = friction_points(run, parameters)
+    bow = 0.5 * _stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
         raise ValueError(f"no uniform motion: {points.reason}")
     events = points.events
     fit = fit_friction(
         points.speeds,
         points.forces,
-        speed_errors=points.speed_errors,
+        speed_errors=np.hypot(points.speed_errors, bow),
         force_errors=points.force_errors,
         breakaways=events.breakaways,
-        breakaway_errors=events.breakaway_errors,
+        breakaway_errors=_alike(events.breakaways, events.breakaway_errors),
         stops=events.stops,
-        stop_errors=events.stop_errors,
+        stop_errors=_alike(events.stops, events.stop_errors),
     )
     return FrictionFit(
         _with_accuracy(fit.forward, parameters), _with_accuracy(fit.reverse, parameters)
     )
 
 
+def _alike(forces: Array, errors: Array) -> Array:
+    """Standard errors of events with a common part, which their number does not reduce."""
+    number = np.where(forces > 0.0, np.sum(forces > 0.0), np.sum(forces < 0.0))
+    return np.hypot(errors, EVENT_ACCURACY * np.sqrt(number))
+
+
 def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
     area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
     bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
     force = area * BIAS_DIFFERENCE * bias
-    # The slope of a bow that makes one wave along the range.
-    stretch = 2.0 * math.pi * parameters.number("sensors.position_linearity")
+    stretch = _stretch(parameters)
     return replace(
         fit,
         static=_widened(fit.static, force, "bias of the pressure sensors"),
@@ -113,6 +124,11 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit
         ),
         viscous=_widened(fit.viscous, stretch * fit.viscous.value, "bow of the scale"),
     )
+
+
+def _stretch(parameters: RigParameters) -> float:
+    """Largest relative error of a speed from a bow that makes one wave along the range."""
+    return 2.0 * math.pi * parameters.number("sensors.position_linearity")
 
 
 def _widened(estimate: Estimate, systematic: float, cause: str) -> Estimate:

@@ -27,7 +27,7 @@ CLEARANCE = 0.025
 FASTEST_FORCE = 100.0
 
 # No event is known better than this (N).
-FINEST = 0.08
+FINEST = 0.04
 
 
 @dataclass(frozen=True)
