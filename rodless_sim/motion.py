@@ -127,8 +127,8 @@ def fraction_to_event(plant: Plant, before: Motion, after: Motion, direction: in
 def inner_step(plant: Plant, edges: Lands, state: Motion, step: float) -> Motion:
     """Advance by ``step`` seconds, cutting the step where the carriage sticks or slips."""
     remaining = step
+    direction = sliding_direction(plant, state)
     for _ in range(MAXIMUM_CUTS):
-        direction = sliding_direction(plant, state)
         if direction == 0:
             state = stopped(state)
         after = midpoint(plant, edges, state, direction, remaining)
@@ -139,6 +139,14 @@ def inner_step(plant: Plant, edges: Lands, state: Motion, step: float) -> Motion
             state = midpoint(plant, edges, state, direction, fraction * remaining)
             remaining *= 1.0 - fraction
         state = stopped(state)
+        # A push within rounding of F_s must not be judged anew: it has just been found to grow
+        # past the limit, or to fall back before it moves the carriage.
+        if direction == 0:
+            direction = 1 if net_force(plant, after) > 0.0 else -1
+        elif fraction > 0.0:
+            direction = sliding_direction(plant, state)
+        else:
+            direction = 0
     return state
 
 
