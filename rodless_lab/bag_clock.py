@@ -2,6 +2,8 @@
 
 import struct
 from bisect import bisect_right
+from collections import deque
+from collections.abc import Callable
 from enum import Enum, auto
 from typing import NamedTuple
 
@@ -12,7 +14,7 @@ _REMEMBERED = 10_000
 # again comes seconds late, and all after it with it.
 TURNS = 100
 
-# Messages that may wait for the first clock message.
+# Messages of one topic that may wait for the first clock message.
 _WAITING = 20_000
 
 _NANOSECONDS = 1_000_000_000
@@ -63,24 +65,24 @@ class BagClock:
     def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
         self.base = base
         self._turn = 0
-        self._waiting: list[tuple[int, Arrival]] = []
-        self._waiting_topics: set[str] = set()
+        # By topic, with the turn in which each message came.
+        self._waiting: dict[str, deque[tuple[int, Arrival]]] = {}
         self._clock_sent: list[int] = []
         self._clock_time: list[int] = []
 
     def waits_since(self, received: int) -> bool:
         """Whether a message received before then (ns, wall clock) still waits."""
-        return bool(self._waiting) and self._waiting[0][1].received < received
+        return any(queue[0][1].received < received for queue in self._waiting.values())
 
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
         if arrival.clock is not None:
             return [*self.tell(arrival.sent, arrival.clock), self._timed(arrival)]
-        if arrival.topic not in self._waiting_topics and not self._must_wait(arrival):
+        if arrival.topic not in self._waiting and not self._must_wait(arrival):
             return [self._timed(arrival)]
-        self._waiting.append((self._turn, arrival))
-        self._waiting_topics.add(arrival.topic)
-        if self.base is TimeBase.UNKNOWN and len(self._waiting) >= _WAITING:
+        queue = self._waiting.setdefault(arrival.topic, deque())
+        queue.append((self._turn, arrival))
+        if self.base is TimeBase.UNKNOWN and len(queue) >= _WAITING:
             return self.finish()
         return []
 
@@ -94,19 +96,7 @@ class BagClock:
         if len(self._clock_sent) > 2 * _REMEMBERED:
             del self._clock_sent[:-_REMEMBERED]
             del self._clock_time[:-_REMEMBERED]
-        return self._dated()
-
-    def _dated(self) -> list[Timed]:
-        """Take the messages that need not wait any more."""
-        dated = []
-        held, self._waiting, self._waiting_topics = self._waiting, [], set()
-        for turn, arrival in held:
-            if arrival.topic in self._waiting_topics or self._must_wait(arrival):
-                self._waiting_topics.add(arrival.topic)
-                self._waiting.append((turn, arrival))
-            else:
-                dated.append(self._timed(arrival))
-        return dated
+        return self._take(lambda _, arrival: not self._must_wait(arrival))
 
     def turn(self) -> list[Timed]:
         """Return the messages that have waited for ``TURNS`` turns, with the best time known.
@@ -116,17 +106,23 @@ class BagClock:
         if self.base is TimeBase.UNKNOWN:
             return []
         self._turn += 1
-        held, self._waiting = self._waiting, []
-        self._waiting = [entry for entry in held if entry[0] > self._turn - TURNS]
-        self._waiting_topics = {arrival.topic for _, arrival in self._waiting}
-        return [self._timed(arrival) for turn, arrival in held if turn <= self._turn - TURNS]
+        return self._take(lambda turn, _: turn <= self._turn - TURNS)
 
     def finish(self) -> list[Timed]:
         """Return all messages that still wait; without a clock, in wall time."""
         if self.base is TimeBase.UNKNOWN:
             self.base = TimeBase.WALL
-        held, self._waiting, self._waiting_topics = self._waiting, [], set()
-        return [self._timed(arrival) for _, arrival in held]
+        return self._take(lambda _turn, _arrival: True)
+
+    def _take(self, may_go: Callable[[int, Arrival], bool]) -> list[Timed]:
+        """Take from each topic's waiting messages those before the first that may not go."""
+        taken = []
+        for topic, queue in list(self._waiting.items()):
+            while queue and may_go(*queue[0]):
+                taken.append(self._timed(queue.popleft()[1]))
+            if not queue:
+                del self._waiting[topic]
+        return taken
 
     def _must_wait(self, arrival: Arrival) -> bool:
         if self.base is TimeBase.PLANT:

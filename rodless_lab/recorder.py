@@ -165,8 +165,8 @@ class Recorder:
     def _count_lost(self, topic: str, sequence: int) -> None:
         before = self._sequences.get(topic, sequence)
         self._sequences[topic] = sequence
-        # Publishers count each for itself: a gap tells something only where there is one.
-        if sequence > before + 1 and self.node.count_publishers(topic) == 1:
+        # Publishers count each for itself: with several, a gap tells nothing.
+        if sequence > before + 1 and self.node.count_publishers(topic) <= 1:
             self.lost[topic] += sequence - before - 1
 
     def _write(self, messages: Iterable[Timed]) -> None:

@@ -99,9 +99,10 @@ def test_waiting_for_a_clock_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(bag_clock, "_WAITING", 3)
     clock = BagClock()
     assert clock.put(arrival("a", 10)) == []
-    assert clock.put(arrival("b", 20)) == []
-    released = clock.put(arrival("c", 30))
-    assert [message.log_time - WALL for message in released] == [15, 25, 35]
+    assert clock.put(arrival("b", 15)) == []
+    assert clock.put(arrival("a", 20)) == []
+    released = clock.put(arrival("a", 30))
+    assert [message.log_time - WALL for message in released] == [15, 25, 35, 20]
     assert times(clock.put(arrival("clock", 40, clock=7000))) == [("clock", WALL + 45)]
 
 
