@@ -67,6 +67,9 @@ def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
 
 def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     """:func:`run_node` for several nodes in one executor."""
+    # From here on an end on the spot would leave DDS's shared memory half written, and the next
+    # process that opens it would wait for ever.
+    stop.from_now_on_wait()
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     running: list[RunningNode] = []
     try:
@@ -76,7 +79,6 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
         executor = make_executor()
         for member in running:
             executor.add_node(member.node)
-        stop.from_now_on_wait()
         try:
             spin(executor, stop)
         finally:

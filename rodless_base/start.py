@@ -1,24 +1,30 @@
 """Start a ROS executable so that Ctrl-C and SIGTERM end it cleanly from its first moment."""
 
+import atexit
 import importlib
+import os
 import signal
 import sys
 from types import FrameType
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Stop:
     """Whether the process has been asked to stop.
 
-    Until :meth:`from_now_on_wait` is called, a request ends the process at once with exit code 0:
-    nothing runs yet, and importing and compiling take seconds. From then on it sets ``requested``,
-    however often it comes (``ros2 launch`` delivers SIGINT twice).
+    Until :meth:`from_now_on_wait` is called, a request ends the process on the spot with exit
+    code 0: nothing runs yet, and importing and compiling take seconds. From then on it sets
+    ``requested``, however often it comes (``ros2 launch`` delivers SIGINT twice).
     """
 
     def __init__(self) -> None:
         self.requested = False
         self._running = False
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in SIGNALS:
             signal.signal(number, self._handle)
+        # On its way out Python gives signals back their deadly default, unless they are ignored.
+        atexit.register(self._ignore_from_now_on)
 
     def from_now_on_wait(self) -> None:
         """Let the program end itself; requests only set ``requested``."""
@@ -27,7 +33,14 @@ class Stop:
     def _handle(self, _number: int, _frame: FrameType | None) -> None:
         self.requested = True
         if not self._running:
-            sys.exit(0)
+            # An exception would get lost, or come out as another one, on its way through compiled
+            # code.
+            os._exit(0)
+
+    @staticmethod
+    def _ignore_from_now_on() -> None:
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def start(module: str) -> None:

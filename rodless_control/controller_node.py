@@ -3,6 +3,7 @@
 from time import monotonic_ns
 
 from builtin_interfaces.msg import Time
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -35,12 +36,11 @@ class ControllerNode:
     """PID on ``joint_states``, commanding ``valve/voltage``."""
 
     def __init__(self, **node_options: object) -> None:
-        """Compile and listen; raises ParameterError for parameters that are no controller's."""
+        """Listen; raises ParameterError for parameters that are no controller's."""
         self.node = Node(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
         self._parameters = RosParameters(self.node, PidParameters, self._configure)
-        self._compile()
         self._loop = ControlLoop(self._parameters.values)
         self._enabled = True
         self._arrival: int | None = None
@@ -55,12 +55,6 @@ class ControllerNode:
         if self._may_speak_unasked:
             self._command_neutral()
         self.node.destroy_node()
-
-    def _compile(self) -> None:
-        self.node.get_logger().info(
-            "loading the compiled control law (the first start compiles it)"
-        )
-        ControlLoop(self._parameters.values).sample(0.0, 0)
 
     def _make_interface(self) -> None:
         self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, QUEUE_DEPTH)
@@ -186,6 +180,13 @@ class ControllerNode:
         return OK, "controlling"
 
 
+def load() -> None:
+    """Load the compiled control law, so that the first command does not wait for it."""
+    get_logger("controller").info("loading the compiled control law (the first start compiles it)")
+    ControlLoop(PidParameters()).sample(0.0, 0)
+
+
 def main(stop: Stop) -> int:
     """Run the controller until ``stop``."""
+    load()
     return run_node(ControllerNode, stop)

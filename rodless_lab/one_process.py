@@ -2,10 +2,12 @@
 
 from rodless_base.ros_process import run_nodes
 from rodless_base.start import Stop
-from rodless_control.controller_node import ControllerNode
-from rodless_sim.plant_node import PlantNode
+from rodless_control import controller_node
+from rodless_sim import plant_node
 
 
 def main(stop: Stop) -> int:
     """Run both until ``stop``."""
-    return run_nodes([PlantNode, ControllerNode], stop)
+    plant_node.load()
+    controller_node.load()
+    return run_nodes([plant_node.PlantNode, controller_node.ControllerNode], stop)
