@@ -1,15 +1,17 @@
 """Start plant and controller as processes of their own, and stop them, without `ros2 launch`."""
 
 import contextlib
-import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import IO
+
+import yaml
 
 from rodless_base.parameter_file import preset_file
 
@@ -24,24 +26,32 @@ MODULES = {
 
 
 def node_command(
-    process: str,
-    parameter_files: Iterable[str | Path] = (),
-    parameters: Mapping[str, Mapping[str, object]] | None = None,
-    namespace: str = "",
+    process: str, parameter_files: Iterable[str | Path] = (), namespace: str = ""
 ) -> list[str]:
     """Return the command line of ``plant``, ``controller``, or ``rig`` (both in one process).
 
-    ``parameters`` are by node; they win over the files, later files over earlier ones.
+    Later parameter files win.
     """
     command = [sys.executable, "-m", "rodless_base.start", MODULES[process], "--ros-args"]
     for path in parameter_files:
         command += ["--params-file", str(path)]
-    for node, values in (parameters or {}).items():
-        for name, value in values.items():
-            command += ["-p", f"{node}:{name}:={json.dumps(value)}"]
     if namespace:
         command += ["-r", f"__ns:=/{namespace.strip('/')}"]
     return command
+
+
+def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]]) -> Path:
+    """Write parameters by node as a ROS parameter file at ``path`` and return that.
+
+    It holds in every namespace; `-p plant:name:=value` on a command line does not.
+    """
+    sections = {
+        f"/**/{node}": {"ros__parameters": dict(values)}
+        for node, values in parameters.items()
+        if values
+    }
+    path.write_text(yaml.safe_dump(sections), encoding="utf-8")
+    return path
 
 
 class RigProcesses:
@@ -66,27 +76,31 @@ class RigProcesses:
         ``environment`` is added to this process's; ``output`` takes what the nodes print
         (default: where this process prints).
         """
-        parameters = {
+        self._preset = preset_file(preset)
+        self._parameters = {
             "plant": plant or {},
             "controller": {"use_sim_time": True, **(controller or {})},
         }
-        self._commands = {
-            process: node_command(process, [preset_file(preset)], parameters, namespace)
-            for process in (["rig"] if one_process else ["plant", "controller"])
-        }
+        self._namespace = namespace
+        self._processes = ["rig"] if one_process else ["plant", "controller"]
         self._environment = {**os.environ, **(environment or {})}
         self._output = output
+        self._folder = tempfile.TemporaryDirectory(prefix="rodless_")
         self._running: dict[str, subprocess.Popen[str]] = {}
 
     def __enter__(self) -> "RigProcesses":
-        for name, command in self._commands.items():
-            self._running[name] = subprocess.Popen(
-                command,
-                env=self._environment,
-                stdout=self._output,
-                stderr=self._output and subprocess.STDOUT,
-                text=True,
-            )
+        parameters = write_parameters(Path(self._folder.name, "rig.yaml"), self._parameters)
+        with contextlib.ExitStack() as started:
+            started.callback(self.stop)
+            for process in self._processes:
+                self._running[process] = subprocess.Popen(
+                    node_command(process, [self._preset, parameters], self._namespace),
+                    env=self._environment,
+                    stdout=self._output,
+                    stderr=self._output and subprocess.STDOUT,
+                    text=True,
+                )
+            started.pop_all()
         return self
 
     def __exit__(
@@ -96,6 +110,7 @@ class RigProcesses:
         trace: TracebackType | None,
     ) -> None:
         self.stop()
+        self._folder.cleanup()
 
     @property
     def pids(self) -> dict[str, int]:
