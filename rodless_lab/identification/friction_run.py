@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
-from rodless_lab.identification.measured_run import MeasuredRun
+from rodless_lab.identification.measured_run import MeasuredRun, UninformativeRunError
 from rodless_lab.identification.stick_slip import StickSlipEvents, stick_slip_events
 from rodless_lab.identification.uniform_motion import UniformPart, uniform_parts
 from rodless_sim import RigParameters
@@ -82,12 +82,13 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
 
     The intervals hold the noise of the run and, by the ``sensors.*`` of ``parameters``, what its
     noise cannot show: a bias of the pressure sensors moves F_s and F_c of both directions by one
-    force, a bow of the position sensor moves the slope B.
+    force, a bow of the position sensor moves the slope B. Raises :class:`UninformativeRunError`
+    for a run without uniform motion.
     """
     points = friction_points(run, parameters)
     bow = 0.5 * _stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
-        raise ValueError(f"no uniform motion: {points.reason}")
+        raise UninformativeRunError(f"no uniform motion: {points.reason}")
     events = points.events
     fit = fit_friction(
         points.speeds,

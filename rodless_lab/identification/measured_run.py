@@ -20,6 +20,10 @@ class RunError(ValueError):
     """A run that cannot be used; the text says what is wrong and where."""
 
 
+class UninformativeRunError(RunError):
+    """A sound run that says nothing of what is asked; the text says why."""
+
+
 @dataclass(frozen=True)
 class MeasuredRun:
     """Arrays of one shape (n,) on one evenly spaced time base: s, m, Pa, Pa, Pa, V.

@@ -1,0 +1,86 @@
+"""Write what was identified as a ROS parameter file that the plant loads."""
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rodless_lab.identification.estimate import Estimate
+from rodless_sim import RigParameters
+
+SECTION = "/**/plant"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A parameter's new value with the estimates behind it, by what they are called.
+
+    ``value`` is ``None`` where the data does not inform it: the file then says so and leaves the
+    parameter at its default.
+    """
+
+    name: str
+    value: float | tuple[float, ...] | None
+    estimates: Mapping[str, Estimate]
+
+
+def parameter_text(title: Sequence[str], findings: Sequence[Finding]) -> str:
+    """Return the file's text: values, with intervals as comments; raises ParameterError.
+
+    The values are checked as the plant checks them when it loads the file.
+    """
+    informed = {found.name: found.value for found in findings if found.value is not None}
+    RigParameters(informed)
+    lines = [f"# {line}".rstrip() for line in title]
+    lines += [f"{SECTION}:", "  ros__parameters:" + ("" if informed else " {}")]
+    for found in findings:
+        lines += _entry(found)
+    return "\n".join(lines) + "\n"
+
+
+def _entry(found: Finding) -> list[str]:
+    comments = []
+    for label, estimate in found.estimates.items():
+        if found.value is None:
+            comments.append(f"    # {found.name}: {estimate.note or 'not informed'}")
+            continue
+        unit = f" {estimate.unit}" if estimate.unit else ""
+        line = f"    # {label}: 95 % from {estimate.low:.6g} to {estimate.high:.6g}{unit}"
+        comments.append(line if not estimate.note else f"{line}; {estimate.note}")
+    if found.value is None:
+        return comments
+    return [*comments, f"    {found.name}: {_number(found.value)}"]
+
+
+def _number(value: float | tuple[float, ...]) -> str:
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_number(item) for item in value) + "]"
+    text = f"{value:.9g}"
+    # YAML 1.1 reads 1e-05 as a text and 5 as an integer: a real has a point.
+    mantissa, mark, exponent = text.partition("e")
+    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{mark}{exponent}"
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write ``text`` to ``path`` whole or not at all; raises OSError."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    unfinished = Path(name)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+            # mkstemp lets nobody else read the file; the result is for everybody, as any other.
+            os.fchmod(file.fileno(), 0o666 & ~_mask())
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+def _mask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
