@@ -73,10 +73,13 @@ def filtered(gains: Gains, memory: Memory, position: float, interval: float) -> 
 def integrated(
     gains: Gains, integral: float, others: float, error: float, interval: float
 ) -> float:
-    """Integral term after ``interval`` (s), kept from winding up; ``others`` is the rest of u."""
-    grown = integral
-    if gains.error_dead_band < abs(error) < gains.integral_zone:
-        grown += gains.ki * error * interval
+    """Integral term after ``interval`` (s), kept from winding up; ``others`` is the rest of u.
+
+    Where the integrator holds, it is not driven back either: it could not return by itself.
+    """
+    if not gains.error_dead_band < abs(error) < gains.integral_zone:
+        return integral
+    grown = integral + gains.ki * error * interval
     wanted = compensated(gains, others + grown)
     excess = wanted - limited(gains, wanted)
     if gains.conditional_integration and excess * (grown - integral) > 0.0:
