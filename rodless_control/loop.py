@@ -44,7 +44,6 @@ class ControlLoop:
         """Positions are missing: keep the integrator, take the next sample as a new start."""
         self.lost += 1
         self._pid.hold()
-        self._last = None
 
     def sample(self, position: float, time: int) -> Output | None:
         """Return the command for a sample taken at ``time`` (ns), or None to stay safe.
