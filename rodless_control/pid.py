@@ -6,6 +6,10 @@ from typing import NamedTuple
 from rodless_base.compiled import kernel
 from rodless_control.parameters import PidParameters
 
+# Lengths and velocities beyond this (m, m/s) count as this large: with every term finite, no
+# infinity can turn into NaN where two meet.
+LARGEST = 1e3
+
 
 class Gains(NamedTuple):
     """Constants of the control law; units as the parameters of the same names."""
@@ -60,6 +64,12 @@ def limited(gains: Gains, voltage: float) -> float:
 
 
 @kernel
+def bounded(length: float) -> float:
+    """``length`` (m) or velocity (m/s), no larger than any rig needs."""
+    return min(max(length, -LARGEST), LARGEST)
+
+
+@kernel
 def filtered(gains: Gains, memory: Memory, position: float, interval: float) -> Memory:
     """First-order low-pass of the measurement, exact for a position held over ``interval`` (s)."""
     if interval <= 0.0:
@@ -102,11 +112,12 @@ def update(
 
     An ``interval`` of 0 (the first sample) neither integrates nor differentiates.
     """
+    position = bounded(position)
     memory = filtered(gains, memory, position, interval)
-    error = reference - position
+    error = bounded(reference) - position
     p = gains.kp * error
     d = -gains.kd * memory.filtered_velocity
-    feedforward = gains.feedforward * reference_velocity
+    feedforward = gains.feedforward * bounded(reference_velocity)
     integral = integrated(gains, memory.integral, p + d + feedforward, error, interval)
     voltage = limited(gains, compensated(gains, p + integral + d + feedforward))
     return (
@@ -118,7 +129,7 @@ def update(
 @kernel
 def at_rest(position: float) -> Memory:
     """Memory of a controller that has seen the carriage resting at ``position`` (m)."""
-    return Memory(0.0, position, 0.0)
+    return Memory(0.0, bounded(position), 0.0)
 
 
 def gains_of(parameters: PidParameters) -> Gains:
@@ -159,6 +170,9 @@ class Pid:
         self, reference: float, reference_velocity: float, position: float, interval: float
     ) -> Command:
         """Return the command for one sample (m, m/s, m, s since the last sample)."""
+        # An integer would make the compiler see other types.
+        reference, reference_velocity = float(reference), float(reference_velocity)
+        position, interval = float(position), float(interval)
         if self._memory is None:
             self._memory, interval = at_rest(position), 0.0
         if self._held:
@@ -168,7 +182,7 @@ class Pid:
         self._memory, command = update(
             self._gains, self._memory, reference, reference_velocity, position, interval
         )
-        self._reference_velocity = reference_velocity
+        self._reference_velocity = bounded(reference_velocity)
         self._error = command.error
         return command
 
