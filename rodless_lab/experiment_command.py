@@ -1,0 +1,94 @@
+"""`rodless experiment`: repeat an experiment of the paper, or all, beside what they report."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rodless_base.parameter_file import preset_names
+from rodless_base.start import Stop
+from rodless_lab.experiments import sine
+from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
+from rodless_lab.experiments.table import cells, verdict
+from rodless_lab.report import Performed, write_report
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
+    """Return 0 if every judged number keeps its limits, 1 if one leaves them, 2 for bad options."""
+    options = parsed(arguments)
+    names = list(EXPERIMENTS) if options.name == "all" else [options.name]
+    chosen = Options(
+        tuple(options.preset or preset_names()[::-1]),
+        options.amplitude * 1e-3,
+        options.centre * 1e-3,
+        options.position * 1e-3,
+        options.seed,
+    )
+    performed = []
+    for count, name in enumerate(names, 1):
+        print(f"[{count}/{len(names)}] {name} ... ", end="", flush=True)
+        start = time.monotonic()
+        try:
+            performed.append(Performed(EXPERIMENTS[name], EXPERIMENTS[name].run(chosen)))
+        except ValueError as error:
+            print(f"\n{error}", file=sys.stderr)
+            return 2
+        rows = performed[-1].result.comparisons
+        print(f"{time.monotonic() - start:.1f} s, {verdict(rows)}", flush=True)
+    if len(names) == 1:
+        print_rows(performed[0])
+    report, summary = write_report(options.output or default_folder(options.name), performed)
+    print(f"report: {report}, summary: {summary}")
+    holds = all(row.holds for one in performed for row in one.result.comparisons)
+    return 0 if holds else 1
+
+
+def parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    """Read the command line; lengths are in mm there."""
+    parser = argparse.ArgumentParser(
+        prog="rodless experiment",
+        description=__doc__,
+        epilog="\n".join(
+            f"  {name:17} {one.title} ({one.source})" for name, one in EXPERIMENTS.items()
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("name", choices=[*EXPERIMENTS, "all"], metavar="name", help="or all")
+    parser.add_argument(
+        "--preset",
+        action="append",
+        choices=preset_names(),
+        help="for step and sine (default: both, and the difference between them)",
+    )
+    parser.add_argument(
+        "--amplitude",
+        type=float,
+        default=sine.AMPLITUDE * 1e3,
+        help="of the sine, mm (%(default)g)",
+    )
+    parser.add_argument(
+        "--centre", type=float, default=sine.CENTRE * 1e3, help="of the sine, mm (%(default)g)"
+    )
+    parser.add_argument(
+        "--position", type=float, default=0.0, help="of the held piston, mm (%(default)g)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise (%(default)d)")
+    parser.add_argument(
+        "--output", type=Path, help="folder (results/experiments, or results/experiments/NAME)"
+    )
+    return parser.parse_args(arguments)
+
+
+def default_folder(name: str) -> Path:
+    """Return where a report goes unless told otherwise."""
+    return Path("results/experiments") if name == "all" else Path("results/experiments") / name
+
+
+def print_rows(performed: Performed) -> None:
+    """Print what was obtained beside the paper's, one line each."""
+    for row in performed.result.comparisons:
+        quantity, obtained, paper, limits, holds, _ = cells(row)
+        print(f"  {quantity:62} {obtained:>16}   {limits:>20} {holds:4} paper: {paper}")
+    for remark in performed.result.remarks:
+        print(f"  - {remark}")

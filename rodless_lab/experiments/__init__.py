@@ -1,0 +1,1 @@
+"""The paper's experiments: each a small function from parameters to a frozen result."""

@@ -1,0 +1,156 @@
+"""Runs at constant voltage on a simulated rig, and the friction identified from all of them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction_run import (
+    BIAS_DIFFERENCE,
+    FrictionPoints,
+    friction_points,
+)
+from rodless_lab.identification.measured_run import run_of_trace
+from rodless_sim import RigParameters, Trace, simulate
+from rodless_sim.sensors import PRESSURE_RANGE, Instruments, measured
+
+Array = npt.NDArray[np.float64]
+
+PERIOD = 1e-3
+LONGEST = 20.0
+
+# Where runs start, and the ends at which they stop before the carriage reaches an end cap.
+START, END = 0.02, 0.185
+
+# A ramp this slow breaks the carriage loose again and again, V/s; it starts from closed.
+RAMP_RATE = 0.005
+CLOSED = 5.08
+
+
+@dataclass(frozen=True)
+class FrictionRun:
+    """One run as measured, what it tells, and its voltage in V (a ramp: the last one)."""
+
+    voltage: float
+    ramp: bool
+    trace: Trace
+    points: FrictionPoints
+
+    @property
+    def name(self) -> str:
+        """The run by its voltage."""
+        return f"ramp to {self.voltage:g} V" if self.ramp else f"{self.voltage:g} V"
+
+    @property
+    def representative(self) -> tuple[float, float]:
+        """Speed (m/s) and force (N) of the uniform part of median speed."""
+        order = np.argsort(np.abs(self.points.speeds))
+        middle = order[len(order) // 2]
+        return float(self.points.speeds[middle]), float(self.points.forces[middle])
+
+    @property
+    def verdict(self) -> str:
+        """What the run is used for, or why its motion is left out."""
+        events = self.points.events
+        used = []
+        if len(self.points.speeds):
+            low, high = np.abs(self.points.speeds).min(), np.abs(self.points.speeds).max()
+            used.append(f"uniform, {low * 1e3:.2f} to {high * 1e3:.2f} mm/s")
+        else:
+            used.append(f"left out of uniform motion ({self.points.reason})")
+        if len(events.breakaways) or len(events.stops):
+            used.append(f"{len(events.breakaways)} breakaways and {len(events.stops)} stops")
+        return "; ".join(used)
+
+
+@dataclass(frozen=True)
+class Identification:
+    """All runs of one campaign and the friction found from them.
+
+    ``uniform`` rests on uniform motion alone, ``complete`` on breakaways and stops too.
+    """
+
+    runs: tuple[FrictionRun, ...]
+    uniform: FrictionFit
+    complete: FrictionFit
+
+
+def constant_run(rig: RigParameters, voltage: float, longest: float = LONGEST) -> Trace:
+    """Hold ``voltage`` (V) from rest near one end until the carriage is near the other."""
+    forward = voltage > CLOSED
+    stroke = rig.number("cylinder.stroke")
+    run = simulate(
+        rig, np.full(round(longest / PERIOD), voltage), PERIOD, START if forward else stroke - START
+    )
+    done = run.position > END if forward else run.position < stroke - END
+    return cut(run, int(np.argmax(done)) if done.any() else len(done))
+
+
+def ramp_run(rig: RigParameters, end: float) -> Trace:
+    """Ramp the voltage slowly from closed to ``end`` (V), the carriage at mid-stroke."""
+    count = round(abs(end - CLOSED) / RAMP_RATE / PERIOD)
+    return simulate(
+        rig, np.linspace(CLOSED, end, count), PERIOD, 0.5 * rig.number("cylinder.stroke")
+    )
+
+
+def cut(run: Trace, count: int) -> Trace:
+    """Return the first ``count`` samples."""
+    return replace(run, **{field.name: getattr(run, field.name)[:count] for field in fields(run)})
+
+
+def identified(
+    traces: Sequence[tuple[float, bool, Trace]], sensors: RigParameters, seed: int
+) -> Identification:
+    """Measure the traces with one set of instruments and fit eq. (29) to all of them."""
+    generator = np.random.default_rng(seed)
+    tools = Instruments.drawn(sensors, generator)
+    runs = []
+    for voltage, ramp, trace in traces:
+        seen = measured(trace, sensors, generator, tools)
+        points = friction_points(run_of_trace(seen, sensors.number("supply.pressure")), sensors)
+        runs.append(FrictionRun(voltage, ramp, seen, points))
+    found = [run.points for run in runs]
+    return Identification(tuple(runs), fitted(found, sensors, False), fitted(found, sensors, True))
+
+
+def fitted(points: Sequence[FrictionPoints], sensors: RigParameters, events: bool) -> FrictionFit:
+    """Fit eq. (29) to all points together, with or without stick-slip ``events``."""
+
+    def all_of(name: str) -> Array:
+        return np.concatenate([getattr(point, name) for point in points])
+
+    kept = [point.events for point in points] if events else []
+    breakaways = [(e.breakaways, e.breakaway_errors) for e in kept if len(e.breakaways)]
+    stops = [(e.stops, e.stop_errors) for e in kept if len(e.stops)]
+    fit = fit_friction(
+        all_of("speeds"),
+        all_of("forces"),
+        speed_errors=all_of("speed_errors"),
+        force_errors=all_of("force_errors"),
+        # Events of one run repeat one motion, with the same error of finding their moment: they
+        # count once, or the interval would shrink below what they are worth.
+        breakaways=[np.mean(forces) for forces, _ in breakaways],
+        breakaway_errors=[np.mean(errors) for _, errors in breakaways],
+        stops=[np.mean(forces) for forces, _ in stops],
+        stop_errors=[np.mean(errors) for _, errors in stops],
+    )
+    return FrictionFit(biased(fit.forward, sensors), biased(fit.reverse, sensors))
+
+
+def biased(fit: DirectionFit, sensors: RigParameters) -> DirectionFit:
+    """Widen the intervals by what the noise of the runs cannot show: bias and bow of sensors."""
+    area = math.pi / 4.0 * sensors.number("cylinder.bore") ** 2
+    bias = sensors.number("sensors.pressure_bias") * PRESSURE_RANGE
+    force = area * BIAS_DIFFERENCE * bias
+    stretch = 2.0 * math.pi * sensors.number("sensors.position_linearity")
+    return replace(
+        fit,
+        static=fit.static.widened(force),
+        coulomb=fit.coulomb.widened(force),
+        stribeck_velocity=fit.stribeck_velocity.widened(stretch * fit.stribeck_velocity.value),
+        viscous=fit.viscous.widened(stretch * fit.viscous.value),
+    )

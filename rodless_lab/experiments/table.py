@@ -1,0 +1,54 @@
+"""Comparisons as the cells of a table, for Markdown, HTML and the terminal alike."""
+
+import math
+from collections.abc import Sequence
+
+from rodless_lab.experiments.result import Comparison, Limits
+
+HEADINGS = ("quantity", "obtained", "paper", "must lie", "holds", "why these limits")
+
+
+def cells(row: Comparison) -> tuple[str, ...]:
+    """Return the texts of one row in the order of ``HEADINGS``."""
+    return (
+        row.quantity,
+        f"{number(row.value, row.decimals)} {row.unit}".rstrip(),
+        row.paper,
+        "" if row.limits is None else span(row.limits, row.decimals),
+        "" if row.limits is None else "yes" if row.holds else "NO",
+        "" if row.limits is None else row.limits.why,
+    )
+
+
+def number(value: float, decimals: int) -> str:
+    """Write a number with a true minus sign and without a negative zero."""
+    if math.isnan(value):
+        return "not a number"
+    text = f"{value:.{decimals}f}"
+    if float(text) == 0.0:
+        text = text.lstrip("-")
+    return text.replace("-", "−")
+
+
+def span(limits: Limits, decimals: int) -> str:
+    """Say in words where a number must lie."""
+    low, high = number(limits.lowest, decimals), number(limits.highest, decimals)
+    if math.isinf(limits.highest):
+        return f"above {low}"
+    if math.isinf(limits.lowest):
+        return f"below {high}"
+    return f"at {low}" if limits.lowest == limits.highest else f"{low} to {high}"
+
+
+def markdown_table(rows: Sequence[Comparison]) -> str:
+    """Return the table in Markdown."""
+    lines = [HEADINGS, ("---",) * len(HEADINGS), *map(cells, rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def verdict(rows: Sequence[Comparison]) -> str:
+    """Say how many of the judged numbers hold, and name those that do not."""
+    judged = [row for row in rows if row.limits is not None]
+    failed = [row.quantity for row in judged if not row.holds]
+    text = f"{len(judged) - len(failed)} of {len(judged)} hold"
+    return text + "".join(f"\n  leaves its limits: {name}" for name in failed)
