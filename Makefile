@@ -38,10 +38,14 @@ SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) config l
 # Per cent. Not in pyproject.toml: `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85
 
-.PHONY: demo test bench lint clean
+.PHONY: demo experiments test bench lint clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
+
+# Fails if a reproduced number leaves its stated tolerance.
+experiments: installed
+	$(VENV)/bin/rodless experiment all
 
 # The coverage data has a folder of its own, so that two runs at once do not mix theirs.
 test: test-tools

@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab.closed_loop import closed_loop
+from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
+from rodless_lab.experiments.page import write_page
 from rodless_lab.parameter_reference import parameter_reference
 from rodless_lab.step_picture import save_step_picture
 from rodless_sim import RigParameters
@@ -28,6 +30,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     save_blocked_piston_picture(folder / "blocked_piston_force.png")
     for preset in ("paper", "calibrated"):
         save_preset_step(folder / f"step_{preset}.png", preset)
+    for experiment in EXPERIMENTS.values():
+        print(experiment.name, flush=True)
+        write_page(folder / "experiments", experiment, experiment.run(Options()))
     return 0
 
 

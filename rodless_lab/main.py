@@ -13,6 +13,10 @@ VERBS = {
         "rodless_lab.rig_command",
         "run plant and controller until Ctrl-C, without ros2 launch",
     ),
+    "experiment": (
+        "rodless_lab.experiment_command",
+        "repeat the paper's experiments beside what they report",
+    ),
     "record": ("rodless_lab.record_command", "record topics into a rosbag2 bag"),
     "recover": ("rodless_lab.recover_command", "end a bag whose recording was killed"),
     "bench": ("rodless_lab.bench", "time the kernels and the nodes on this machine"),
@@ -26,7 +30,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="rodless",
         description="A simulated pneumatic servo rig for ROS 2.",
-        epilog="\n".join(f"  {verb:8} {summary}" for verb, (_, summary) in VERBS.items()),
+        epilog="\n".join(f"  {verb:10} {summary}" for verb, (_, summary) in VERBS.items()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("verb", choices=VERBS, metavar="verb")
