@@ -4,6 +4,7 @@ import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
@@ -69,11 +70,16 @@ class Parameter:
         return int(number)
 
     def _checked_number(self, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        # numpy's numbers are Real too.
+        if isinstance(value, bool) or not isinstance(value, Real):
             raise self._refuse(value, "a number")
-        if not math.isfinite(value) or not self.minimum <= value <= self.maximum:
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
             raise self._refuse(value, f"from {self.minimum:g} to {self.maximum:g}")
-        return float(value)
+        return number
 
     def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:
         if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != length:
