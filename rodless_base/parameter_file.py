@@ -1,9 +1,21 @@
 """ROS parameter files (YAML): find the presets, read one node's section."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads numbers as ROS does: ``1e-5`` is one, for YAML 1.1 it is a text."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
+    list("-+.0123456789"),
+)
 
 
 def preset_directory() -> Path:
@@ -32,7 +44,7 @@ def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
     sections win. Raises ValueError for a file that is not a ROS parameter file.
     """
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        document = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
     except yaml.YAMLError as error:
         raise ValueError(f"not YAML: {error}") from error
     if not isinstance(document, dict):
