@@ -19,7 +19,7 @@ def _source_digest() -> str:
     # numba looks only at the file of the outermost function when it decides whether a cached
     # kernel is fresh; a change in a function it calls would go unnoticed.
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].glob("rodless_*/*.py")):
+    for path in sorted(Path(__file__).parents[1].glob("rodless_*/**/*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
