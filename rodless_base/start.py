@@ -1,7 +1,7 @@
 """Start a ROS executable so that Ctrl-C and SIGTERM end it cleanly from its first moment."""
 
 import atexit
-import importlib
+import importlib.util
 import os
 import signal
 import sys
@@ -48,8 +48,9 @@ def start(module: str) -> None:
     stop = Stop()
     try:
         main = importlib.import_module(module).main
-    except ModuleNotFoundError as error:
-        if error.name != "rclpy":
+    except ModuleNotFoundError:
+        # Whichever ROS package came first, without rclpy there is no ROS.
+        if importlib.util.find_spec("rclpy") is not None:
             raise
         sys.exit(
             "rclpy is missing: source a ROS 2 distribution, or install the wheels that "
