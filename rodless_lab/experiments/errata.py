@@ -39,7 +39,9 @@ class ErrataResult:
         "and what is used stands in [errata](../errata.md), row by row.",
         "(28): results do not depend on α as long as it stays far below v_s; the number is how far "
         "the creep at 5.24 V moves in 20 s when α is a tenth of its value.",
-        "No row: (8), whose sign (15) corrects, and the angular velocity of (29), are words.",
+        "No row, because they are words: (8), whose sign (15) corrects; the angular velocity of "
+        "(29); the reference in (30); section 7, on which step and sine are judged. x_v in the "
+        "gap's length is measured by the force on a held piston at 5.08 V.",
     )
 
 
@@ -146,6 +148,7 @@ def gap_rows() -> Iterator[Comparison]:
         "",
         "1",
         Limits(0.999 * factor, 1.001 * factor, "compressible slit: (P1 + P2)/(2 P2)"),
+        decimals=3,
     )
     yield Comparison(
         "(3): leak of the closed valve at 0.6 MPa",

@@ -158,8 +158,9 @@ class FrictionResult:
             "The carriage is never quite uniform: as it travels, one chamber grows and the other "
             "shrinks, and the speed drifts by a few per cent per centimetre. A part counts as "
             "uniform where speed stays within 5 % of its mean; m·dv/dt is added to eq. (30).",
-            "The intervals with the sensors of Table 1 hold their noise and, as they are "
-            "absolute, the 0.5 % by which each pressure transmitter may be biased.",
+            "The intervals with the sensors of Table 1 hold their noise and the 0.5 % of full "
+            "scale by which each pressure transmitter may be biased: it moves F_s and F_c of both "
+            "directions by one force, which the second picture shows.",
         )
 
 

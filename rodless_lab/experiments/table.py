@@ -1,6 +1,7 @@
 """Comparisons as the cells of a table, for Markdown, HTML and the terminal alike."""
 
 import math
+import re
 from collections.abc import Sequence
 
 from rodless_lab.experiments.result import Comparison, Limits
@@ -13,11 +14,16 @@ def cells(row: Comparison) -> tuple[str, ...]:
     return (
         row.quantity,
         f"{number(row.value, row.decimals)} {row.unit}".rstrip(),
-        row.paper,
+        minus(row.paper),
         "" if row.limits is None else span(row.limits, row.decimals),
         "" if row.limits is None else "yes" if row.holds else "NO",
-        "" if row.limits is None else row.limits.why,
+        "" if row.limits is None else minus(row.limits.why),
     )
+
+
+def minus(text: str) -> str:
+    """Write hyphens before numbers as minus signs, except within a word."""
+    return re.sub(r"(?<!\w)-(?=\d)", "−", text)
 
 
 def number(value: float, decimals: int) -> str:

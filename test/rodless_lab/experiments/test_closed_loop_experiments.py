@@ -1,0 +1,50 @@
+"""Step and sine: their numbers against the arrays they come from, and against hand calculation."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rodless_lab.experiments.sine import reachable_amplitude, run_sine
+from rodless_lab.experiments.step import run_step, top_speed
+
+
+def test_top_speed_by_hand() -> None:
+    """255.254 N of supply less 12 N Coulomb over 4500 N·s/m: 54.06 mm/s, which no run exceeds."""
+    # 490.8739 mm² x 0.52 MPa = 255.254 N
+    assert top_speed() == pytest.approx((255.254 - 12.0) / 4500.0, rel=1e-5)
+    assert np.abs(run_step(("paper",)).runs["paper"].velocity).max() <= top_speed()
+
+
+def test_step_rows_are_measured_on_the_arrays() -> None:
+    """Rise and final error in the table are what the position array shows, found another way."""
+    result = run_step(("calibrated",))
+    run = result.runs["calibrated"]
+    rows = {row.quantity: row.value for row in result.comparisons}
+    assert rows["calibrated: error at the end"] == pytest.approx((run.position[-1] - 0.058) * 1e3)
+    moving = run.time[(run.position > 0.0058) & (run.position < 0.0522)]
+    assert rows["calibrated: rise, 10 to 90 %"] == pytest.approx(np.ptp(moving), abs=2.1e-3)
+    assert not any(row.startswith("paper") for row in rows)
+
+
+def test_reachable_amplitude_by_hand() -> None:
+    """54.06 mm/s over 2π · 0.381 Hz is 22.6 mm, so 20 mm is within reach and 50 mm is not."""
+    assert reachable_amplitude() == pytest.approx(0.05406 / (2 * math.pi * 0.381), rel=1e-3)
+
+
+def test_sine_of_another_amplitude_is_judged_by_the_paper_alone() -> None:
+    """Where nobody has computed a bound before, the paper's 10 mm is the only one."""
+    result = run_sine(("calibrated",), amplitude=0.03, centre=0.12)
+    row = result.comparisons[0]
+    assert row.quantity == "calibrated, 30 mm: largest tracking error"
+    assert row.limits is not None
+    assert row.limits.highest == 10.0
+    assert result.runs["calibrated"].reference.max() == pytest.approx(0.15, abs=1e-6)
+
+
+def test_table_2_cannot_follow_50_mm() -> None:
+    """With Table 2's friction the 50 mm sine is missed by more than its unreachable part."""
+    result = run_sine(("paper",))
+    (row,) = [row for row in result.comparisons if "50 mm" in row.quantity]
+    assert row.value > 50.0 - 22.6
+    assert row.holds

@@ -1,0 +1,115 @@
+"""`rodless experiment` as its user sees it: exit codes, the report, the terminal."""
+
+import base64
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from rodless_base.start import Stop
+from rodless_lab.experiment_command import main
+from rodless_lab.experiments import catalogue
+from rodless_lab.experiments.catalogue import Experiment
+from rodless_lab.experiments.figure import label, panels
+from rodless_lab.experiments.result import Comparison, Limits, Picture
+
+
+def drawn() -> object:
+    figure, (axes,) = panels()
+    axes.plot([0.0, 1.0], [0.0, 1.0], label="line")
+    label(axes, "time / s", "position / mm")
+    return figure
+
+
+@dataclass(frozen=True)
+class Fake:
+    """A result of one number."""
+
+    value: float
+
+    @property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """One judged number and one that is only shown."""
+        return (
+            Comparison("a <b> & c", self.value, "mm", "2", Limits(1.0, 3.0, "because")),
+            Comparison("shown only", -1e-9, "", "nothing"),
+        )
+
+    pictures = (Picture("fake", "a <line>", drawn),)
+    remarks = ("x < y",)
+
+
+@pytest.fixture
+def experiment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[float], int]:
+    """Run the command with a single experiment that gives the number asked for."""
+
+    def run(value: float) -> int:
+        fake = Experiment("fake", "Fake", "Fig. 0", "Nothing.", lambda _: Fake(value))
+        monkeypatch.setitem(catalogue.EXPERIMENTS, "fake", fake)
+        return main(["fake", "--output", str(tmp_path / "out")], Stop())
+
+    return run
+
+
+@pytest.mark.parametrize("value", [1.0, 2.0, 3.0])
+def test_numbers_within_their_limits_end_with_0(
+    experiment: Callable[[float], int], value: float
+) -> None:
+    """Limits are inclusive; a run whose judged numbers all keep them succeeds."""
+    assert experiment(value) == 0
+
+
+@pytest.mark.parametrize("value", [0.999, 3.001, math.nan, math.inf])
+def test_a_number_out_of_its_limits_ends_with_1_and_is_named(
+    experiment: Callable[[float], int], value: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Too small, too large and not a number at all: exit code 1, and the terminal says which."""
+    assert experiment(value) == 1
+    assert "leaves its limits: a <b> & c" in capsys.readouterr().out
+
+
+def test_report_carries_everything_itself(
+    experiment: Callable[[float], int], tmp_path: Path
+) -> None:
+    """The HTML holds the picture's own bytes and needs no other file; texts are escaped."""
+    experiment(5.0)
+    html = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    (embedded,) = re.findall(r'src="data:image/png;base64,([^"]+)"', html)
+    assert base64.b64decode(embedded) == (tmp_path / "out" / "fake.png").read_bytes()
+    assert re.findall(r'(?:src|href)="(?!data:|#)', html) == []
+    assert "a &lt;b&gt; &amp; c" in html
+    assert "a <b>" not in html
+    assert "class=leaves" in html
+
+
+def test_summary_says_what_is_wrong_in_markdown(
+    experiment: Callable[[float], int], tmp_path: Path
+) -> None:
+    """The summary has the table with its verdict, and names a picture that is there."""
+    experiment(5.0)
+    summary = (tmp_path / "out" / "summary.md").read_text(encoding="utf-8")
+    assert "| a <b> & c | 5.00 mm | 2 | 1.00 to 3.00 | NO | because |" in summary
+    assert "| shown only | 0.00 | nothing |  |  |  |" in summary
+    (picture,) = re.findall(r"!\[[^]]*\]\(([^)]+)\)", summary)
+    assert (tmp_path / "out" / picture).read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_sine_beyond_the_stroke_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A sine of 120 mm about 100 mm leaves the cylinder: exit code 2, and no report."""
+    out = tmp_path / "out"
+    assert main(["sine", "--amplitude", "120", "--output", str(out)], Stop()) == 2
+    assert "120 mm about 100 mm leaves the stroke" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_name_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """An unknown experiment ends with exit code 2 and the names there are."""
+    with pytest.raises(SystemExit) as ended:
+        main(["frictoin"], Stop())
+    assert ended.value.code == 2
+    assert "fixed-chamber" in capsys.readouterr().err
