@@ -8,10 +8,12 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.identification.bag_run import read_run
+from rodless_lab.identification.chambers_run import chambers_findings
 from rodless_lab.identification.friction_findings import friction_findings
 from rodless_lab.identification.friction_run import identify_friction
 from rodless_lab.identification.measured_run import MeasuredRun, RunError, UninformativeRunError
 from rodless_lab.identification.parameter_writer import Finding, parameter_text, write_whole
+from rodless_lab.identification.valve_run import valve_findings
 from rodless_sim import ParameterError, RigParameters
 from rodless_sim.sensors import DATA_SHEET
 
@@ -21,7 +23,9 @@ def _friction(run: MeasuredRun, parameters: RigParameters) -> list[Finding]:
 
 
 SUBJECTS: dict[str, Callable[[MeasuredRun, RigParameters], list[Finding]]] = {
+    "chambers": chambers_findings,
     "friction": _friction,
+    "valve": valve_findings,
 }
 
 

@@ -7,6 +7,7 @@ from rodless_lab.identification.area_curve import (
     three_sines,
 )
 from rodless_lab.identification.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.chambers_run import identify_chambers
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.flow_coefficient import (
     FlowCoefficientCurve,
@@ -15,7 +16,12 @@ from rodless_lab.identification.flow_coefficient import (
 )
 from rodless_lab.identification.friction_curve import Stribeck, friction_force, turning_points
 from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction_run import friction_points, identify_friction
+from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
+from rodless_lab.identification.pressure_fit import PressureFit
+from rodless_lab.identification.stick_slip import StickSlipEvents, stick_slip_events
 from rodless_lab.identification.uniform_motion import UniformPart, UniformSearch, uniform_parts
+from rodless_lab.identification.valve_run import identify_valve
 
 __all__ = [
     "AreaCurve",
@@ -24,6 +30,10 @@ __all__ = [
     "Estimate",
     "FlowCoefficientCurve",
     "FrictionFit",
+    "MeasuredRun",
+    "PressureFit",
+    "RunError",
+    "StickSlipEvents",
     "Stribeck",
     "UniformPart",
     "UniformSearch",
@@ -34,6 +44,12 @@ __all__ = [
     "fit_friction",
     "flow_coefficient",
     "friction_force",
+    "friction_points",
+    "identify_chambers",
+    "identify_friction",
+    "identify_valve",
+    "run_of_trace",
+    "stick_slip_events",
     "three_sines",
     "turning_points",
     "uniform_parts",

@@ -31,20 +31,18 @@ def _direction(side: str, fit: DirectionFit) -> list[Finding]:
     findings = []
     for name, estimate in estimates.items():
         value = max(estimate.value, 0.0) if estimate.informed else None
-        if name == "static" and fit.coulomb.informed:
-            value, estimate = _not_below_coulomb(side, value, estimate, fit.coulomb.value)
         findings.append(Finding(f"friction.{side}.{name}", value, {LABELS[name]: estimate}))
+    if fit.coulomb.informed:
+        findings[0] = _not_below_coulomb(side, findings[0], fit)
     return findings
 
 
-def _not_below_coulomb(
-    side: str, value: float | None, estimate: Estimate, coulomb: float
-) -> tuple[float | None, Estimate]:
+def _not_below_coulomb(side: str, static: Finding, fit: DirectionFit) -> Finding:
     """Keep F_s at F_c or above: the plant refuses a smaller one, also its own default."""
-    if value is not None:
-        return max(value, coulomb), estimate
-    default = RigParameters().number(f"friction.{side}.static")
-    if default >= coulomb:
-        return None, estimate
-    note = f"{estimate.note}; set to F_c, which exceeds the default"
-    return coulomb, replace(estimate, note=note)
+    coulomb = fit.coulomb.value
+    if isinstance(static.value, float):
+        return replace(static, value=max(static.value, coulomb))
+    if RigParameters().number(f"friction.{side}.static") >= coulomb:
+        return static
+    note = f"{fit.static.note}; set to F_c, which exceeds the default"
+    return replace(static, value=coulomb, estimates={"F_s": replace(fit.static, note=note)})
