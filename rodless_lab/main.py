@@ -19,6 +19,8 @@ VERBS = {
     ),
     "record": ("rodless_lab.record_command", "record topics into a rosbag2 bag"),
     "recover": ("rodless_lab.recover_command", "end a bag whose recording was killed"),
+    "identify": ("rodless_lab.identify_command", "find parameters of a rig from a recorded run"),
+    "compare": ("rodless_lab.compare_command", "overlay two runs and report their differences"),
     "bench": ("rodless_lab.bench", "time the kernels and the nodes on this machine"),
     "docs": ("rodless_lab.docs", "write the generated pages and pictures of the docs"),
 }

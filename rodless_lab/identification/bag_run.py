@@ -1,5 +1,6 @@
 """Read a run from a rosbag2 bag of the rig's topics, this simulator's or a real rig's."""
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +14,23 @@ from rodless_lab.identification.measured_run import MeasuredRun, RunError
 Array = npt.NDArray[np.float64]
 
 JOINT = "carriage"
+SETPOINT = "setpoint"
 PRESSURES = ("chamber_a/pressure", "chamber_b/pressure", "supply/pressure")
 
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
 
 
+@dataclass(frozen=True)
+class Setpoint:
+    """Set-points (m) and when each was given (s, on the time base of the run); shapes (k,)."""
+
+    time: Array
+    position: Array
+
+
 def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
-    """Read position, pressures and voltage from the bag at ``path``.
+    """Read position, pressures and voltage from the bag at ``path``; time begins at 0.
 
     ``namespace`` is that of the rig, such as ``/rig1``. Stamped topics count by their stamps;
     the voltage, which has none, by its log time, shifted as those of the positions are from their
@@ -28,6 +38,13 @@ def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
     which names topic and place, for a bag that is missing, damaged or empty, lacks a topic, holds
     values that are not finite, or time going backwards.
     """
+    return read_run_and_setpoint(path, namespace)[0]
+
+
+def read_run_and_setpoint(
+    path: str | Path, namespace: str = ""
+) -> tuple[MeasuredRun, Setpoint | None]:
+    """Read a run as :func:`read_run` does, and its set-points if they were recorded."""
     try:
         bag = read_bag(path)
         return _run(bag, namespace.rstrip("/"))
@@ -36,7 +53,7 @@ def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
         raise RunError(text if str(path) in text else f"{path}: {text}") from error
 
 
-def _run(bag: Bag, namespace: str) -> MeasuredRun:
+def _run(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
     joint = _recording(bag, namespace, JOINT_STATES)
     time = _stamps(joint)
     position = _checked(joint, _position(joint), time)
@@ -45,12 +62,21 @@ def _run(bag: Bag, namespace: str) -> MeasuredRun:
         recording = _recording(bag, namespace, topic)
         own = _stamps(recording)
         pressures.append((own, _checked(recording, _field(recording, "fluid_pressure"), own)))
-    command = _recording(bag, namespace, VALVE_VOLTAGE)
     offset = float(np.median(joint.time - time))
-    _refuse_backwards(command, command.time)
-    when = command.time - offset
-    voltage = _checked(command, _field(command, "data"), when)
-    return _on_one_base((time, position), pressures, (when, voltage))
+    voltage = _unstamped(_recording(bag, namespace, VALVE_VOLTAGE), offset)
+    run = _on_one_base((time, position), pressures, voltage)
+    setpoint = None
+    if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
+        when, wanted = _unstamped(_recording(bag, namespace, SETPOINT), offset)
+        setpoint = Setpoint(when - run.time[0], wanted)
+    return replace(run, time=run.time - run.time[0]), setpoint
+
+
+def _unstamped(recording: Recording, offset: float) -> tuple[Array, Array]:
+    """Times, ``offset`` s before the log times, and values of a topic of plain numbers."""
+    _refuse_backwards(recording, recording.time)
+    when = recording.time - offset
+    return when, _checked(recording, _field(recording, "data"), when)
 
 
 def _recording(bag: Bag, namespace: str, topic: str) -> Recording:
@@ -132,7 +158,7 @@ def _on_one_base(
     held = np.searchsorted(voltage[0], time + 1e-6, side="right") - 1
     pressure_a, pressure_b, supply = (np.interp(time, *pressure) for pressure in pressures)
     return MeasuredRun(
-        time=time - time[0],
+        time=time,
         position=np.interp(time, *position),
         pressure_a=pressure_a,
         pressure_b=pressure_b,
