@@ -1,0 +1,88 @@
+"""Changing gains while running does not move the command."""
+
+import pytest
+
+from rodless_control import Pid, PidParameters
+
+# Small enough to keep the command of the default gains inside its limits.
+POSITIONS = [1e-4 * k + 2e-5 * (-1) ** k for k in range(40)]
+LEAD, VELOCITY, INTERVAL = 5e-4, 0.01, 0.01
+CHANGES: list[dict[str, float]] = [
+    {"controller.kp": 2000.0},
+    {"controller.kp": 0.0},
+    {"controller.ki": 500.0},
+    {"controller.ki": 0.0},
+    {"controller.kd": 5.0},
+    {"controller.feedforward": 0.0},
+    {"controller.filter_bandwidth": 300.0},
+    {"controller.kp": 100.0, "controller.ki": 9.0, "controller.kd": 20.0},
+    {"controller.kp": 1500.0, "controller.feedforward": 10.0},
+]
+
+
+def running() -> tuple[Pid, tuple[float, float, float]]:
+    """A controller in the middle of a move, and the sample it saw last (without its interval)."""
+    pid = Pid(PidParameters())
+    for position in POSITIONS:
+        sample = (position + LEAD, VELOCITY, position)
+        command = pid.update(*sample, INTERVAL)
+    assert 0.0 < command.voltage < 10.0
+    assert all(abs(term) > 1e-3 for term in (command.p, command.i, command.d, command.feedforward))
+    return pid, sample
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=" ".join)
+def test_the_command_is_continuous(change: dict[str, float]) -> None:
+    """The law evaluated again at the same instant gives the same voltage to rounding."""
+    pid, sample = running()
+    before = pid.update(*sample, 0.0).voltage
+    pid.configure(PidParameters(change))
+    assert pid.update(*sample, 0.0).voltage == pytest.approx(before, abs=1e-13)
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=" ".join)
+def test_the_new_gains_act_from_the_next_sample_on(change: dict[str, float]) -> None:
+    """The terms are those of the new gains; the integral grows by the new one from its value."""
+    pid, sample = running()
+    pid.configure(PidParameters(change))
+    start = pid.update(*sample, 0.0)
+    moved = pid.update(sample[0], VELOCITY, sample[2], INTERVAL)
+    number = PidParameters(change).number
+    assert moved.p == pytest.approx(number("controller.kp") * LEAD, rel=1e-9)
+    assert moved.feedforward == pytest.approx(number("controller.feedforward") * VELOCITY)
+    grown = number("controller.ki") * LEAD * INTERVAL
+    assert moved.i - start.i == pytest.approx(grown, abs=1e-12)
+
+
+def test_changes_that_cancel_leave_no_trace() -> None:
+    """There and back within one sample, the controller goes on as if nothing had been."""
+    (pid, sample), (untouched, _) = running(), running()
+    for gain in (3000.0, 800.0):
+        pid.configure(PidParameters({"controller.kp": gain}))
+    found, expected = pid.update(*sample, INTERVAL), untouched.update(*sample, INTERVAL)
+    assert list(found) == pytest.approx(list(expected), abs=1e-12)
+
+
+def test_the_same_gains_again_change_nothing_at_all() -> None:
+    """Setting a parameter to the value it has keeps every bit."""
+    (pid, sample), (untouched, _) = running(), running()
+    pid.configure(PidParameters())
+    assert pid.update(*sample, INTERVAL) == untouched.update(*sample, INTERVAL)
+
+
+def test_gains_may_change_before_the_first_sample() -> None:
+    """A controller that has seen nothing has nothing to keep continuous."""
+    pid = Pid(PidParameters())
+    pid.configure(PidParameters({"controller.kp": 50.0}))
+    expected = Pid(PidParameters({"controller.kp": 50.0})).update(0.01, 0.0, 0.0, 0.0)
+    assert pid.update(0.01, 0.0, 0.0, 0.0) == expected
+
+
+@pytest.mark.parametrize("change", [{"controller.kp": 1e5}, {"controller.feedforward": 1e3}])
+def test_a_change_under_a_wild_set_point_stays_finite(change: dict[str, float]) -> None:
+    """A reference of 1e308 at the moment of the change does not end in NaN."""
+    pid = Pid(PidParameters())
+    pid.update(0.0, 0.0, 0.0, 0.0)
+    pid.update(1e308, 1e308, 0.0, 1e-3)
+    pid.configure(PidParameters(change))
+    assert 0.0 <= pid.update(0.0, 0.0, 0.0, 1e-3).voltage <= 10.0

@@ -1,0 +1,95 @@
+"""Constant, step, ramp, sine: position, velocity, and what happens at their corners."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rodless_control import references
+from rodless_control.references import Reference
+
+SMOOTH: dict[str, Reference] = {
+    "constant": references.constant(0.03),
+    "step": references.step(0.01, 0.06, at=0.5),
+    "ramp": references.ramp(0.01, 0.06, 0.04, at=0.5),
+    "ramp back": references.ramp(0.06, -0.01, 0.04, at=0.5),
+    "sine": references.sine(0.1, 0.02, 0.381, at=0.5),
+    "move": references.move(0.01, 0.06, 0.05, 0.5, 10.0, at=0.5),
+    "move back": references.move(0.06, 0.01, 0.05, 0.5, 10.0, at=0.5),
+}
+# Where a shape jumps or turns a corner, a difference across it is no derivative.
+CORNERS = {"step": [0.5], "ramp": [0.5, 1.75], "ramp back": [0.5, 2.25], "sine": [0.5]}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_velocity_is_the_derivative_of_position(name: str) -> None:
+    """Central differences of the position, away from corners, give the velocity."""
+    reference, half = SMOOTH[name], 1e-5
+    times = np.linspace(0.0, 3.0, 1501) + 1e-4
+    for time in times:
+        if all(abs(time - corner) > 2.0 * half for corner in CORNERS.get(name, [])):
+            slope = (reference.sample(time + half)[0] - reference.sample(time - half)[0]) / 2e-5
+            assert reference.sample(time)[1] == pytest.approx(slope, abs=1e-9)
+
+
+def test_constant() -> None:
+    """Everywhere the same, at rest."""
+    reference = references.constant(-0.7)
+    assert {reference.sample(time) for time in (-5.0, 0.0, 1e6)} == {(-0.7, 0.0)}
+
+
+def test_step() -> None:
+    """Before until its instant, after from then on, never with a velocity."""
+    reference = references.step(0.0, 0.058, at=0.5)
+    assert reference.sample(math.nextafter(0.5, 0.0)) == (0.0, 0.0)
+    assert reference.sample(0.5) == (0.058, 0.0)
+
+
+@pytest.mark.parametrize(("target", "velocity"), [(0.07, 0.02), (-0.05, -0.02)])
+def test_ramp(target: float, velocity: float) -> None:
+    """3 s at 20 mm/s in either direction, at rest before and after, exactly at the target."""
+    reference = references.ramp(0.01, target, 0.02, at=1.0)
+    assert reference.sample(0.999) == (0.01, 0.0)
+    assert reference.sample(1.0) == (0.01, velocity)
+    assert reference.sample(2.5) == (pytest.approx(0.01 + 1.5 * velocity, rel=1e-14), velocity)
+    assert reference.sample(4.0 + 1e-9) == (target, 0.0)
+    assert reference.sample(1e9) == (target, 0.0)
+
+
+def test_ramp_over_no_distance() -> None:
+    """It is at its target all the time, at rest."""
+    reference = references.ramp(0.05, 0.05, 0.02, at=1.0)
+    assert {reference.sample(time) for time in (0.0, 1.0, 2.0)} == {(0.05, 0.0)}
+
+
+def test_sine() -> None:
+    """Quarter periods of 2 s from its start: centre, top, centre, bottom; full speed at first."""
+    reference = references.sine(0.1, 0.02, 0.125, at=1.0)
+    assert reference.sample(0.9) == (0.1, 0.0)
+    found = [reference.sample(1.0 + 2.0 * quarter) for quarter in range(5)]
+    top_speed = 0.02 * math.pi / 4.0
+    assert [x for x, _ in found] == pytest.approx([0.1, 0.12, 0.1, 0.08, 0.1], rel=1e-14)
+    assert [v for _, v in found] == pytest.approx(
+        [top_speed, 0.0, -top_speed, 0.0, top_speed], abs=1e-15
+    )
+
+
+def test_sine_has_the_named_frequency_and_amplitude() -> None:
+    """Over ten periods it crosses its centre twenty times and spans twice the amplitude."""
+    reference = references.sine(0.1, 0.02, 0.381)
+    times = np.linspace(0.0, 10.0 / 0.381, 200_001) + 1e-7
+    positions = np.array([reference.sample(time)[0] for time in times[::20]])
+    assert np.count_nonzero(np.diff(np.sign(positions - 0.1))) == 20
+    assert np.ptp(positions) == pytest.approx(0.04, rel=1e-5)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
+def test_speeds_and_limits_must_be_positive(value: float) -> None:
+    """A ramp or move that could not get anywhere is refused, naming what is wrong and its value."""
+    with pytest.raises(ValueError, match=f"velocity {value!r}"):
+        references.ramp(0.0, 1.0, value)
+    for k, name in enumerate(("velocity", "acceleration", "jerk")):
+        limits = [1.0, 1.0, 1.0]
+        limits[k] = value
+        with pytest.raises(ValueError, match=f"{name} {value!r}"):
+            references.move(0.0, 1.0, *limits)

@@ -1,0 +1,188 @@
+"""Set-points as they arrive, and the reference made of them."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from rodless_control import PidParameters
+from rodless_control.setpoint import SetpointFollower
+
+
+def follower(kind: str = "setpoint", **values: object) -> SetpointFollower:
+    """A follower of type ``kind`` that has seen nothing."""
+    return SetpointFollower(parameters(kind, **values))
+
+
+def parameters(kind: str, **values: object) -> PidParameters:
+    """Parameters with a reference of type ``kind``."""
+    given = {f"reference.{name}": value for name, value in values.items()}
+    return PidParameters({"reference.type": kind, **given})
+
+
+@pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
+def test_it_holds_the_carriage_where_it_is_found(kind: str) -> None:
+    """Until a set-point comes the first position is the reference, however the carriage drifts."""
+    found = follower(kind)
+    assert found.sample(3.0, 0.07) == (0.07, 0.0)
+    assert found.sample(4.0, 0.09) == (0.07, 0.0)
+
+
+def test_a_set_point_acts_from_the_next_sample_on() -> None:
+    """The type "setpoint" jumps there, without velocity, and again for each one that comes."""
+    found = follower()
+    found.sample(0.0, 0.0)
+    for target in (0.058, 0.02, 0.058):
+        found.receive(target)
+        assert found.sample(1.0, 0.0) == (target, 0.0)
+        assert found.sample(2.0, 0.0) == (target, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
+def test_a_set_point_may_come_before_the_first_sample(kind: str) -> None:
+    """It is kept until the carriage is seen, and then gone to from there."""
+    found = follower(kind, velocity=0.05)
+    found.receive(0.058)
+    start, _ = found.sample(7.0, 0.01)
+    assert start == (0.058 if kind == "setpoint" else 0.01)
+    assert found.sample(17.0, 0.01) == (0.058, 0.0)
+
+
+def test_a_ramp_goes_at_its_velocity_from_where_the_reference_is() -> None:
+    """A second set-point in mid-ramp turns the reference around without a jump."""
+    found = follower("ramp", velocity=0.02)
+    found.sample(0.0, 0.01)
+    found.receive(0.05)
+    assert found.sample(1.0, 0.01) == (0.01, 0.02)
+    assert found.sample(2.0, 0.01) == (pytest.approx(0.03), 0.02)
+    found.receive(0.02)
+    assert found.sample(2.0, 0.01) == (pytest.approx(0.03), -0.02)
+    assert found.sample(2.25, 0.01) == (pytest.approx(0.025), -0.02)
+    assert found.sample(9.0, 0.01) == (0.02, 0.0)
+
+
+def test_a_move_is_finished_before_the_latest_set_point_is_gone_to() -> None:
+    """Of two set-points that come during a move the first is never gone to."""
+    found = follower("move", velocity=0.05, acceleration=0.5, jerk=10.0)
+    found.sample(0.0, 0.0)
+    found.receive(0.05)
+    times = [0.001 * k for k in range(6000)]
+    track = []
+    for k, time in enumerate(times):
+        if k in (300, 400):
+            found.receive(0.3 if k == 300 else 0.02)
+        track.append(found.sample(time, 0.0)[0])
+    first = 0.05 / 0.05 + 0.05 / 0.5 + 0.5 / 10.0
+    second = 0.03 / 0.05 + 0.05 / 0.5 + 0.5 / 10.0
+    assert max(track) == pytest.approx(0.05, abs=1e-15)
+    arrived = next(time for time, x in zip(times, track, strict=True) if abs(x - 0.05) < 1e-12)
+    assert arrived == pytest.approx(first, abs=2e-3)
+    done = next(time for time, x in zip(times, track, strict=True) if x == 0.02 and time > first)
+    assert done == pytest.approx(first + second, abs=2e-3)
+
+
+def test_moves_in_a_row_keep_the_acceleration_limit() -> None:
+    """With set-points coming all the time the sampled velocity never jumps."""
+    found = follower("move", velocity=0.05, acceleration=0.5, jerk=10.0)
+    velocities = []
+    for k in range(5000):
+        if k % 37 == 0:
+            found.receive(0.1 * math.sin(k))
+        velocities.append(found.sample(0.001 * k, 0.0)[1])
+    steps = [abs(b - a) for a, b in pairwise(velocities)]
+    assert 0.4e-3 < max(steps) <= 0.5e-3 * (1.0 + 1e-9)
+
+
+def test_a_step_comes_from_the_parameters() -> None:
+    """Position and set-points do not matter to it."""
+    found = follower("step", start=0.01, target=0.06, at=0.5)
+    found.receive(0.1)
+    assert found.sample(0.0, 0.03) == (0.01, 0.0)
+    assert found.sample(0.499, 0.03) == (0.01, 0.0)
+    found.receive(0.1)
+    assert found.sample(0.5, 0.03) == (0.06, 0.0)
+
+
+def test_a_sine_comes_from_the_parameters() -> None:
+    """It waits at its centre for its start and then swings: a quarter of 0.5 Hz takes 0.5 s."""
+    found = follower("sine", centre=0.08, amplitude=0.03, frequency=0.5, at=2.0)
+    found.receive(0.1)
+    assert found.sample(0.0, 0.0) == (0.08, 0.0)
+    assert found.sample(2.5, 0.0)[0] == pytest.approx(0.11, rel=1e-14)
+    assert found.sample(3.5, 0.0)[0] == pytest.approx(0.05, rel=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["sine", "step"])
+def test_what_is_chosen_in_mid_run_starts_then(kind: str) -> None:
+    """Chosen at 10 s with a start at 0.5 s it starts at the next sample, not in the past."""
+    found = follower()
+    found.sample(9.0, 0.05)
+    found.configure(parameters(kind, at=0.5, centre=0.05, start=0.0, target=0.05))
+    position, velocity = found.sample(10.0, 0.05)
+    assert position == 0.05
+    if kind == "sine":
+        assert velocity == pytest.approx(0.02 * 2.0 * math.pi * 0.381, rel=1e-14)
+        quarter = 10.0 + 0.25 / 0.381
+        assert found.sample(quarter, 0.05)[0] == pytest.approx(0.07, rel=1e-12)
+
+
+def test_a_changed_sine_starts_anew_and_other_parameters_leave_it_alone() -> None:
+    """Its phase restarts with a new amplitude, not with a new gain."""
+    old = parameters("sine", at=0.0, frequency=1.0)
+    found = SetpointFollower(old)
+    found.sample(0.0, 0.0)
+    found.configure(old.with_values({"controller.kp": 1.0}))
+    assert found.sample(0.25, 0.0)[0] == pytest.approx(0.12, rel=1e-14)
+    found.configure(old.with_values({"reference.amplitude": 0.01}))
+    assert found.sample(0.5, 0.0)[0] == 0.1
+    assert found.sample(0.75, 0.0)[0] == pytest.approx(0.11, rel=1e-14)
+
+
+def test_a_running_ramp_keeps_its_velocity() -> None:
+    """A new velocity counts for the next set-point."""
+    found = follower("ramp", velocity=0.02)
+    found.sample(0.0, 0.0)
+    found.receive(0.1)
+    found.sample(0.0, 0.0)
+    found.configure(parameters("ramp", velocity=0.05))
+    assert found.sample(1.0, 0.0) == (pytest.approx(0.02), 0.02)
+    found.receive(0.0)
+    assert found.sample(1.0, 0.0) == (pytest.approx(0.02), -0.05)
+
+
+@pytest.mark.parametrize(("kind", "start"), [("setpoint", 0.058), ("ramp", 0.03), ("move", 0.03)])
+def test_the_last_set_point_stays_in_force_over_a_reset(kind: str, start: float) -> None:
+    """The carriage, found elsewhere, is brought there again."""
+    found = follower(kind)
+    found.receive(0.02)
+    found.receive(0.058)
+    for k in range(5000):
+        found.sample(0.001 * k, 0.0)
+    found.reset()
+    assert found.sample(0.0, 0.03)[0] == start
+    for k in range(5000):
+        position, _ = found.sample(0.001 * k, 0.03)
+    assert position == 0.058
+
+
+@pytest.mark.parametrize("kind", ["ramp", "move"])
+def test_a_new_type_starts_from_the_carriage(kind: str) -> None:
+    """Changing how set-points are gone to starts over from the position, to the same set-point."""
+    found = follower()
+    found.receive(0.058)
+    found.sample(0.0, 0.0)
+    found.configure(parameters(kind))
+    assert found.sample(1.0, 0.04)[0] == 0.04
+    assert found.sample(9.0, 0.04) == (0.058, 0.0)
+
+
+@pytest.mark.parametrize("target", [math.nan, math.inf, -math.inf])
+def test_a_set_point_that_is_not_finite_is_refused(target: float) -> None:
+    """The message names it, and the reference stays what it was."""
+    found = follower()
+    found.receive(0.058)
+    with pytest.raises(ValueError, match=f"{target!r}"):
+        found.receive(target)
+    assert found.sample(0.0, 0.0) == (0.058, 0.0)
+    found.reset()
+    assert found.sample(0.0, 0.0) == (0.058, 0.0)
