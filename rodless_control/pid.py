@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from rodless_base.compiled import kernel
+from rodless_base.compiled import direct, kernel
 from rodless_control.parameters import PidParameters
 
 # Lengths and velocities beyond this (m, m/s) count as this large: with every term finite, no
@@ -153,6 +153,7 @@ class Pid:
     def __init__(self, parameters: PidParameters | None = None) -> None:
         """Start from ``parameters`` (default: all defaults)."""
         self._gains = gains_of(parameters or PidParameters())
+        self._update = direct(update, self._gains, at_rest(0.0), 0.0, 0.0, 0.0, 0.0)
         self.reset()
 
     def reset(self) -> None:
@@ -170,16 +171,13 @@ class Pid:
         self, reference: float, reference_velocity: float, position: float, interval: float
     ) -> Command:
         """Return the command for one sample (m, m/s, m, s since the last sample)."""
-        # An integer would make the compiler see other types.
-        reference, reference_velocity = float(reference), float(reference_velocity)
-        position, interval = float(position), float(interval)
         if self._memory is None:
             self._memory, interval = at_rest(position), 0.0
         if self._held:
             kept = self._memory.integral
             self._memory, interval = at_rest(position)._replace(integral=kept), 0.0
             self._held = False
-        self._memory, command = update(
+        self._memory, command = self._update(
             self._gains, self._memory, reference, reference_velocity, position, interval
         )
         self._reference_velocity = bounded(reference_velocity)

@@ -9,24 +9,14 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import psutil
-import rclpy
-from rclpy.executors import Executor
-from sensor_msgs.msg import JointState
-
-from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH
-from rodless_base.ros_process import make_executor
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
+from rodless_lab.bench_nodes import bench_lockstep, bench_realtime
 from rodless_lab.closed_loop import closed_loop
-from rodless_lab.domain import own_domain
-from rodless_lab.processes import RigProcesses
 from rodless_sim import RigParameters
 
 SIMULATED_SECONDS = 10.0
 REPEATS = 7
-NODE_SECONDS = 10.0
-START_SECONDS = 60.0
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
@@ -34,7 +24,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     parser = argparse.ArgumentParser(prog="rodless bench", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("results/bench/metrics.json"))
     output = parser.parse_args(arguments).output
-    figures = {**bench_closed_loop(), **bench_nodes()}
+    figures = bench_closed_loop()
+    for rate in (100.0, 500.0, 1000.0):
+        figures |= bench_realtime(rate)
+    for one_process in (False, True):
+        figures |= bench_lockstep(one_process)
     for name, value in figures.items():
         print(f"{name:58} {value:10.4g}")
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -85,44 +79,3 @@ UNCOMPILED = (
     "from rodless_lab.bench import run_closed_loop, seconds;"
     "print(seconds(lambda: run_closed_loop(1.0)))"
 )
-
-
-def bench_nodes() -> dict[str, float]:
-    """Run plant and controller over DDS at 1 kHz; share of a core and memory of each."""
-    with own_domain() as environment, RigProcesses(environment=environment) as rig:
-        os.environ.update(environment)
-        rclpy.init()
-        arrivals: list[float] = []
-        node = rclpy.create_node("bench")
-        node.create_subscription(
-            JointState, JOINT_STATES, lambda _: arrivals.append(time.monotonic()), QUEUE_DEPTH
-        )
-        executor = make_executor()
-        executor.add_node(node)
-        _spin_until(executor, lambda: len(arrivals) > QUEUE_DEPTH, START_SECONDS)
-        arrivals.clear()
-        processes = {name: psutil.Process(pid) for name, pid in rig.pids.items()}
-        before = {name: _cpu(process) for name, process in processes.items()}
-        start = time.monotonic()
-        _spin_until(executor, lambda: time.monotonic() - start > NODE_SECONDS, 2 * NODE_SECONDS)
-        elapsed = time.monotonic() - start
-        figures = {"plant node, samples per second (1000 wanted)": len(arrivals) / elapsed}
-        for name, process in processes.items():
-            figures[f"{name} node, share of a core"] = (_cpu(process) - before[name]) / elapsed
-            figures[f"{name} node, memory in MB"] = process.memory_info().rss / 1e6
-        node.destroy_node()
-        rclpy.shutdown()
-    return figures
-
-
-def _spin_until(executor: Executor, done: Callable[[], bool], longest: float) -> None:
-    end = time.monotonic() + longest
-    while not done():
-        if time.monotonic() > end:
-            raise TimeoutError("the rig did not answer")
-        executor.spin_once(timeout_sec=0.1)
-
-
-def _cpu(process: psutil.Process) -> float:
-    times = process.cpu_times()
-    return float(times.user + times.system)

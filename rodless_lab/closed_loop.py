@@ -11,7 +11,7 @@ from rodless_control.pid import Gains, at_rest, gains_of, update
 from rodless_control.references import Reference
 from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.motion import Motion, Plant, advance
-from rodless_sim.timing import inner_steps, nanoseconds
+from rodless_sim.timing import division, nanoseconds
 from rodless_sim.trace import record, trace
 
 Array = npt.NDArray[np.float64]
@@ -72,9 +72,8 @@ def closed_loop(
     """
     rig = Rig(rig_parameters)
     rig.reset(position)
-    span = nanoseconds(period)
+    span, steps, step = division(period, rig_parameters.number("time.inner_step"))
     count = round(nanoseconds(duration) / span) + 1
-    steps, step = inner_steps(span, rig_parameters.number("time.inner_step"))
     references = np.array([reference.sample(k * span * 1e-9) for k in range(count)])
     rows, voltages = run_closed_loop(
         rig.plant, gains_of(pid_parameters), references, rig.motion, steps, step, span * 1e-9

@@ -6,12 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.compiled import direct
 from rodless_sim.motion import Motion, Plant, held
 from rodless_sim.parameters import RigParameters
 from rodless_sim.plant import plant_constants
 from rodless_sim.ports import supply_flow
 from rodless_sim.settled import settled_pressures
-from rodless_sim.timing import inner_steps, nanoseconds
+from rodless_sim.timing import division
 from rodless_sim.trace import Trace, run_open_loop, trace
 from rodless_sim.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, lands
 
@@ -48,6 +49,7 @@ class Rig:
         """Build the rig of ``parameters`` (default: all defaults, the ``paper`` preset)."""
         self._parameters = parameters or RigParameters()
         self._plant = plant_constants(self._parameters)
+        self._held = direct(held, self._plant, 0.0, Motion(0.0, 0.0, 0.0, 0.0), 0, 0.0)
         self.reset()
 
     @property
@@ -63,7 +65,9 @@ class Rig:
 
     def _hold(self, voltage: float, motion: Motion, steps: int, step: float) -> None:
         self._voltage = voltage
-        self._motion, self._flow_a, self._flow_b = held(self._plant, voltage, motion, steps, step)
+        self._motion, self._flow_a, self._flow_b = self._held(
+            self._plant, voltage, motion, steps, step
+        )
 
     def reset(self, position: float | None = None) -> State:
         """Put the carriage at rest at ``position`` (m; default ``cylinder.initial_position``).
@@ -87,8 +91,7 @@ class Rig:
         the valve saturates at 0 and 10 V.
         """
         applied = applied_voltage(voltage)
-        span = nanoseconds(duration)
-        steps, step = inner_steps(span, self._parameters.number("time.inner_step"))
+        span, steps, step = division(duration, self._parameters.number("time.inner_step"))
         self._hold(applied, self._motion, steps, step)
         self._nanoseconds += span
         return self.state
@@ -149,6 +152,6 @@ def simulate(
     commands = np.array([applied_voltage(float(v)) for v in np.asarray(voltages).ravel()])
     if not commands.size:
         raise ValueError("no voltages given")
-    steps, step = inner_steps(nanoseconds(period), parameters.number("time.inner_step"))
+    _, steps, step = division(period, parameters.number("time.inner_step"))
     rows, _ = run_open_loop(rig.plant, commands, rig.motion, steps, step)
     return trace(rig.plant, period, np.append(commands, commands[-1]), rows)

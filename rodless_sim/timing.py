@@ -1,6 +1,7 @@
 """Plant time: integer nanoseconds, and inner steps that divide a period exactly."""
 
 import math
+from functools import lru_cache
 
 
 def nanoseconds(duration: float) -> int:
@@ -17,3 +18,10 @@ def inner_steps(span: int, longest: float) -> tuple[int, float]:
     """
     steps = max(1, math.ceil(span / (longest * 1e9) - 1e-9))
     return steps, span * 1e-9 / steps
+
+
+@lru_cache(maxsize=64)
+def division(duration: float, longest: float) -> tuple[int, int, float]:
+    """Return ``duration`` (s) in ns, and its :func:`inner_steps`; raises as :func:`nanoseconds`."""
+    span = nanoseconds(duration)
+    return span, *inner_steps(span, longest)

@@ -1,0 +1,140 @@
+"""What the nodes cost and how well they keep time, measured over DDS on this machine."""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+import psutil
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import Executor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH
+from rodless_base.ros_process import make_executor
+from rodless_lab.domain import own_domain
+from rodless_lab.processes import RigProcesses
+
+# Wall-clock seconds: of a measurement in real time, and of waiting for the nodes to appear.
+MEASURED_SECONDS = 8.0
+START_SECONDS = 120.0
+
+# Plant time of a lock-step measurement, long enough for several diagnostics.
+LOCKSTEP_SECONDS = 90.0
+
+STEP = {"reference.type": "step", "reference.at": 0.5, "reference.target": 0.058}
+
+
+class Watcher:
+    """A node beside the rig that counts what it hears."""
+
+    def __init__(self, rig: RigProcesses) -> None:
+        """Listen for nothing yet."""
+        self.rig = rig
+        self.node: Node = rclpy.create_node("bench")
+        self._executor: Executor = make_executor()
+        self._executor.add_node(self.node)
+
+    def wait(self, done: Callable[[], bool], longest: float) -> None:
+        """Run callbacks until ``done``; raises TimeoutError after ``longest`` s."""
+        end = time.monotonic() + longest
+        while not done():
+            if time.monotonic() > end:
+                raise TimeoutError("the rig did not answer")
+            self.rig.check()
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def close(self) -> None:
+        """Destroy the node."""
+        self._executor.remove_node(self.node)
+        self.node.destroy_node()
+
+
+@contextmanager
+def watched_rig(
+    plant: Mapping[str, object], controller: Mapping[str, object], one_process: bool = False
+) -> Iterator[Watcher]:
+    """Run the rig in a domain of its own, with a watcher."""
+    with (
+        own_domain() as environment,
+        RigProcesses(
+            plant=plant,
+            controller=controller,
+            environment=environment,
+            one_process=one_process,
+        ) as rig,
+    ):
+        os.environ.update(environment)
+        rclpy.init()
+        watcher = Watcher(rig)
+        try:
+            yield watcher
+        finally:
+            watcher.close()
+            rclpy.shutdown()
+
+
+def bench_realtime(rate: float) -> dict[str, float]:
+    """Period and latency of the samples at ``rate`` (Hz), cost of the nodes."""
+    with watched_rig({"time.period": 1.0 / rate}, {}) as watcher:
+        arrivals: list[int] = []
+        watcher.node.create_subscription(
+            JointState, JOINT_STATES, lambda _: arrivals.append(time.monotonic_ns()), QUEUE_DEPTH
+        )
+        watcher.wait(lambda: len(arrivals) > rate, START_SECONDS)
+        arrivals.clear()
+        processes = {name: psutil.Process(pid) for name, pid in watcher.rig.pids.items()}
+        before = {name: _cpu(process) for name, process in processes.items()}
+        start = time.monotonic()
+        watcher.wait(lambda: time.monotonic() - start > MEASURED_SECONDS, 60.0)
+        elapsed = time.monotonic() - start
+        label = f"realtime {rate:g} Hz"
+        figures = {f"{label}: samples per second": len(arrivals) / elapsed}
+        periods = np.diff(arrivals) * 1e-6
+        for name, value in (
+            ("mean", periods.mean()),
+            ("p50", np.percentile(periods, 50)),
+            ("p99", np.percentile(periods, 99)),
+            ("p99.9", np.percentile(periods, 99.9)),
+            ("worst", periods.max()),
+        ):
+            figures[f"{label}: period at a subscriber, {name} (ms)"] = float(value)
+        for name, process in processes.items():
+            share = (_cpu(process) - before[name]) / elapsed
+            figures[f"{label}: {name} node, share of a core"] = share
+            figures[f"{label}: {name} node, memory (MB)"] = process.memory_info().rss / 1e6
+    return figures
+
+
+def bench_lockstep(one_process: bool) -> dict[str, float]:
+    """Plant seconds per wall-clock second in lock-step at 1 kHz."""
+    plant = {"time.mode": "lockstep", "time.duration": LOCKSTEP_SECONDS}
+    # In one process the controller needs no clock: it is told not to mind a pause.
+    controller = {**STEP, **(ONE_PROCESS if one_process else {})}
+    seen: list[tuple[float, float]] = []
+
+    def take(message: DiagnosticArray) -> None:
+        if message.status[0].name == "/plant":
+            stamp = message.header.stamp
+            seen.append((time.monotonic(), stamp.sec + stamp.nanosec * 1e-9))
+
+    with watched_rig(plant, controller, one_process) as watcher:
+        watcher.node.create_subscription(DiagnosticArray, "/diagnostics", take, 100)
+        watcher.wait(lambda: bool(seen) and seen[-1][1] >= LOCKSTEP_SECONDS, START_SECONDS)
+    under_way = [(wall, plant) for wall, plant in seen if 0.0 < plant < LOCKSTEP_SECONDS]
+    (first_wall, first), (last_wall, last) = under_way[0], under_way[-1]
+    kind = "one process" if one_process else "two processes"
+    return {
+        f"lockstep, {kind}: plant s per wall-clock s": (last - first) / (last_wall - first_wall)
+    }
+
+
+ONE_PROCESS = {"use_sim_time": False, "controller.position_timeout": 0.0}
+
+
+def _cpu(process: psutil.Process) -> float:
+    times = process.cpu_times()
+    return float(times.user + times.system)
