@@ -1,0 +1,158 @@
+"""ROS parameter files: which sections count, and what is wrong with a bad one."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rodless_base.parameter_file import read_parameter_file
+from rodless_base.parameters import ParameterError
+from rodless_control import PidParameters
+from rodless_sim import RigParameters
+
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Write:
+    """Write a text as a parameter file."""
+
+    def write(text: str) -> Path:
+        path = tmp_path / "some.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def section(name: str, line: str = "a: 1") -> str:
+    """Return one section with one parameter."""
+    return f"{name}:\n  ros__parameters:\n    {line}\n"
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["plant", "/plant", "/rig/plant", "/left/rig/plant", "/**/plant", "/*/plant", "/**", '"*"'],
+)
+def test_sections_of_the_node_count_in_every_namespace(written: Write, name: str) -> None:
+    """The node by name in any namespace, and sections for all nodes."""
+    assert read_parameter_file(written(section(name)), "plant") == {"a": 1}
+
+
+@pytest.mark.parametrize("name", ["controller", "/rig/controller", "/plant/controller", "plants"])
+def test_sections_of_other_nodes_are_ignored(written: Write, name: str) -> None:
+    """What belongs to another node is not this one's, even if it is nonsense here."""
+    assert read_parameter_file(written(section(name)), "plant") == {}
+
+
+def test_later_sections_win(written: Write) -> None:
+    """A value named twice is the last one; the others of both sections stay."""
+    text = section("/**", "{a: 1, b: 2}") + section("plant", "{b: 3, c: 4}")
+    assert read_parameter_file(written(text), "plant") == {"a": 1, "b": 3, "c": 4}
+    turned = section("plant", "{b: 3, c: 4}") + section("/**", "{a: 1, b: 2}")
+    assert read_parameter_file(written(turned), "plant") == {"a": 1, "b": 2, "c": 4}
+
+
+def test_nested_names_are_joined_by_dots(written: Write) -> None:
+    """Nested and dotted spellings of a name are the same; lists stay values."""
+    text = (
+        "plant:\n  ros__parameters:\n    friction:\n      forward: {static: 30.0, coulomb: 12.0}\n"
+        "      reverse.static: 40.0\n    valve.curve: [1, 2.5]\n    supply.pressure: 6.0e+5\n"
+    )
+    assert read_parameter_file(written(text), "plant") == {
+        "friction.forward.static": 30.0,
+        "friction.forward.coulomb": 12.0,
+        "friction.reverse.static": 40.0,
+        "valve.curve": [1, 2.5],
+        "supply.pressure": 6e5,
+    }
+
+
+@pytest.mark.parametrize(
+    ("spelling", "value"),
+    [("1e-5", 1e-5), ("6E5", 6e5), ("-.5e+2", -50.0), ("2.e-3", 2e-3), ("+3e0", 3.0)],
+)
+def test_numbers_with_exponents_are_numbers(written: Write, spelling: str, value: float) -> None:
+    """Spellings that ROS reads as reals, and YAML 1.1 as texts."""
+    found = read_parameter_file(written(section("plant", f"a: {spelling}")), "plant")["a"]
+    assert isinstance(found, float)
+    assert found == value
+
+
+@pytest.mark.parametrize("spelling", ["e5", "1e", "12e3abc", '"1e5"', "v1e5"])
+def test_texts_stay_texts(written: Write, spelling: str) -> None:
+    """What only looks like a number is left alone."""
+    found = read_parameter_file(written(section("plant", f"a: {spelling}")), "plant")["a"]
+    assert found == spelling.strip('"')
+
+
+def test_an_empty_section_gives_nothing(written: Write) -> None:
+    """All of its lines may be commented out."""
+    assert read_parameter_file(written("plant:\n  ros__parameters:\n    # a: 1\n"), "plant") == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("a: [1, 2", "not YAML"),
+        ("a: 1\n  b: 2", "not YAML"),
+        ("!!python/object/apply:os.getcwd []", "not YAML"),
+        ("", "no node sections"),
+        ("just a text", "no node sections"),
+        ("- a\n- b", "no node sections"),
+        ("plant:\n  a: 1", "'plant' must hold ros__parameters"),
+        ("plant:\n  ros_parameters:\n    a: 1", "'plant' must hold ros__parameters"),
+        ("plant:\n  ros__parameters:\n    a: 1\n  b: 2", "'plant' must hold ros__parameters"),
+        ("plant: 3", "'plant' must hold ros__parameters"),
+        ("controller: 3", "'controller' must hold ros__parameters"),
+        ("plant:\n  ros__parameters: 3", "expected names and values"),
+        ("plant:\n  ros__parameters: [1, 2]", "expected names and values"),
+    ],
+)
+def test_files_that_are_none_are_refused(written: Write, text: str, complaint: str) -> None:
+    """The message says what is wrong; through from_file it names the file as well."""
+    path = written(text)
+    with pytest.raises(ValueError, match=complaint):
+        read_parameter_file(path, "plant")
+    with pytest.raises(ParameterError, match=complaint) as refusal:
+        RigParameters.from_file(path)
+    assert str(refusal.value).startswith(f"{path}: ")
+
+
+def test_a_file_gives_each_node_its_own(written: Write) -> None:
+    """One file starts both nodes; names of the one are no typos of the other."""
+    path = written(
+        section("/**/plant", "supply.pressure: 600000")
+        + section("/**/controller", "controller: {kp: 500, joint: slide}")
+    )
+    rig, pid = RigParameters.from_file(path), PidParameters.from_file(path)
+    assert rig.number("supply.pressure") == 6e5
+    assert (pid.number("controller.kp"), pid.text("controller.joint")) == (500.0, "slide")
+    assert rig == RigParameters({"supply.pressure": 6e5})
+
+
+@pytest.mark.parametrize(
+    ("line", "complaint"),
+    [
+        ("friction.forward.statik: 30.0", "friction.forward.statik: no such parameter"),
+        ("supply.presure: 6e5", "did you mean supply.pressure"),
+        ("supply.pressure: high", "supply.pressure: 'high' refused"),
+        ("supply.pressure: .nan", "supply.pressure: nan refused"),
+        ("supply.pressure: 5.0e4", "supply.pressure: 50000 Pa refused"),
+        ("supply.pressure:", "supply.pressure: None refused"),
+    ],
+)
+def test_bad_lines_are_refused_with_file_and_name(
+    written: Write, line: str, complaint: str
+) -> None:
+    """A typo or bad value in a file is an error that says where it is."""
+    path = written(section("plant", line))
+    with pytest.raises(ParameterError, match=complaint) as refusal:
+        RigParameters.from_file(path)
+    assert str(refusal.value).startswith(f"{path}: ")
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    """The operating system's own error says which file."""
+    with pytest.raises(FileNotFoundError, match="nowhere"):
+        RigParameters.from_file(tmp_path / "nowhere.yaml")

@@ -1,0 +1,138 @@
+"""Starting an executable, and asking it to stop at any moment."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Only a hung process meets it.
+PATIENCE = 60.0
+
+IMPORTING = """
+import sys
+print("importing", flush=True)
+sys.stdin.readline()
+"""
+
+STUBBORN = """
+import sys
+print("importing", flush=True)
+while True:
+    try:
+        sys.stdin.readline()
+    except BaseException:
+        pass
+"""
+
+RUNNING = """
+import sys
+
+def main(stop):
+    stop.from_now_on_wait()
+    print("running", stop.requested, *sys.argv[1:], flush=True)
+    while not stop.requested:
+        pass
+    print("asked", flush=True)
+    sys.stdin.readline()
+    print("asked again, ending", flush=True)
+    return 7
+"""
+
+WITHOUT_ROS = """
+import sys
+for package in ("rclpy", "builtin_interfaces", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs",
+                "std_msgs", "std_srvs", "diagnostic_msgs"):
+    sys.modules[package] = None
+sys.argv = ["start", {module!r}]
+import runpy
+runpy.run_module("rodless_base.start", run_name="__main__")
+"""
+
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """Start modules of a given text through rodless_base.start; none outlives the test."""
+    started: list[subprocess.Popen[str]] = []
+    paths = [str(tmp_path), os.environ.get("PYTHONPATH", "")]
+
+    def run(text: str, *arguments: str) -> subprocess.Popen[str]:
+        (tmp_path / "probe.py").write_text(text, encoding="utf-8")
+        process = subprocess.Popen(
+            [sys.executable, "-m", "rodless_base.start", "probe", *arguments],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def line(process: subprocess.Popen[str]) -> str:
+    """Return the next line it prints."""
+    assert process.stdout is not None
+    return process.stdout.readline().strip()
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("text", [IMPORTING, STUBBORN], ids=["importing", "deaf to exceptions"])
+def test_before_it_runs_a_request_ends_it_at_once(
+    start: Start, text: str, number: signal.Signals
+) -> None:
+    """While modules are still being loaded: exit code 0, and not a word about it."""
+    process = start(text)
+    assert line(process) == "importing"
+    process.send_signal(number)
+    # Its input stays open: nothing but the signal ends the wait for a line.
+    assert process.wait(PATIENCE) == 0
+    assert process.communicate() == ("", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_while_it_runs_requests_only_tell_it(start: Start, number: signal.Signals) -> None:
+    """The program ends itself, with its own exit code; a second request does no harm."""
+    process = start(RUNNING, "--some", "argument")
+    assert line(process) == "running False --some argument"
+    process.send_signal(number)
+    assert line(process) == "asked"
+    process.send_signal(number)
+    output, errors = process.communicate("go on\n", PATIENCE)
+    assert (output.strip(), errors) == ("asked again, ending", "")
+    assert process.returncode == 7
+
+
+@pytest.mark.parametrize("module", ["rodless_sim.plant_node", "rodless_control.controller_node"])
+def test_without_ros_it_says_what_to_do(module: str) -> None:
+    """Where no ROS package can be imported: one clear sentence, exit code 1, no traceback."""
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_ROS.format(module=module)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("rclpy is missing: source a ROS 2 distribution, or install")
+    assert done.stderr.count("\n") == 1
+
+
+def test_another_missing_module_is_not_blamed_on_ros(start: Start) -> None:
+    """With rclpy at hand the missing module is the one that is named."""
+    process = start("import rodless_no_such_module")
+    _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1
+    assert "No module named 'rodless_no_such_module'" in errors
+    assert "rclpy is missing" not in errors
