@@ -41,11 +41,14 @@ _SIGNIFICANCE = 0.1
 
 # The drop is over at this many Stribeck velocities. If the runs end before, what the curve follows
 # is something else.
-_FINISHED = 3.0
+_FINISHED = 2.0
 
 UNSTABLE = (
     "uniform runs lie right of the Stribeck minimum, where F_s and v_s have no effect; "
     "needs breakaways and stops from a slow ramp or stick-slip"
+)
+UNFINISHED = (
+    "the points follow no straight line, and end before a Stribeck drop would: needs faster runs"
 )
 NO_RUNS = "fewer than three parts of uniform motion in this direction"
 WIDE = "the data leaves it open within half its value"
@@ -170,6 +173,9 @@ def _fit_direction(points: _Observations) -> DirectionFit:
     line = _fit_line(points)
     full = _fit_curve(points, line)
     if full is None or not _curve_is_better(points, line, full):
+        if not _line_is_enough(points, line):
+            nothing = [unknown(unit, UNFINISHED) for unit in UNITS]
+            return _result(points, nothing)
         return _result(points, _line_estimates(points, line))
     return _result(points, _curve_estimates(points, full))
 
@@ -289,6 +295,13 @@ def _curve_is_better(points: _Observations, line: _Solution, full: _Solution) ->
     gain = _robust_sum(line.residuals) - _robust_sum(full.residuals)
     statistic = gain / 2.0 / max(full.variance(points.known), 1e-300)
     return bool(stats.f.sf(statistic, 2, full.freedom) < _SIGNIFICANCE)
+
+
+def _line_is_enough(points: _Observations, line: _Solution) -> bool:
+    """Whether a line misses the points by no more than their errors, where those are known."""
+    if not points.known or line.freedom < 1:
+        return True
+    return bool(stats.chi2.sf(_robust_sum(line.residuals), line.freedom) > 1e-3)
 
 
 def _line_estimates(points: _Observations, line: _Solution) -> list[Estimate]:

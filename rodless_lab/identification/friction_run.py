@@ -16,6 +16,10 @@ from rodless_sim.sensors import PRESSURE_RANGE
 
 Array = npt.NDArray[np.float64]
 
+# Change of speed over a stretch, as a share, up to which it gives a point: the force of its own
+# acceleration is taken out.
+STEADY = 0.15
+
 # How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
 FINEST_FORCE = 0.03
 
@@ -49,7 +53,7 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
     area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
     lag = parameters.number("sensors.pressure_lag")
     force = area * (run.pressure_a - run.pressure_b)
-    found = uniform_parts(run.time, run.position)
+    found = uniform_parts(run.time, run.position, tolerance=STEADY)
     readings = [_force(run.time, force, part, lag) for part in found.parts]
     mass = parameters.number("cylinder.moving_mass")
     return FrictionPoints(

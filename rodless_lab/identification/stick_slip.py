@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize
 
 from rodless_lab.identification.uniform_motion import position_noise
 
@@ -160,9 +159,8 @@ def _fitted(
 
 def _crossing(before: np.polynomial.Polynomial, after: np.polynomial.Polynomial) -> float | None:
     """Time from the presumed moment at which both curves meet, within what position can miss."""
-    gap = before - after
     reach = 2.0 * CLEARANCE + 0.5 * LINE
-    low, high = float(gap(-reach)), float(gap(reach))
-    if low * high >= 0.0:
-        return None
-    return float(optimize.brentq(gap, -reach, reach))
+    roots = (before - after).roots()
+    meetings = [float(root.real) for root in np.atleast_1d(roots) if abs(root.imag) < 1e-9]
+    near = [moment for moment in meetings if abs(moment) <= reach]
+    return min(near, key=abs) if near else None

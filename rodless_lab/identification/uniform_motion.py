@@ -104,7 +104,8 @@ def uniform_parts(
         elif good:
             groups.append([stretch])
         before = good
-    parts = tuple(_part(time, position, group) for group in groups)
+    noise = position_noise(position)
+    parts = tuple(_part(time, position, group, noise) for group in groups)
     return UniformSearch(parts, "" if parts else _reason(stretches))
 
 
@@ -153,9 +154,9 @@ def _joins(stretch: _Stretch, group: list[_Stretch], tolerance: float) -> bool:
     return abs(stretch.speed - mean) <= 0.5 * tolerance * abs(mean)
 
 
-def _part(time: Array, position: Array, group: list[_Stretch]) -> UniformPart:
+def _part(time: Array, position: Array, group: list[_Stretch], noise: float) -> UniformPart:
     first, last = group[0].first, group[-1].last
-    whole = _stretch(time, position, first, last, position_noise(position))
+    whole = _stretch(time, position, first, last, noise)
     return UniformPart(
         first,
         last,
