@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
 
@@ -23,6 +24,11 @@ class OnDemand:
         """Look up and return the number of subscribers."""
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
+
+    def wait_for_all_acked(self, patience: Duration) -> None:
+        """Return once all messages have arrived where they are read, or after ``patience``."""
+        if self.subscribers:
+            self._publisher.wait_for_all_acked(patience)
 
     def publish(self, *values: object) -> None:
         """Send the message of ``values`` to the subscribers of the last look, if any."""

@@ -3,6 +3,7 @@
 from functools import partial
 from typing import Protocol
 
+from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
@@ -32,6 +33,9 @@ from rodless_sim.realtime import LOOK_SECONDS, Realtime
 from rodless_sim.rig import Rig, State
 from rodless_sim.ros_simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.timing import nanoseconds
+
+# How long a lock-step run waits for a reader that does not keep up before it goes on without.
+ACKNOWLEDGEMENT_PATIENCE = Duration(seconds=5.0)
 
 
 class TimeKeeper(Simulation, Protocol):
@@ -95,7 +99,9 @@ class PlantNode:
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
         if values.text("time.mode") == "lockstep":
             patience = values.number("time.command_timeout")
-            return Lockstep(self._engine, patience, self._ready, self._commanders)
+            return Lockstep(
+                self._engine, patience, self._ready, self._commanders, self._let_readers_catch_up
+            )
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready)
 
@@ -118,6 +124,10 @@ class PlantNode:
 
     def _commanders(self) -> int:
         return int(self.node.count_publishers(self._commands.topic_name))
+
+    def _let_readers_catch_up(self) -> None:
+        for publisher in (self._joint_states, *self._on_demand):
+            publisher.wait_for_all_acked(ACKNOWLEDGEMENT_PATIENCE)
 
     def _look(self) -> None:
         for publisher in self._on_demand:

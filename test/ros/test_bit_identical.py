@@ -1,0 +1,168 @@
+"""Lock-step runs repeat bit for bit, whatever the machine does and however they are run."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.experimental import EventsExecutor
+from std_msgs.msg import Float64
+
+from rodless_control import PidParameters, references
+from rodless_lab.bag_reader import Bag, Recording, read_bag
+from rodless_lab.bag_writer import BagWriter
+from rodless_lab.closed_loop import closed_loop
+from rodless_lab.domain import own_domain
+from rodless_lab.processes import RigProcesses
+from rodless_lab.recorder import Recorder
+from rodless_sim import RigParameters
+
+DURATION = 1.5
+SAMPLES = 1501
+TOPICS = (
+    "joint_states",
+    "chamber_a/pressure",
+    "chamber_b/pressure",
+    "supply/pressure",
+    "valve/voltage",
+    "/clock",
+)
+
+# Against hanging for ever; the run takes about a second, starting it a few.
+PATIENCE = 180.0
+
+BURN = f"""
+import time
+end = time.monotonic() + {PATIENCE}
+while time.monotonic() < end:
+    pass
+"""
+
+
+@contextmanager
+def loaded_cores() -> Iterator[None]:
+    """Keep every core busy, and stop that whatever happens."""
+    with ExitStack() as stack:
+        for _ in range(os.cpu_count() or 1):
+            burner = stack.enter_context(
+                subprocess.Popen(
+                    [
+                        sys.executable,
+                        "-c",
+                        f"import time; e=time.time()+{PATIENCE}\nwhile time.time()<e: pass",
+                    ]
+                )
+            )
+            stack.callback(burner.kill)
+        yield
+
+
+def record_run(bag: Path, one_process: bool) -> Bag:
+    """Record a lock-step run from sample 0 to its last command."""
+    plant = {"time.mode": "lockstep", "time.duration": DURATION, "time.recorders": 1}
+    controller = {"controller.recorders": 2, "reference.type": "step", "reference.at": 0.1}
+    with (
+        own_domain() as environment,
+        RigProcesses(
+            "paper",
+            plant=plant,
+            controller=controller,
+            environment=environment,
+            one_process=one_process,
+        ) as rig,
+        BagWriter(bag) as writer,
+        participant(environment) as context,
+    ):
+        recorder = Recorder(writer, TOPICS, context=context)
+        executor = EventsExecutor(context=context)
+        executor.add_node(recorder.node)
+        heard: list[float] = []
+        listener = rclpy.create_node("listener", context=context)
+        listener.create_subscription(
+            Float64, "valve/voltage", lambda m: heard.append(m.data), 10_000
+        )
+        executor.add_node(listener)
+        end = time.monotonic() + PATIENCE
+        while len(heard) < SAMPLES:
+            executor.spin_once(timeout_sec=0.1)
+            rig.check()
+            assert time.monotonic() < end, writer.counts
+        executor.remove_node(listener)
+        listener.destroy_node()
+        executor.remove_node(recorder.node)
+        recorder.close()
+    return read_bag(bag)
+
+
+@contextmanager
+def participant(environment: Mapping[str, str]) -> Iterator[Context]:
+    """Return a ROS context in the domain of ``environment``."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in environment.items():
+            patch.setenv(name, value)
+        context = Context()
+        rclpy.init(context=context)
+    try:
+        yield context
+    finally:
+        context.try_shutdown()
+
+
+def recordings(bag: Bag) -> dict[str, Recording]:
+    """What ``bag`` holds, by topic."""
+    return {topic: bag[topic] for topic in bag.topics}
+
+
+@pytest.fixture(scope="module")
+def bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Bag]:
+    """The same run recorded four times: twice, under load, and in one process."""
+    folder = tmp_path_factory.mktemp("bags")
+    runs = {name: record_run(folder / name, False) for name in ("first", "second")}
+    with loaded_cores():
+        runs["loaded"] = record_run(folder / "loaded", False)
+    runs["one_process"] = record_run(folder / "one_process", True)
+    return runs
+
+
+@pytest.mark.parametrize("name", ["first", "second", "loaded", "one_process"])
+def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
+    """Every bag holds samples 0 to N of each topic once, at the plant times k periods."""
+    for topic, recording in recordings(bags[name]).items():
+        assert len(recording) == SAMPLES, topic
+        assert recording.log_time.tolist() == [k * 1_000_000 for k in range(SAMPLES)], topic
+
+
+@pytest.mark.parametrize("name", ["second", "loaded", "one_process"])
+def test_payloads_are_equal_byte_for_byte(bags: dict[str, Bag], name: str) -> None:
+    """All messages of all topics equal those of the first run, serialised."""
+    assert sorted(bags[name].topics) == sorted(bags["first"].topics)
+    for topic, recording in recordings(bags[name]).items():
+        assert list(recording.payloads) == list(bags["first"][topic].payloads), topic
+
+
+def test_in_process_loop_gives_the_same_numbers(bags: dict[str, Bag]) -> None:
+    """Position, velocity, pressures and voltage are those of closed_loop, to the last bit."""
+    run = closed_loop(
+        RigParameters.preset("paper"),
+        PidParameters.preset("paper"),
+        references.step(0.0, 0.058, at=0.1),
+        DURATION,
+        1e-3,
+    )
+    bag = bags["first"]
+    for topic, field, expected in (
+        ("/joint_states", "position", run.position),
+        ("/joint_states", "velocity", run.velocity),
+        ("/joint_states", "effort", run.force),
+        ("/chamber_a/pressure", "fluid_pressure", run.pressure_a),
+        ("/chamber_b/pressure", "fluid_pressure", run.pressure_b),
+        ("/valve/voltage", "data", run.voltage),
+    ):
+        assert np.array_equal(bag[topic].fields[field].ravel(), expected), (topic, field)
