@@ -1,0 +1,150 @@
+"""Rig and controller in one compiled loop give what the two give one sample at a time."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rodless_base.parameter_file import preset_names
+from rodless_control import Pid, PidParameters, references
+from rodless_control.loop import ControlLoop
+from rodless_control.references import Reference
+from rodless_lab import ClosedLoopTrace, closed_loop
+from rodless_sim import Rig, RigParameters
+
+PERIOD = 1e-3
+STEP = references.step(0.0, 0.058, at=0.1)
+MOVE = references.move(0.02, 0.09, 0.1, 0.5, 10.0, at=0.1)
+COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "mass_flow_a", "mass_flow_b")
+
+
+def run(preset: str, reference: Reference, duration: float, **rig: float) -> ClosedLoopTrace:
+    """A closed-loop run of a preset at 1 kHz."""
+    changes = {name.replace("__", "."): value for name, value in rig.items()}
+    parameters = RigParameters.preset(preset).with_values(changes)
+    return closed_loop(parameters, PidParameters.preset(preset), reference, duration, PERIOD)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("reference", [STEP, MOVE], ids=["step", "move"])
+def test_it_equals_rig_and_pid_sample_by_sample(preset: str, reference: Reference) -> None:
+    """Rig.advance and Pid.update called in turn give every number bit for bit."""
+    found = run(preset, reference, 1.5)
+    rig, pid = Rig(RigParameters.preset(preset)), Pid(PidParameters.preset(preset))
+    state = rig.state
+    for k in range(1501):
+        wanted, velocity = reference.sample(rig.nanoseconds * 1e-9)
+        command = pid.update(wanted, velocity, state.position, PERIOD if k else 0.0)
+        assert (wanted, command.voltage) == (found.reference[k], found.voltage[k])
+        for column in COLUMNS[:4]:
+            assert getattr(state, column) == getattr(found, column)[k]
+        assert (state.force, command.error) == (found.force[k], found.error[k])
+        state = rig.advance(command.voltage, PERIOD)
+    assert np.ptp(found.position) > 0.01
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_it_equals_the_loop_of_the_controller_node(preset: str) -> None:
+    """Samples stamped in ns through ControlLoop, reference from parameters: the same bits."""
+    changes = {"reference.type": "sine", "reference.at": 0.2, "reference.centre": 0.05}
+    parameters = PidParameters.preset(preset).with_values(changes)
+    reference = references.sine(0.05, 0.02, 0.381, at=0.2)
+    found = closed_loop(
+        RigParameters.preset(preset), parameters, reference, 1.0, PERIOD, position=0.05
+    )
+    loop, rig = ControlLoop(parameters), Rig(RigParameters.preset(preset))
+    state = rig.reset(0.05)
+    for k in range(1001):
+        output = loop.sample(state.position, rig.nanoseconds)
+        assert output is not None
+        assert output.reference == found.reference[k]
+        assert output.command.voltage == found.voltage[k]
+        state = rig.advance(output.command.voltage, PERIOD)
+    assert np.ptp(found.position) > 0.005
+
+
+@pytest.mark.parametrize("period", [5e-4, 3e-3, 1.0 / 300.0])
+def test_any_period_gives_the_same_both_ways(period: float) -> None:
+    """Also one that is no whole number of inner steps or nanoseconds."""
+    rig, pid = Rig(), Pid()
+    found = closed_loop(RigParameters(), PidParameters(), STEP, 300 * period, period)
+    state = rig.state
+    for k in range(301):
+        wanted, velocity = STEP.sample(rig.nanoseconds * 1e-9)
+        interval = round(period * 1e9) * 1e-9 if k else 0.0
+        command = pid.update(wanted, velocity, state.position, interval)
+        assert (state.position, command.voltage) == (found.position[k], found.voltage[k])
+        state = rig.advance(command.voltage, period)
+
+
+def test_it_repeats_bit_for_bit() -> None:
+    """The same arguments give the same arrays, whatever ran in between."""
+    first = run("paper", STEP, 1.0)
+    run("calibrated", MOVE, 0.5)
+    again = run("paper", STEP, 1.0)
+    for name, values in vars(first).items():
+        assert values.tobytes() == getattr(again, name).tobytes()
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_the_step_response_has_converged_in_the_inner_step(preset: str) -> None:
+    """Half the inner step moves the 58 mm step by less than 5 µm anywhere in 6 s."""
+    whole = run(preset, STEP, 6.0, time__inner_step=2e-5)
+    half = run(preset, STEP, 6.0, time__inner_step=1e-5)
+    difference = np.abs(whole.position - half.position).max()
+    assert 0.0 < difference < 5e-6
+    assert whole.position[-1] == pytest.approx(0.058, abs=2e-4)
+
+
+@pytest.mark.parametrize("kind", ["conditional_integration", "back_calculation", "none"])
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_step_that_saturates_ends_at_its_target(preset: str, kind: str) -> None:
+    """The 58 mm step starts at a limit and outside the integral zone; it ends within 0.2 mm."""
+    pid = PidParameters.preset(preset).with_values({"controller.anti_windup": kind})
+    found = closed_loop(RigParameters.preset(preset), pid, STEP, 6.0, PERIOD)
+    assert found.voltage.max() == 10.0
+    assert abs(found.error[-1]) < 2e-4
+
+
+def test_reference_and_error_belong_to_the_samples() -> None:
+    """The reference is that of each sample's time, the error its distance from the position."""
+    found = run("calibrated", MOVE, 2.0)
+    assert [MOVE.sample(k * 1_000_000 * 1e-9)[0] for k in range(2001)] == found.reference.tolist()
+    assert (found.error == found.reference - found.position).all()
+    np.testing.assert_allclose(found.time, 1e-3 * np.arange(2001), rtol=1e-15, atol=0.0)
+    assert {len(values) for values in vars(found).values()} == {2001}
+
+
+def test_the_force_is_that_of_the_pressures() -> None:
+    """Area of the 25 mm bore times the difference of the chamber pressures."""
+    found = run("paper", STEP, 0.5)
+    area = math.pi * 0.025**2 / 4.0
+    expected = area * (found.pressure_a - found.pressure_b)
+    np.testing.assert_allclose(found.force, expected, rtol=1e-12, atol=1e-9)
+
+
+def test_the_carriage_starts_where_it_is_told() -> None:
+    """At rest, in balance; by default at the parameter's initial position."""
+    placed = closed_loop(
+        RigParameters(), PidParameters(), references.constant(0.11), 0.2, PERIOD, position=0.11
+    )
+    assert set(placed.position) == {0.11}
+    assert set(placed.voltage) == {5.08}
+    rig = RigParameters({"cylinder.initial_position": 0.07})
+    default = closed_loop(rig, PidParameters(), references.constant(0.07), 0.01, PERIOD)
+    assert default.position[0] == 0.07
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_times_must_be_positive(value: float) -> None:
+    """A duration or period that is none is refused with its value."""
+    for times in ((value, PERIOD), (1.0, value)):
+        with pytest.raises(ValueError, match=f"{value!r} s refused"):
+            closed_loop(RigParameters(), PidParameters(), STEP, *times)
+
+
+@pytest.mark.parametrize("position", [-1e-6, 0.3, math.nan])
+def test_the_carriage_cannot_start_outside_the_stroke(position: float) -> None:
+    """A position that is none of the cylinder's is refused with its value."""
+    with pytest.raises(ValueError, match=f"{position!r} m refused"):
+        closed_loop(RigParameters(), PidParameters(), STEP, 1.0, PERIOD, position=position)
