@@ -1,10 +1,31 @@
 """Publish only what somebody reads: building a message costs as much as sending it."""
 
 from collections.abc import Callable
+from time import monotonic
 from typing import Any
 
-from rclpy.duration import Duration
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.publisher import Publisher
+
+# How long (s) a reader that has stopped reading may hold a lossless publisher back.
+READER_PATIENCE = 5.0
+
+
+def send(publisher: Publisher, message: object) -> bool:
+    """Publish, waiting for a reader that holds a lossless publisher back.
+
+    Returns False where one did so for ``READER_PATIENCE``; the message is lost then.
+    """
+    end = None
+    while True:
+        try:
+            publisher.publish(message)
+        except rclpy_implementation.RCLError:
+            end = end or monotonic() + READER_PATIENCE
+            if monotonic() > end:
+                return False
+        else:
+            return True
 
 
 class OnDemand:
@@ -25,12 +46,7 @@ class OnDemand:
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
 
-    def wait_for_all_acked(self, patience: Duration) -> None:
-        """Return once all messages have arrived where they are read, or after ``patience``."""
-        if self.subscribers:
-            self._publisher.wait_for_all_acked(patience)
-
     def publish(self, *values: object) -> None:
         """Send the message of ``values`` to the subscribers of the last look, if any."""
         if self.subscribers:
-            self._publisher.publish(self._message(*values))
+            send(self._publisher, self._message(*values))

@@ -3,6 +3,7 @@
 from time import monotonic_ns
 
 from builtin_interfaces.msg import Time
+from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -18,9 +19,10 @@ from rodless_base.ros_diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
-from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros_names import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.ros_parameters import RosParameters
 from rodless_base.ros_process import run_node
+from rodless_base.ros_publish import send
 from rodless_base.start import Stop
 from rodless_control.loop import ControlLoop
 from rodless_control.parameters import PidParameters
@@ -28,6 +30,9 @@ from rodless_control.telemetry_messages import Telemetry
 
 # How often, in wall-clock seconds, the node looks whether positions still come.
 WATCH_PERIOD = 0.02
+
+# How long the last command may take to arrive; less than Ctrl-C promises.
+LAST_WORD = Duration(seconds=0.5)
 
 NANOSECONDS = 1_000_000_000
 
@@ -54,10 +59,15 @@ class ControllerNode:
         """Leave the valve closed and destroy the node."""
         if self._may_speak_unasked:
             self._command_neutral()
+            # Destroyed at once, the publisher would take the message with it.
+            self._voltage.wait_for_all_acked(LAST_WORD)
         self.node.destroy_node()
 
     def _make_interface(self) -> None:
-        self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, QUEUE_DEPTH)
+        recorded = self._parameters.values.number("controller.recorders") > 0
+        self._voltage = self.node.create_publisher(
+            Float64, VALVE_VOLTAGE, LOSSLESS if recorded else QUEUE_DEPTH
+        )
         self._telemetry = Telemetry(self.node)
         self._diagnostics = diagnostics_publisher(self.node)
         self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
@@ -80,7 +90,7 @@ class ControllerNode:
         if output is None:
             self._command_neutral()
         else:
-            self._voltage.publish(Float64(data=output.command.voltage))
+            send(self._voltage, Float64(data=output.command.voltage))
             self._telemetry.publish(output)
 
     def _position(self, message: JointState) -> float | None:
@@ -155,7 +165,7 @@ class ControllerNode:
 
     def _command_neutral(self) -> None:
         neutral = self._parameters.values.number("controller.neutral_voltage")
-        self._voltage.publish(Float64(data=neutral))
+        send(self._voltage, Float64(data=neutral))
 
     def _publish_diagnostics(self) -> None:
         faults = {

@@ -130,7 +130,7 @@ DECLARATIONS = declare(
         0,
         "",
         "recorders to wait for: positions are listened to once valve/voltage has this many "
-        "subscribers and one more",
+        "subscribers and one more, and none of them loses a command",
         "interface",
         0,
         100,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from rclpy.duration import Duration
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 # Messages of a topic that wait while the disk is busy: ten seconds at 1 kHz.
 DEPTH = 10_000
@@ -32,7 +32,7 @@ def _duration(duration: Duration) -> Mapping[str, int]:
 
 
 def matching_profile(offers: Sequence[QoSProfile]) -> QoSProfile:
-    """Return the strictest profile that matches all of ``offers``, with a long queue.
+    """Return the strictest profile that matches all of ``offers``, with a queue that drops nothing.
 
     Latched messages come only when every publisher latches, and none is lost on the way only
     when every publisher is reliable; asking for more would shut one of them out.
@@ -40,6 +40,9 @@ def matching_profile(offers: Sequence[QoSProfile]) -> QoSProfile:
     reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
     latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
     return QoSProfile(
+        # A lock-step plant waits for a recorder whose queue is full; one that dropped messages
+        # would not hold it back.
+        history=HistoryPolicy.KEEP_ALL if reliable else HistoryPolicy.KEEP_LAST,
         depth=DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,

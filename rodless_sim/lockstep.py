@@ -6,10 +6,6 @@ from enum import Enum, auto
 
 from rodless_sim.engine import Engine
 
-# Samples after which a run waits until its readers have them all: well below the queue that a
-# publisher keeps for a slow one (QUEUE_DEPTH), so that none is lost however fast the run is.
-SAMPLES_AHEAD = 250
-
 
 class Phase(Enum):
     """Where a lock-step run stands."""
@@ -33,20 +29,16 @@ class Lockstep:
         patience: float,
         ready: Callable[[], bool],
         commanders: Callable[[], int],
-        let_readers_catch_up: Callable[[], None],
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         """Offer sample 0 as soon as ``ready``, and to one publisher of commands only.
 
-        ``commanders`` counts the publishers of commands; ``let_readers_catch_up`` returns once
-        all samples have arrived where they are read; ``patience`` is in s of ``now``.
+        ``commanders`` counts the publishers of commands; ``patience`` is in s of ``now``.
         """
         self._engine = engine
         self._patience = patience
         self._ready = ready
         self._commanders = commanders
-        self._let_readers_catch_up = let_readers_catch_up
-        self._ahead = 0
         self._now = now
         self._phase = Phase.WAITING
         self._paused = False
@@ -158,8 +150,4 @@ class Lockstep:
             return
         self._engine.receive(voltage)
         self._engine.step()
-        self._ahead += 1
-        if self._ahead >= SAMPLES_AHEAD:
-            self._let_readers_catch_up()
-            self._ahead = 0
         self._offered_at = self._now()

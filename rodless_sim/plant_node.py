@@ -3,7 +3,6 @@
 from functools import partial
 from typing import Protocol
 
-from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
@@ -20,10 +19,10 @@ from rodless_base.ros_diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
-from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros_names import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.ros_parameters import RosParameters
 from rodless_base.ros_process import run_node
-from rodless_base.ros_publish import OnDemand
+from rodless_base.ros_publish import OnDemand, send
 from rodless_base.start import Stop
 from rodless_sim import plant_messages as messages
 from rodless_sim.engine import Engine
@@ -33,9 +32,6 @@ from rodless_sim.realtime import LOOK_SECONDS, Realtime
 from rodless_sim.rig import Rig, State
 from rodless_sim.ros_simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.timing import nanoseconds
-
-# How long a lock-step run waits for a reader that does not keep up before it goes on without.
-ACKNOWLEDGEMENT_PATIENCE = Duration(seconds=5.0)
 
 
 class TimeKeeper(Simulation, Protocol):
@@ -82,7 +78,11 @@ class PlantNode:
         self.node.destroy_node()
 
     def _make_publishers(self) -> None:
-        publisher = partial(self.node.create_publisher, qos_profile=QUEUE_DEPTH)
+        # Real time waits for nobody; lock-step loses nothing.
+        lockstep = self._parameters.values.text("time.mode") == "lockstep"
+        publisher = partial(
+            self.node.create_publisher, qos_profile=LOSSLESS if lockstep else QUEUE_DEPTH
+        )
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._pressures = {
             frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
@@ -99,9 +99,7 @@ class PlantNode:
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
         if values.text("time.mode") == "lockstep":
             patience = values.number("time.command_timeout")
-            return Lockstep(
-                self._engine, patience, self._ready, self._commanders, self._let_readers_catch_up
-            )
+            return Lockstep(self._engine, patience, self._ready, self._commanders)
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready)
 
@@ -124,10 +122,6 @@ class PlantNode:
 
     def _commanders(self) -> int:
         return int(self.node.count_publishers(self._commands.topic_name))
-
-    def _let_readers_catch_up(self) -> None:
-        for publisher in (self._joint_states, *self._on_demand):
-            publisher.wait_for_all_acked(ACKNOWLEDGEMENT_PATIENCE)
 
     def _look(self) -> None:
         for publisher in self._on_demand:
@@ -163,7 +157,7 @@ class PlantNode:
         self._pressures["chamber_a"].publish(state.pressure_a, "chamber_a", time)
         self._pressures["chamber_b"].publish(state.pressure_b, "chamber_b", time)
         self._pressures["supply"].publish(supply, "supply", time)
-        self._joint_states.publish(messages.joint_state(state, time))
+        send(self._joint_states, messages.joint_state(state, time))
 
     def _publish_diagnostics(self) -> None:
         command = self._engine.command
