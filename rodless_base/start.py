@@ -39,6 +39,8 @@ class Stop:
 
     @staticmethod
     def _ignore_from_now_on() -> None:
+        # A request that comes in the midst of this would be printed as an error nobody can catch.
+        sys.unraisablehook = lambda _unraisable: None
         for number in SIGNALS:
             signal.signal(number, signal.SIG_IGN)
 
