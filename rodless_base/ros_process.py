@@ -42,10 +42,10 @@ def make_executor() -> Executor:
 
 def spin(executor: Executor, stop: Stop) -> None:
     """Run callbacks until ``stop`` is requested."""
-    never: Future = Future()
     while not stop.requested:
-        # Without a timeout the events executor of jazzy burns a core and runs nothing.
-        executor.spin_until_future_complete(never, SPIN_SECONDS)
+        # Without a timeout the events executor of jazzy burns a core and runs nothing. A new
+        # future each time: other executors leave a callback in it that nobody takes out again.
+        executor.spin_until_future_complete(Future(), SPIN_SECONDS)
 
 
 def _settle_memory() -> None:
@@ -60,7 +60,7 @@ def _settle_memory() -> None:
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
     """Build a node, run it until ``stop``, close it; return the exit code.
 
-    A :class:`ParameterError` at the start is printed and gives 1.
+    Arguments that ROS cannot read, and a :class:`ParameterError`, are printed and give 1.
     """
     return run_nodes([make_running], stop)
 
@@ -70,7 +70,11 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     # From here on an end on the spot would leave DDS's shared memory half written, and the next
     # process that opens it would wait for ever.
     stop.from_now_on_wait()
-    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        print(f"refused to start: {type(error).__name__}: {error}", file=sys.stderr)
+        return 1
     running: list[RunningNode] = []
     try:
         for make in makers:
