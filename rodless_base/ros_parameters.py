@@ -17,8 +17,19 @@ from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Val
 
 Set = TypeVar("Set", bound=ParameterSet)
 
-# Parameters that rclpy itself gives every node.
-RCLPY_PARAMETERS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+
+class Refusal(ParameterNotDeclaredException):  # type: ignore[misc]
+    """A refusal in our own words: the one exception that rclpy's parameter services pass on."""
+
+    def __init__(self, reason: str) -> None:
+        Exception.__init__(self, reason)
+
+
+def is_of_rclpy(name: str) -> bool:
+    """Whether ``name`` is a parameter that rclpy itself gives every node."""
+    return name in ("use_sim_time", "start_type_description_service") or name.startswith(
+        "qos_overrides."
+    )
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -26,7 +37,7 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     unit = f" [{parameter.unit}]" if parameter.unit else ""
     description = ParameterDescriptor(
         description=f"{parameter.meaning}{unit}; source: {parameter.source}",
-        additional_constraints=", ".join(parameter.choices),
+        additional_constraints=_constraints(parameter),
         read_only=parameter.fixed,
     )
     if type(parameter.default) is int:
@@ -38,6 +49,13 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
             FloatingPointRange(from_value=parameter.minimum, to_value=parameter.maximum)
         ]
     return description
+
+
+def _constraints(parameter: Parameter) -> str:
+    """Say what a descriptor has no field for."""
+    if isinstance(parameter.default, tuple):
+        return f"each from {parameter.minimum:g} to {parameter.maximum:g}"
+    return ", ".join(parameter.choices)
 
 
 def ros_value(value: Value) -> object:
@@ -67,7 +85,7 @@ class RosParameters(Generic[Set]):
         return {
             name: parameter.value
             for name, parameter in self._node.get_parameters_by_prefix("").items()
-            if not name.startswith(RCLPY_PARAMETERS)
+            if not is_of_rclpy(name)
         }
 
     def _declare(self) -> None:
@@ -82,21 +100,22 @@ class RosParameters(Generic[Set]):
             )
 
     def _convert(self, parameters: list[RosParameter]) -> list[RosParameter]:
-        """Take an integer for a real; name what is unknown, which rclpy itself does not."""
+        """Take an integer for a real; name unknown names and wrong types, which rclpy does not."""
         return [self._converted(parameter) for parameter in parameters]
 
     def _converted(self, parameter: RosParameter) -> RosParameter:
-        name, value = parameter.name, parameter.value
-        if name.startswith(RCLPY_PARAMETERS):
+        name = parameter.name
+        if is_of_rclpy(name):
             return parameter
         if name not in self.values:
-            raise ParameterNotDeclaredException(self.values.unknown(name))
-        default = self.values.DECLARATIONS[name].default
-        if isinstance(default, float) and type(value) is int:
-            return RosParameter(name, value=float(value))
-        if isinstance(default, tuple) and parameter.type_ == RosParameter.Type.INTEGER_ARRAY:
-            return RosParameter(name, value=[float(item) for item in value])
-        return parameter
+            raise Refusal(self.values.unknown(name))
+        try:
+            value = self.values.DECLARATIONS[name].check(parameter.value)
+        except ParameterError as error:
+            if parameter.type_.value != self._node.describe_parameter(name).type:
+                raise Refusal(str(error)) from error
+            return parameter
+        return RosParameter(name, value=ros_value(value))
 
     def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
@@ -113,5 +132,5 @@ class RosParameters(Generic[Set]):
         return {
             parameter.name: parameter.value
             for parameter in parameters
-            if not parameter.name.startswith(RCLPY_PARAMETERS)
+            if not is_of_rclpy(parameter.name)
         }

@@ -1,6 +1,5 @@
 """A node of the test's own: it listens, commands and asks, and never waits without a bound."""
 
-import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -129,21 +128,24 @@ class Observer:
         future = self.parameters(node).set_parameters_atomically(_ros(values))
         return self.result(future, f"{node} to answer").result
 
-    def diagnostic(self, node: str) -> DiagnosticStatus | None:
-        """Return what the node of full name ``node`` last said of itself on /diagnostics."""
+    def diagnostic(self, node: str, fresh: bool = False) -> DiagnosticStatus:
+        """Return what the node of full name ``node`` last said of itself on /diagnostics.
+
+        With ``fresh`` wait for it to say so again.
+        """
         if self._diagnostics is None:
             self._diagnostics = self.record(DiagnosticArray, "/diagnostics")
-        for message in reversed(self._diagnostics):
-            for status in message.status:
-                if status.name == node:
-                    return status
-        return None
+        start = len(self._diagnostics) if fresh else 0
+        self.until(lambda: self._said_by(node, start), f"a diagnostic of {node}")
+        return self._said_by(node, start)[-1]
 
-    def count(self, node: str, key: str) -> float:
-        """Return a number from the last diagnostic of ``node``; NaN before the first."""
-        status = self.diagnostic(node)
-        values = {} if status is None else {pair.key: pair.value for pair in status.values}
-        return float(values.get(key, math.nan))
+    def _said_by(self, node: str, start: int) -> list[DiagnosticStatus]:
+        messages = (self._diagnostics or [])[start:]
+        return [status for message in messages for status in message.status if status.name == node]
+
+    def count(self, node: str, key: str, fresh: bool = False) -> float:
+        """Return a number from the last (or a ``fresh``) diagnostic of ``node``."""
+        return float({pair.key: pair.value for pair in self.diagnostic(node, fresh).values}[key])
 
 
 def _ros(values: Mapping[str, object]) -> list[Parameter]:
