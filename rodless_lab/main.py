@@ -21,6 +21,7 @@ VERBS = {
     "recover": ("rodless_lab.recover_command", "end a bag whose recording was killed"),
     "identify": ("rodless_lab.identify_command", "find parameters of a rig from a recorded run"),
     "compare": ("rodless_lab.compare_command", "overlay two runs and report their differences"),
+    "replay": ("rodless_lab.replay_command", "feed a bag's voltages to the plant and compare"),
     "bench": ("rodless_lab.bench", "time the kernels and the nodes on this machine"),
     "docs": ("rodless_lab.docs", "write the generated pages and pictures of the docs"),
 }

@@ -69,11 +69,13 @@ class Rig:
             self._plant, voltage, motion, steps, step
         )
 
-    def reset(self, position: float | None = None) -> State:
+    def reset(
+        self, position: float | None = None, pressures: tuple[float, float] | None = None
+    ) -> State:
         """Put the carriage at rest at ``position`` (m; default ``cylinder.initial_position``).
 
-        Time returns to zero and the chambers to the pressures they settle at with the valve
-        closed. Raises ValueError for a position outside the stroke.
+        Time returns to zero, the valve closes, and the chambers hold ``pressures`` (Pa; default:
+        those they settle at). Raises ValueError for a position outside the stroke.
         """
         if position is None:
             position = self._parameters.number("cylinder.initial_position")
@@ -81,7 +83,8 @@ class Rig:
             raise ValueError(f"position {position!r} m refused: outside the stroke")
         self._nanoseconds = 0
         closed = self._plant.valve.closed_voltage
-        self._hold(closed, Motion(position, 0.0, *settled_pressures(self._plant, closed)), 0, 0.0)
+        pressures = pressures or settled_pressures(self._plant, closed)
+        self._hold(closed, Motion(position, 0.0, *pressures), 0, 0.0)
         return self.state
 
     def advance(self, voltage: float, duration: float) -> State:
@@ -140,15 +143,20 @@ class Rig:
 
 
 def simulate(
-    parameters: RigParameters, voltages: npt.ArrayLike, period: float, position: float | None = None
+    parameters: RigParameters,
+    voltages: npt.ArrayLike,
+    period: float,
+    position: float | None = None,
+    pressures: tuple[float, float] | None = None,
 ) -> Trace:
     """Drive a rig at rest with ``voltages`` (shape (n,), V), each held for ``period`` seconds.
 
-    Returns n+1 samples, the first at the start. ``position`` (m) is where the carriage starts.
+    Returns n+1 samples, the first at the start. ``position`` (m) is where the carriage starts,
+    ``pressures`` (Pa) are what the chambers start with; both as :meth:`Rig.reset` takes them.
     Raises ValueError as :meth:`Rig.advance` does.
     """
     rig = Rig(parameters)
-    rig.reset(position)
+    rig.reset(position, pressures)
     commands = np.array([applied_voltage(float(v)) for v in np.asarray(voltages).ravel()])
     if not commands.size:
         raise ValueError("no voltages given")

@@ -20,8 +20,10 @@ from rodless_lab.bag_reader import Bag, Recording, read_bag
 from rodless_lab.bag_writer import BagWriter
 from rodless_lab.closed_loop import closed_loop
 from rodless_lab.domain import own_domain
+from rodless_lab.identification.bag_run import read_run
 from rodless_lab.processes import RigProcesses
 from rodless_lab.recorder import Recorder
+from rodless_lab.replay_command import replay
 from rodless_sim import RigParameters
 
 DURATION = 1.5
@@ -166,3 +168,13 @@ def test_in_process_loop_gives_the_same_numbers(bags: dict[str, Bag]) -> None:
         ("/valve/voltage", "data", run.voltage),
     ):
         assert np.array_equal(bag[topic].fields[field].ravel(), expected), (topic, field)
+
+
+def test_replay_of_the_bag_gives_what_it_holds(bags: dict[str, Bag]) -> None:
+    """The plant fed with a bag's voltages from its start passes through the recorded states."""
+    recorded = read_run(bags["first"].path)
+    replayed = replay(RigParameters.preset("paper"), recorded)
+    assert np.abs(replayed.position - recorded.position).max() < 1e-9
+    assert np.abs(replayed.pressure_a - recorded.pressure_a).max() < 1e-3
+    assert np.abs(replayed.pressure_b - recorded.pressure_b).max() < 1e-3
+    assert np.ptp(recorded.position) > 0.05
