@@ -48,6 +48,10 @@ FINEST_PRESSURE = 20.0
 ERRORS = 5
 FINEST_POSITION = 1e-7
 
+# Standard errors are those of a linear model with Gaussian errors, which neither the chambers nor a
+# sensor's bound are; in 100 hidden rigs they came out true, and this is the margin on top.
+MARGIN = 1.2
+
 # Relative step of the solver's finite differences.
 DIFFERENCE = 1e-5
 
@@ -125,7 +129,7 @@ def fit_pressures(
     jacobian = np.asarray(found.jac) / scale
     # What is known beforehand of the biases does not share the residuals' scatter.
     jacobian[: problem.readings] /= math.sqrt(variance * inflation)
-    errors = np.sqrt(np.diag(covariance(jacobian, 1.0)))
+    errors = MARGIN * np.sqrt(np.diag(covariance(jacobian, 1.0)))
     effective = freedom / inflation
     estimates = {
         unknown.name: judged(

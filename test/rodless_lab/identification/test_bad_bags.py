@@ -1,0 +1,242 @@
+"""Bags that cannot be used: a message that says what and where, code 2, and no file."""
+
+import errno
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rodless_base.start import Stop
+from rodless_lab import compare_command, identify_command
+from rodless_lab.identification.measured_run import MeasuredRun
+
+
+class Quiet(Stop):
+    """A stop nobody requests, which leaves the test's own signal handlers alone."""
+
+    def __init__(self) -> None:
+        self.requested = False
+
+
+def a_run(samples: int = 400) -> MeasuredRun:
+    time = np.arange(samples) * 1e-3
+    level = np.full(samples, 4e5)
+    return MeasuredRun(time, 0.1 + 0.01 * time, level, level, level + 2e5, np.full(samples, 5.3))
+
+
+def refused(
+    bag: Path, folder: Path, capsys: pytest.CaptureFixture[str], subject: str = "friction"
+) -> str:
+    """Run the command, hold what every refusal must keep, and return the message."""
+    output = folder / "out" / "found.yaml"
+    code = identify_command.main([subject, str(bag), "-o", str(output)], Quiet())
+    error = capsys.readouterr().err
+    assert code == 2
+    assert "Traceback" not in error
+    assert bag.name in error
+    assert not output.exists()
+    assert not (folder / "out").exists() or not list((folder / "out").iterdir())
+    return error
+
+
+@pytest.mark.parametrize("subject", ["friction", "valve", "chambers"])
+def test_missing_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str], subject: str) -> None:
+    """There is no such folder, whatever is to be identified."""
+    assert "no such bag" in refused(tmp_path / "nothing", tmp_path, capsys, subject)
+
+
+def test_bag_without_messages(tmp_path: Path, write_bag, capsys) -> None:
+    """Recorded while nobody published: the first topic looked for is named."""
+    bag = write_bag(tmp_path / "bag", a_run(), spoil=lambda *_: None)
+    message = refused(bag, tmp_path, capsys)
+    assert "/joint_states was not recorded; the bag holds no topics" in message
+
+
+def test_topic_without_messages(tmp_path: Path, write_bag, capsys) -> None:
+    """One topic was announced, and never spoken on, while the others were."""
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda topic, _, time, good: None if topic == "/supply/pressure" else (time, good),
+    )
+    assert "/supply/pressure holds no message" in refused(bag, tmp_path, capsys)
+
+
+def test_empty_folder(tmp_path: Path, capsys) -> None:
+    """A folder without a storage file is no bag."""
+    (tmp_path / "bag").mkdir()
+    assert "not a bag" in refused(tmp_path / "bag", tmp_path, capsys)
+
+
+def test_truncated_bag(tmp_path: Path, write_bag, capsys) -> None:
+    """A storage file cut in the middle: said, with what could still be recovered."""
+    bag = write_bag(tmp_path / "bag", a_run())
+    (file,) = bag.glob("*.mcap")
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    assert "can be recovered" in refused(bag, tmp_path, capsys)
+
+
+@pytest.mark.parametrize(
+    "topic",
+    [
+        "/joint_states",
+        "/chamber_a/pressure",
+        "/chamber_b/pressure",
+        "/supply/pressure",
+        "/valve/voltage",
+    ],
+)
+def test_missing_topic(tmp_path: Path, write_bag, capsys, topic: str) -> None:
+    """The topic that was not recorded is named, and so is what the bag holds instead."""
+    bag = write_bag(tmp_path / "bag", a_run(), without=topic)
+    message = refused(bag, tmp_path, capsys)
+    assert f"{topic} was not recorded" in message
+    assert "the bag holds" in message
+
+
+@pytest.mark.parametrize("topic", ["/joint_states", "/chamber_b/pressure", "/valve/voltage"])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_value_that_is_not_finite(
+    tmp_path: Path, write_bag, capsys, topic: str, value: float
+) -> None:
+    """Message 250, at 0.25 s, carries NaN or infinity: topic, message and time are named."""
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda where, k, time, good: (time, value if (where, k) == (topic, 250) else good),
+    )
+    message = refused(bag, tmp_path, capsys)
+    assert f"{topic}: message 250, at 0.250000 s, holds {value}" in message
+
+
+@pytest.mark.parametrize("topic", ["/joint_states", "/supply/pressure", "/valve/voltage"])
+def test_time_going_backwards(tmp_path: Path, write_bag, capsys, topic: str) -> None:
+    """From message 300 on the clock is 0.2 s behind, as after a reset: the place is named."""
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda where, k, time, good: (
+            time - 0.2 if where == topic and k >= 300 else time,
+            good,
+        ),
+    )
+    message = refused(bag, tmp_path, capsys)
+    assert f"{topic}: time goes backwards at message 300" in message
+    assert "from 0.299000 s to 0.100000 s" in message
+
+
+def test_gap_in_the_positions(tmp_path: Path, write_bag, capsys) -> None:
+    """A tenth of a second without positions is a hole, not a slow carriage."""
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda topic, k, time, good: (
+            None if topic == "/joint_states" and 200 <= k < 300 else (time, good)
+        ),
+    )
+    assert "no position for 0.101 s after 0.199 s" in refused(bag, tmp_path, capsys)
+
+
+def test_topics_recorded_at_different_times(tmp_path: Path, write_bag, capsys) -> None:
+    """Pressures that begin an hour after the positions share no stretch with them."""
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda topic, _, time, good: (
+            time + 3600.0 if topic.endswith("pressure") else time,
+            good,
+        ),
+    )
+    assert "not recorded at the same time" in refused(bag, tmp_path, capsys)
+
+
+def test_gauge_pressures(tmp_path: Path, write_bag, capsys) -> None:
+    """Pressures that fall to zero are gauge readings: refused, not fitted."""
+    run = a_run()
+    gauge = MeasuredRun(**{**vars(run), "pressure_b": run.pressure_b - 4e5})
+    message = refused(write_bag(tmp_path / "bag", gauge), tmp_path, capsys)
+    assert "pressure_b falls to 0 Pa; absolute pressures are needed" in message
+
+
+def test_run_that_says_nothing_of_friction(tmp_path: Path, write_bag, capsys) -> None:
+    """A carriage at rest is a sound recording and no information: code 1, and no file."""
+    run = a_run()
+    resting = MeasuredRun(**{**vars(run), "position": np.full(len(run.time), 0.1)})
+    bag, output = write_bag(tmp_path / "bag", resting), tmp_path / "found.yaml"
+    code = identify_command.main(["friction", str(bag), "-o", str(output)], Quiet())
+    assert code == 1
+    assert "the carriage never moves" in capsys.readouterr().err
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("subject", ["valve", "chambers"])
+def test_run_that_says_nothing_of_the_chambers(
+    tmp_path: Path, write_bag, capsys, subject: str
+) -> None:
+    """Pressures that stand still inform neither valve nor chambers: code 1, and no file."""
+    bag, output = write_bag(tmp_path / "bag", a_run()), tmp_path / "found.yaml"
+    assert identify_command.main([subject, str(bag), "-o", str(output)], Quiet()) == 1
+    assert "the pressures change by only 0 Pa" in capsys.readouterr().err
+    assert not output.exists()
+
+
+def test_unknown_base(tmp_path: Path, write_bag, capsys) -> None:
+    """A base that is neither preset nor file is refused by name, before anything is written."""
+    bag, output = write_bag(tmp_path / "bag", a_run()), tmp_path / "found.yaml"
+    arguments = ["valve", str(bag), "-o", str(output), "--base", "papre"]
+    assert identify_command.main(arguments, Quiet()) == 2
+    assert "papre: neither a preset (calibrated, paper) nor a file" in capsys.readouterr().err
+    assert not output.exists()
+
+
+def sliding_run() -> MeasuredRun:
+    """Forward at 5, 10 and 20 mm/s for 1 s each, friction 12 N + 4500 N·s/m on 4.9087e-4 m²."""
+    speed = np.repeat([5e-3, 10e-3, 20e-3], 1000)
+    time = np.arange(3000) * 1e-3
+    level = np.full(3000, 4e5)
+    push = (12.0 + 4500.0 * speed) / 4.908739e-4
+    position = 0.05 + np.cumsum(speed) * 1e-3
+    return MeasuredRun(time, position, level + push, level, level + 2e5, np.full(3000, 5.4))
+
+
+def test_output_that_cannot_be_written(tmp_path: Path, write_bag, capsys) -> None:
+    """Where a folder of the output's path is a file, that is said, with code 2."""
+    (tmp_path / "blocked").write_text("")
+    bag = write_bag(tmp_path / "bag", sliding_run())
+    output = tmp_path / "blocked" / "found.yaml"
+    arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
+    assert identify_command.main(arguments, Quiet()) == 2
+    assert f"{output}: cannot be written" in capsys.readouterr().err
+
+
+def test_disk_that_fills_up(tmp_path: Path, write_bag, capsys, monkeypatch) -> None:
+    """A file of an earlier run stays as it was when the new one cannot be finished."""
+    bag, output = write_bag(tmp_path / "bag", sliding_run()), tmp_path / "out" / "found.yaml"
+    output.parent.mkdir()
+    output.write_text("earlier\n")
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
+    assert identify_command.main(arguments, Quiet()) == 2
+    assert "No space left on device" in capsys.readouterr().err
+    assert output.read_text() == "earlier\n"
+    assert list(output.parent.iterdir()) == [output]
+
+
+def test_compare_refuses_the_same_bags(tmp_path: Path, write_bag, capsys) -> None:
+    """`rodless compare` reads bags the same way: NaN is named, nothing is drawn."""
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda _, k, time, good: (time, math.nan if k == 7 else good),
+    )
+    output = tmp_path / "compared"
+    assert compare_command.main(["paper", str(bag), "--output", str(output)], Quiet()) == 2
+    assert "/joint_states: message 7" in capsys.readouterr().err
+    assert not output.exists()

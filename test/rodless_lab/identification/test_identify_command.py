@@ -1,0 +1,113 @@
+"""From a bag to a parameter file that the plant loads."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from rodless_base.start import Stop
+from rodless_lab import identify_command
+from rodless_lab.identification.parameter_writer import Finding, parameter_text
+from rodless_lab.identification.round_trip import KNOWN, SUBJECTS, measured_run
+from rodless_sim import ParameterError, RigParameters
+
+
+class Quiet(Stop):
+    """A stop nobody requests, which leaves the test's own signal handlers alone."""
+
+    def __init__(self) -> None:
+        self.requested = False
+
+
+def intervals(text: str) -> dict[str, tuple[float, float]]:
+    """Read what the comments say of each parameter: (low, high)."""
+    found = {}
+    lines = text.splitlines()
+    for comment, line in pairwise(lines):
+        if ": 95 % from " in comment and not line.strip().startswith("#"):
+            low, _, rest = comment.split(": 95 % from ")[1].partition(" to ")
+            found[line.strip().partition(":")[0]] = (float(low), float(rest.split()[0].strip(";")))
+    return found
+
+
+@pytest.mark.parametrize("subject", ["friction", "chambers", "valve"])
+def test_hidden_rig_is_found_through_a_bag(tmp_path: Path, write_bag, subject: str) -> None:
+    """A rig with hidden parameters, measured and recorded: the file's intervals cover them.
+
+    The seed is one that any sound identification covers: the round trip over many draws says in
+    how many it may miss.
+    """
+    kind = SUBJECTS[subject]
+    generator = np.random.default_rng(3)
+    hidden, truth = kind.hide(generator)
+    run = measured_run(hidden, kind.voltages, generator)
+    bag, output = write_bag(tmp_path / "bag", run), tmp_path / "found.yaml"
+
+    assert identify_command.main([subject, str(bag), "-o", str(output)], Quiet()) == 0
+
+    found = RigParameters.from_file(output)
+    said = intervals(output.read_text(encoding="utf-8"))
+    compared = 0
+    for name, (low, high) in said.items():
+        if name in truth:
+            assert low <= truth[name] <= high, name
+            assert low <= found.number(name) <= high, name
+            compared += 1
+    assert compared >= 3
+
+
+def test_area_curve_is_scaled_as_a_whole(tmp_path: Path, write_bag) -> None:
+    """`valve` writes nine coefficients: amplitudes scaled by one factor, the rest untouched."""
+    generator = np.random.default_rng(5)
+    hidden, truth = SUBJECTS["valve"].hide(generator)
+    bag = write_bag(tmp_path / "bag", measured_run(hidden, SUBJECTS["valve"].voltages, generator))
+    output = tmp_path / "found.yaml"
+    assert identify_command.main(["valve", str(bag), "-o", str(output)], Quiet()) == 0
+    ratio = np.divide(
+        RigParameters.from_file(output).numbers("valve.area_coefficients"),
+        KNOWN.numbers("valve.area_coefficients"),
+    )
+    assert ratio[[1, 2, 4, 5, 7, 8]] == pytest.approx(1.0, rel=1e-8)
+    assert ratio[[0, 3, 6]] == pytest.approx(truth["area factor"], rel=0.01)
+
+
+def test_the_file_is_one_ros_accepts() -> None:
+    """One node section with ros__parameters; every number is a YAML real, not an integer or text.
+
+    ROS refuses an integer for a real, and YAML 1.1 takes 1e-05 for a text.
+    """
+    values = {
+        "cylinder.dead_volume_a": 2e-5,
+        "friction.forward.static": 30.0,
+        "friction.forward.viscous": 4e3,
+        "supply.pressure": 6e5,
+    }
+    findings = [Finding(name, value, {}) for name, value in values.items()]
+    document = yaml.safe_load(parameter_text(["about"], findings))
+    read = document["/**/plant"]["ros__parameters"]
+    assert read == values
+    assert all(type(value) is float for value in read.values())
+
+
+def test_values_no_plant_takes_are_not_written() -> None:
+    """A fit may leave a parameter's range; the file would be refused, so it is not made."""
+    with pytest.raises(ParameterError, match=r"friction\.forward\.viscous"):
+        parameter_text([], [Finding("friction.forward.viscous", 2e5, {})])
+
+
+def test_ideal_sensors_narrow_the_interval(tmp_path: Path, write_bag) -> None:
+    """Told that its sensors have no bias, the same bag gives F_c to a fraction of the width."""
+    kind = SUBJECTS["friction"]
+    generator = np.random.default_rng(4)
+    hidden, _ = kind.hide(generator)
+    bag = write_bag(tmp_path / "bag", measured_run(hidden, kind.voltages, generator))
+    output = tmp_path / "found.yaml"
+    widths = []
+    for sensors in ("data-sheet", "ideal"):
+        arguments = ["friction", str(bag), "-o", str(output), "--sensors", sensors]
+        assert identify_command.main(arguments, Quiet()) == 0
+        low, high = intervals(output.read_text(encoding="utf-8"))["friction.forward.coulomb"]
+        widths.append(high - low)
+    assert widths[1] < 0.2 * widths[0]
