@@ -18,30 +18,41 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 if every judged number keeps its limits, 1 if one leaves them, 2 for bad options."""
     options = parsed(arguments)
     names = list(EXPERIMENTS) if options.name == "all" else [options.name]
-    chosen = Options(
-        tuple(options.preset or preset_names()[::-1]),
-        options.amplitude * 1e-3,
-        options.centre * 1e-3,
-        options.position * 1e-3,
-        options.seed,
-    )
-    performed = []
-    for count, name in enumerate(names, 1):
-        print(f"[{count}/{len(names)}] {name} ... ", end="", flush=True)
-        start = time.monotonic()
-        try:
-            performed.append(Performed(EXPERIMENTS[name], EXPERIMENTS[name].run(chosen)))
-        except ValueError as error:
-            print(f"\n{error}", file=sys.stderr)
-            return 2
-        rows = performed[-1].result.comparisons
-        print(f"{time.monotonic() - start:.1f} s, {verdict(rows)}", flush=True)
+    try:
+        performed = perform(names, chosen(options))
+    except ValueError as error:
+        print(f"\n{error}", file=sys.stderr)
+        return 2
     if len(names) == 1:
         print_rows(performed[0])
     report, summary = write_report(options.output or default_folder(options.name), performed)
     print(f"report: {report}, summary: {summary}")
     holds = all(row.holds for one in performed for row in one.result.comparisons)
     return 0 if holds else 1
+
+
+def chosen(options: argparse.Namespace) -> Options:
+    """Return the options in SI."""
+    return Options(
+        tuple(options.preset or preset_names()[::-1]),
+        options.amplitude * 1e-3,
+        options.centre * 1e-3,
+        options.position * 1e-3,
+        options.seed,
+    )
+
+
+def perform(names: Sequence[str], options: Options) -> list[Performed]:
+    """Perform experiments one by one and say how far it is."""
+    performed = []
+    for count, name in enumerate(names, 1):
+        experiment = EXPERIMENTS[name]
+        print(f"[{count}/{len(names)}] {name} ... ", end="", flush=True)
+        start = time.monotonic()
+        performed.append(Performed(experiment, experiment.run(options)))
+        rows = performed[-1].result.comparisons
+        print(f"{time.monotonic() - start:.1f} s, {verdict(rows)}", flush=True)
+    return performed
 
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rodless_lab.experiments import sine
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.errata import run_errata
 from rodless_lab.experiments.fixed_chamber import run_fixed_chamber
 from rodless_lab.experiments.flow_coefficient import run_flow_coefficient
@@ -22,6 +23,7 @@ class Options:
     centre: float = sine.CENTRE
     position: float = 0.0
     seed: int = 1
+    bench: Bench = IN_PROCESS
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ EXPERIMENTS = {
             "At 0.5 MPa the carriage runs at constant voltages, forward and in reverse. Where it "
             "moves uniformly the pressure difference is the friction, eq. (30); eq. (29) is fitted "
             "to speed and friction by robust least squares.",
-            lambda options: run_friction(options.seed),
+            lambda options: run_friction(options.seed, options.bench),
         ),
         Experiment(
             "fixed-chamber",
@@ -72,21 +74,23 @@ EXPERIMENTS = {
             "The piston is held. The spool goes to its end, then to 5.08 V until the pressures "
             "settle, then to 4.4 V: chamber A vents and chamber B fills. Repeated at 0.4, 0.5 and "
             "0.6 MPa.",
-            lambda options: run_fixed_chamber(options.position),
+            lambda options: run_fixed_chamber(options.position, bench=options.bench),
         ),
         Experiment(
             "step",
             "Step of 58 mm",
             "section 6.2, Fig. 19",
             "At 0.52 MPa the PID controller moves the carriage from 0 to 58 mm.",
-            lambda options: run_step(options.presets),
+            lambda options: run_step(options.presets, options.bench),
         ),
         Experiment(
             "sine",
             "Sine of 0.381 Hz",
             "section 6.3, Fig. 20",
             "At 0.52 MPa the PID controller follows a sine of 0.381 Hz about mid-stroke.",
-            lambda options: sine.run_sine(options.presets, options.amplitude, options.centre),
+            lambda options: sine.run_sine(
+                options.presets, options.amplitude, options.centre, options.bench
+            ),
         ),
         Experiment(
             "errata",

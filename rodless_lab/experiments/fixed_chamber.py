@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
-from rodless_sim import Rig, RigParameters, Trace, simulate
+from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.settled import settled_pressures
 
 Array = npt.NDArray[np.float64]
@@ -211,7 +212,9 @@ def named(run: ChamberRun) -> str:
 
 
 def run_fixed_chamber(
-    position: float = 0.0, supplies_gauge: Sequence[float] = SUPPLIES_GAUGE
+    position: float = 0.0,
+    supplies_gauge: Sequence[float] = SUPPLIES_GAUGE,
+    bench: Bench = IN_PROCESS,
 ) -> FixedChamberResult:
     """Hold the piston at ``position`` (m) and repeat 6.1 for each gauge supply (Pa).
 
@@ -219,11 +222,11 @@ def run_fixed_chamber(
     4.4 V.
     """
     return FixedChamberResult(
-        position, tuple(chamber_run(position, gauge + AMBIENT) for gauge in supplies_gauge)
+        position, tuple(chamber_run(position, gauge + AMBIENT, bench) for gauge in supplies_gauge)
     )
 
 
-def chamber_run(position: float, supply: float) -> ChamberRun:
+def chamber_run(position: float, supply: float, bench: Bench) -> ChamberRun:
     """Return one run at ``supply`` (Pa absolute)."""
     parameters = RigParameters(
         {
@@ -235,7 +238,7 @@ def chamber_run(position: float, supply: float) -> ChamberRun:
         }
     )
     before = round((END_TIME + SETTLING_TIME) / PERIOD)
-    trace = simulate(parameters, commands(), PERIOD)
+    trace = bench.open_loop(parameters, commands(), PERIOD)
     sealing = Rig(parameters.with_values({"valve.gap_height": 0.0})).plant
     return ChamberRun(
         supply,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.friction_campaign import (
     CLOSED,
     RAMP_RATE,
@@ -225,27 +226,27 @@ def constructions(runs: Sequence[FrictionRun]) -> list[Construction]:
     return found
 
 
-def run_friction(seed: int = 1) -> FrictionResult:
+def run_friction(seed: int = 1, bench: Bench = IN_PROCESS) -> FrictionResult:
     """Repeat 5.1 at 0.5 MPa gauge on the ``paper`` rig, without and with sensor noise."""
     rig = RigParameters.preset("paper").with_values({"supply.pressure": SUPPLY_GAUGE + AMBIENT})
-    traces = [(voltage, False, constant_run(rig, voltage)) for voltage in FORWARD_VOLTAGES]
-    traces += [(voltage, False, constant_run(rig, voltage)) for voltage in REVERSE_VOLTAGES]
-    traces += [(voltage, True, ramp_run(rig, voltage)) for voltage in RAMP_ENDS]
+    traces = [(voltage, False, constant_run(rig, voltage, bench)) for voltage in FORWARD_VOLTAGES]
+    traces += [(voltage, False, constant_run(rig, voltage, bench)) for voltage in REVERSE_VOLTAGES]
+    traces += [(voltage, True, ramp_run(rig, voltage, bench)) for voltage in RAMP_ENDS]
     instruments = rig.with_values(DATA_SHEET)
     return FrictionResult(
         rig,
         identified(traces, rig, seed),
         identified(traces, instruments, seed),
-        {preset: mean_speeds(preset) for preset in SPEED_LIMITS},
+        {preset: mean_speeds(preset, bench) for preset in SPEED_LIMITS},
     )
 
 
-def mean_speeds(preset: str) -> dict[float, float]:
+def mean_speeds(preset: str, bench: Bench) -> dict[float, float]:
     """Mean speed in m/s over the second half of runs at three voltages."""
     rig = RigParameters.preset(preset).with_values({"supply.pressure": SUPPLY_GAUGE + AMBIENT})
     speeds = {}
     for voltage in SPEED_LIMITS[preset]:
-        run = constant_run(rig, voltage)
+        run = constant_run(rig, voltage, bench)
         half = len(run.time) // 2
         travelled = run.position[-1] - run.position[half]
         speeds[voltage] = float(travelled / (run.time[-1] - run.time[half]))

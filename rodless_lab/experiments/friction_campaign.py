@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
 from rodless_lab.identification.friction_run import (
     BIAS_DIFFERENCE,
@@ -14,7 +15,7 @@ from rodless_lab.identification.friction_run import (
     friction_points,
 )
 from rodless_lab.identification.measured_run import run_of_trace
-from rodless_sim import RigParameters, Trace, simulate
+from rodless_sim import RigParameters, Trace
 from rodless_sim.sensors import PRESSURE_RANGE, Instruments, measured
 
 Array = npt.NDArray[np.float64]
@@ -78,21 +79,20 @@ class Identification:
     complete: FrictionFit
 
 
-def constant_run(rig: RigParameters, voltage: float, longest: float = LONGEST) -> Trace:
+def constant_run(rig: RigParameters, voltage: float, bench: Bench = IN_PROCESS) -> Trace:
     """Hold ``voltage`` (V) from rest near one end until the carriage is near the other."""
     forward = voltage > CLOSED
     stroke = rig.number("cylinder.stroke")
-    run = simulate(
-        rig, np.full(round(longest / PERIOD), voltage), PERIOD, START if forward else stroke - START
-    )
+    start = START if forward else stroke - START
+    run = bench.open_loop(rig, np.full(round(LONGEST / PERIOD), voltage), PERIOD, start)
     done = run.position > END if forward else run.position < stroke - END
     return cut(run, int(np.argmax(done)) if done.any() else len(done))
 
 
-def ramp_run(rig: RigParameters, end: float) -> Trace:
+def ramp_run(rig: RigParameters, end: float, bench: Bench = IN_PROCESS) -> Trace:
     """Ramp the voltage slowly from closed to ``end`` (V), the carriage at mid-stroke."""
     count = round(abs(end - CLOSED) / RAMP_RATE / PERIOD)
-    return simulate(
+    return bench.open_loop(
         rig, np.linspace(CLOSED, end, count), PERIOD, 0.5 * rig.number("cylinder.stroke")
     )
 

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rodless_control import PidParameters, references
-from rodless_lab.closed_loop import ClosedLoopTrace, closed_loop
+from rodless_lab.closed_loop import ClosedLoopTrace
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.figure import PRESET_COLOURS, label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.experiments.step import top_speed
@@ -164,6 +165,7 @@ def run_sine(
     presets: Sequence[str] = ("paper", "calibrated"),
     amplitude: float = AMPLITUDE,
     centre: float = CENTRE,
+    bench: Bench = IN_PROCESS,
 ) -> SineResult:
     """Follow a sine about ``centre`` (m) at 0.52 MPa gauge; amplitudes in m.
 
@@ -172,12 +174,12 @@ def run_sine(
     return SineResult(
         amplitude,
         centre,
-        {preset: followed(preset, amplitude, centre) for preset in presets},
-        {preset: followed(preset, LARGE_AMPLITUDE, CENTRE) for preset in presets},
+        {preset: followed(preset, amplitude, centre, bench) for preset in presets},
+        {preset: followed(preset, LARGE_AMPLITUDE, CENTRE, bench) for preset in presets},
     )
 
 
-def followed(preset: str, amplitude: float, centre: float) -> ClosedLoopTrace:
+def followed(preset: str, amplitude: float, centre: float, bench: Bench) -> ClosedLoopTrace:
     """Run a preset along the sine, starting at rest at its centre."""
     rig = RigParameters.preset(preset)
     if (
@@ -192,6 +194,6 @@ def followed(preset: str, amplitude: float, centre: float) -> ClosedLoopTrace:
         )
     reference = references.sine(centre, amplitude, FREQUENCY, at=START)
     duration = START + PERIODS / FREQUENCY
-    return closed_loop(
+    return bench.closed_loop(
         rig, PidParameters.preset(preset), reference, round(duration, 2), SAMPLE_PERIOD, centre
     )

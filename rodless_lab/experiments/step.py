@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rodless_control import PidParameters, references
-from rodless_lab.closed_loop import ClosedLoopTrace, closed_loop
+from rodless_lab.closed_loop import ClosedLoopTrace
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.figure import PRESET_COLOURS, label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
@@ -138,11 +139,13 @@ def rise_limits() -> Limits:
     )
 
 
-def run_step(presets: Sequence[str] = ("paper", "calibrated")) -> StepResult:
+def run_step(
+    presets: Sequence[str] = ("paper", "calibrated"), bench: Bench = IN_PROCESS
+) -> StepResult:
     """Step from 0 to 58 mm at 0.52 MPa gauge, at 0.5 s, with each preset's own gains."""
     reference = references.step(0.0, TARGET, at=STEP_TIME)
     runs = {
-        preset: closed_loop(
+        preset: bench.closed_loop(
             RigParameters.preset(preset), PidParameters.preset(preset), reference, DURATION, PERIOD
         )
         for preset in presets
