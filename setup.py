@@ -77,10 +77,15 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
+        (f"share/{NAME}/templates/controller_test", files("templates/controller_test/*")),
         # Where `ros2 run` looks; pip puts the scripts of entry_points elsewhere.
         (f"lib/{NAME}", ["scripts/plant", "scripts/controller", "scripts/recorder"]),
     ],
-    entry_points={"console_scripts": ["rodless = rodless_lab.main:main"]},
+    entry_points={
+        "console_scripts": ["rodless = rodless_lab.main:main"],
+        # Named like the module, so that `pytest -p rodless_pytest` does not load it twice.
+        "pytest11": ["rodless_pytest = rodless_pytest"],
+    },
     install_requires=REQUIREMENTS + ros_requirements(),
     extras_require={
         "test": TEST_REQUIREMENTS,

@@ -15,6 +15,7 @@ MAY_IMPORT = {
     "rodless_sim": {"rodless_base"},
     "rodless_control": {"rodless_base"},
     "rodless_lab": {"rodless_base", "rodless_sim", "rodless_control"},
+    "rodless_pytest": {"rodless_lab"},
 }
 
 ROS = ("rclpy", "ament_index_python", "builtin_interfaces", "rcl_interfaces", "std_srvs")

@@ -19,7 +19,7 @@ import pytest
 from rodless_lab.domain import own_domain
 
 ROOT = Path(__file__).parents[1]
-PRODUCT = ["rodless_base", "rodless_sim", "rodless_control", "rodless_lab"]
+PRODUCT = ["rodless_base", "rodless_sim", "rodless_control", "rodless_lab", "rodless_pytest"]
 PRESETS = {"paper.yaml", "calibrated.yaml"}
 EXECUTABLES = {"plant", "controller", "recorder"}
 
@@ -84,7 +84,7 @@ def copied_tree(destination: Path) -> Path:
     for name in ("package.xml", "setup.py", "pyproject.toml", "LICENSE"):
         destination.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, destination)
-    for name in ("config", "launch", "resource", "scripts", *PRODUCT):
+    for name in ("config", "launch", "resource", "scripts", "templates", *PRODUCT):
         shutil.copytree(
             ROOT / name, destination / name, ignore=shutil.ignore_patterns("__pycache__")
         )
@@ -164,6 +164,15 @@ def in_the_built_workspace(prefix: Path, command: str, code: int = 0) -> str:
             PATH=f"{Path(sys.executable).parent}:{os.environ['PATH']}",
             **domain,
         )
+
+
+def test_colcon_installs_the_template_folder(prefix: Path) -> None:
+    """What a user copies to test a controller of their own is in share, whole."""
+    installed = prefix / "share/rodless_sim/templates/controller_test"
+    ours = ROOT / "templates" / "controller_test"
+    names = {file.name for file in ours.iterdir() if file.is_file()}
+    assert {file.name for file in installed.iterdir() if file.is_file()} == names
+    assert {"README.md", "test_controller.py", "example_controller.py"} == names
 
 
 def test_the_presets_are_found_after_colcon(prefix: Path) -> None:
@@ -292,10 +301,10 @@ def requirements(wheel: zipfile.ZipFile, extra: str | None = None) -> set[str]:
 
 def test_what_the_product_imports_is_what_it_declares(wheel: zipfile.ZipFile) -> None:
     """setup.py and package.xml name every module the product imports, and no other."""
-    used = imported_by(*PRODUCT)
+    used = imported_by(*PRODUCT) - {"pytest"}  # loads the plugin, not the other way round
     assert used <= set(THIRD_PARTY)
     required = requirements(wheel) | requirements(wheel, "bench")
-    assert {THIRD_PARTY[name][0] for name in used} == required
+    assert {THIRD_PARTY[name][0] for name in used} - {None} == required
     declared = rosdep_keys("depend", "exec_depend")
     needed = {THIRD_PARTY[name][1] for name in used | imported_by("launch")}
     assert needed | {"ros2launch"} == declared  # a command: nothing imports it

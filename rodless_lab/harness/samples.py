@@ -1,0 +1,195 @@
+"""The messages of a rig, put together to samples: one row per instant of plant time."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+TERMS = ("reference", "error", "p", "i", "d", "feedforward")
+
+
+class LostSampleError(RuntimeError):
+    """Samples have not arrived although nothing on this machine may lose any."""
+
+
+class Sample(NamedTuple):
+    """The plant at one instant: s, m, m/s, N, Pa absolute."""
+
+    time: float
+    position: float
+    velocity: float
+    force: float
+    pressure_a: float
+    pressure_b: float
+    supply_pressure: float
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A run as arrays, one entry per sample, SI; named like ``rodless_sim.Trace``.
+
+    ``voltage[k]`` is the last command sent after sample k and before sample k+1, NaN where there
+    was none. ``reference``, ``error`` (m), ``p``, ``i``, ``d`` and ``feedforward`` (V) are the
+    controller's answer to sample k, NaN where it sent none and in a session without telemetry.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    force: Array
+    pressure_a: Array
+    pressure_b: Array
+    supply_pressure: Array
+    voltage: Array
+    reference: Array
+    error: Array
+    p: Array
+    i: Array
+    d: Array
+    feedforward: Array
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+class Stamped(NamedTuple):
+    """A message of the plant: when it was sent (ns, wall clock), plant time (ns), content."""
+
+    sent: int
+    stamp: int
+    values: tuple[float, ...]
+
+
+class PlantTopic:
+    """What has come on one topic of the plant, run by run: a reset starts a new one."""
+
+    def __init__(self) -> None:
+        """Nothing has come yet."""
+        self.runs: list[list[Stamped]] = []
+
+    def put(self, message: Stamped) -> None:
+        """Take the next message."""
+        if not self.runs or message.stamp <= self.runs[-1][-1].stamp:
+            self.runs.append([])
+        self.runs[-1].append(message)
+
+
+class Unstamped(NamedTuple):
+    """A message without a stamp: when it was sent (ns, wall clock) and its number."""
+
+    sent: int
+    value: float
+
+
+@dataclass
+class Recording:
+    """Everything that has come so far.
+
+    Each run of the plant is complete from its sample 0 on: the plant waits for its recorders.
+    """
+
+    joint: PlantTopic = field(default_factory=PlantTopic)
+    pressures: tuple[PlantTopic, PlantTopic, PlantTopic] = field(
+        default_factory=lambda: (PlantTopic(), PlantTopic(), PlantTopic())
+    )
+    voltage: list[Unstamped] = field(default_factory=list)
+    answers: list[Unstamped] = field(default_factory=list)
+    terms: dict[str, list[Unstamped]] = field(default_factory=lambda: {t: [] for t in TERMS})
+
+    @property
+    def runs(self) -> int:
+        """Number of runs of which a sample is complete."""
+        return next((r for r in range(len(self.joint.runs), 0, -1) if self.complete(r - 1)), 0)
+
+    def complete(self, run: int) -> int:
+        """Number of samples of a run (0, 1, …) of which every message has come."""
+        topics = (self.joint, *self.pressures)
+        return min(len(topic.runs[run]) if run < len(topic.runs) else 0 for topic in topics)
+
+    def sent(self, run: int, index: int) -> int:
+        """When a sample was sent (ns, wall clock)."""
+        return self.joint.runs[run][index].sent
+
+    @property
+    def last_sent(self) -> int:
+        """When the newest sample was sent (ns, wall clock)."""
+        return self.joint.runs[-1][-1].sent
+
+    def sample(self, run: int, index: int) -> Sample:
+        """Return a complete sample."""
+        joint = self.joint.runs[run][index]
+        pressures = (topic.runs[run][index] for topic in self.pressures)
+        return Sample(joint.stamp * 1e-9, *joint.values, *(p.values[0] for p in pressures))
+
+    def samples(self, run: int) -> Samples:
+        """Return the complete samples of a run; raises LostSampleError if some are missing."""
+        count = self.complete(run)
+        rows = np.array([self.sample(run, k) for k in range(count)]).reshape(count, -1)
+        self._check(run, count)
+        sent = np.array([message.sent for message in self.joint.runs[run][:count]], dtype=np.int64)
+        end = self._end(run, count)
+        columns = dict(zip(Sample._fields, rows.T.copy(), strict=True))
+        terms = {term: self._term(term, sent, end) for term in TERMS}
+        return Samples(**columns, voltage=_latest(self.voltage, sent, end), **terms)
+
+    def _check(self, run: int, count: int) -> None:
+        stamps = np.array(
+            [
+                [message.stamp for message in topic.runs[run][:count]]
+                for topic in (self.joint, *self.pressures)
+            ]
+        )
+        if np.any(stamps != stamps[0]) or np.ptp(np.diff(stamps[0]) if count > 1 else [0]):
+            raise LostSampleError(
+                "samples were lost on their way: did the test compute for long without letting "
+                "the session run?"
+            )
+
+    def _end(self, run: int, count: int) -> float:
+        """When the sample after the last was sent, be it of the next run; infinity for never."""
+        following = [self.joint.runs[run][count:], *self.joint.runs[run + 1 :]]
+        return next((messages[0].sent for messages in following if messages), np.inf)
+
+    def _term(self, term: str, sent: npt.NDArray[np.int64], end: float) -> Array:
+        """Date a term by the command that it belongs to, which the controller sends first."""
+        answers = np.array([answer.sent for answer in self.answers], dtype=np.int64)
+        index = [int(np.searchsorted(answers, message.sent)) - 1 for message in self.terms[term]]
+        dated = [
+            Unstamped(int(answers[k]), message.value)
+            for k, message in zip(index, self.terms[term], strict=True)
+            if k >= 0
+        ]
+        return _latest(dated, sent, end)
+
+
+def _latest(messages: list[Unstamped], sent: npt.NDArray[np.int64], end: float) -> Array:
+    """For each sample, the last of ``messages`` sent after it and before the next."""
+    found = np.full(len(sent), np.nan)
+    for message in messages:
+        k = int(np.searchsorted(sent, message.sent)) - 1
+        if k >= 0 and message.sent < end:
+            found[k] = message.value
+    return found
+
+
+class Cursor:
+    """Reads the complete samples of all runs, each once, in order."""
+
+    def __init__(self, recording: Recording) -> None:
+        """Begin with the newest sample there is, or the first to come."""
+        self._recording = recording
+        self._run = max(recording.runs - 1, 0)
+        self._index = max(recording.complete(self._run) - 1, 0)
+
+    def next(self) -> tuple[int, Sample] | None:
+        """Return when the next sample was sent (ns, wall clock) and the sample, if it is there."""
+        run, index = self._run, self._index
+        if index >= self._recording.complete(run):
+            if not self._recording.complete(run + 1):
+                return None
+            run, index = run + 1, 0
+        self._run, self._index = run, index + 1
+        return self._recording.sent(run, index), self._recording.sample(run, index)

@@ -1,0 +1,49 @@
+"""Tests of a controller on the simulated rig: `python3 -m pytest` in this folder.
+
+Replace CONTROLLER by the command that starts yours, and the numbers by what yours must reach.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+CONTROLLER = [sys.executable, str(Path(__file__).with_name("example_controller.py"))]
+# An installed node, whatever it is written in, with parameters of its own:
+# CONTROLLER = ["ros2", "run", "my_package", "my_controller", "--ros-args", "-p", "gain:=100.0"]
+
+PERIOD = 0.005  # s, of samples and commands
+TARGET = 0.02  # m
+
+
+def test_reaches_the_set_point(rig_session):
+    """Within 6 s of plant time the carriage comes within 3 mm of the target, and stays there."""
+    rig = rig_session("lockstep", controller=CONTROLLER, plant={"time.period": PERIOD})
+    rig.setpoint(TARGET)
+    rig.run_for(6.0)
+    end = rig.samples().position[-100:]
+    assert np.all(np.abs(end - TARGET) < 3e-3)
+
+
+def test_stays_within_the_limits_of_the_valve(rig_session):
+    """A set-point at the far end of the stroke does not ask for more than 0 to 10 V."""
+    rig = rig_session("lockstep", controller=CONTROLLER, plant={"time.period": PERIOD})
+    rig.setpoint(0.2)
+    rig.run_for(1.0)
+    voltage = rig.samples().voltage
+    voltage = voltage[np.isfinite(voltage)]
+    assert voltage.size
+    assert voltage.min() >= 0.0
+    assert voltage.max() <= 10.0
+
+
+def test_survives_a_stop_of_the_computer(rig_session):
+    """Frozen for half a second of real time in mid-move, it still reaches the target."""
+    rig = rig_session(controller=CONTROLLER, plant={"time.period": PERIOD})
+    rig.setpoint(TARGET)
+    rig.run_until(lambda sample: sample.position > TARGET / 4, "a quarter of the way")
+    rig.freeze("controller")
+    frozen = rig.run_for(0.5)
+    assert frozen.position < TARGET + 3e-3  # the plant has closed the valve
+    rig.thaw("controller")
+    rig.run_until(lambda sample: abs(sample.position - TARGET) < 3e-3, "the target")
