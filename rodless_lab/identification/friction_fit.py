@@ -301,7 +301,9 @@ def _line_is_enough(points: _Observations, line: _Solution) -> bool:
     """Whether a line misses the points by no more than their errors, where those are known."""
     if not points.known or line.freedom < 1:
         return True
-    return bool(stats.chi2.sf(_robust_sum(line.residuals), line.freedom) > 1e-3)
+    # Without the worst tenth: a wild point or two does not make the curve another.
+    kept = np.sort(np.abs(line.residuals))[: -max(len(line.residuals) // 10, 1)]
+    return bool(stats.chi2.sf(_robust_sum(kept), line.freedom) > 1e-3)
 
 
 def _line_estimates(points: _Observations, line: _Solution) -> list[Estimate]:
