@@ -11,10 +11,13 @@ from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
 from rodless_lab.identification.friction_run import (
     BIAS_DIFFERENCE,
+    EVENT_ACCURACY,
+    FINEST_FORCE,
     FrictionPoints,
     friction_points,
 )
 from rodless_lab.identification.measured_run import run_of_trace
+from rodless_lab.identification.uniform_motion import uniform_parts
 from rodless_sim import RigParameters, Trace
 from rodless_sim.sensors import PRESSURE_RANGE, Instruments, measured
 
@@ -111,10 +114,34 @@ def identified(
     runs = []
     for voltage, ramp, trace in traces:
         seen = measured(trace, sensors, generator, tools)
-        points = friction_points(run_of_trace(seen, sensors.number("supply.pressure")), sensors)
-        runs.append(FrictionRun(voltage, ramp, seen, points))
+        runs.append(FrictionRun(voltage, ramp, seen, read_off(seen, sensors)))
     found = [run.points for run in runs]
     return Identification(tuple(runs), fitted(found, sensors, False), fitted(found, sensors, True))
+
+
+def read_off(seen: Trace, sensors: RigParameters) -> FrictionPoints:
+    """Return uniform motion and stick-slip events of a measured run.
+
+    As the paper's campaign has a run for every speed, it can be stricter than an identification
+    from a single bag: only parts whose speed stays within 5 % count.
+    """
+    read = friction_points(run_of_trace(seen, sensors.number("supply.pressure")), sensors)
+    found = uniform_parts(seen.time, seen.position)
+    mass = sensors.number("cylinder.moving_mass")
+    scatter = math.pi / 4.0 * sensors.number("cylinder.bore") ** 2 * math.sqrt(2.0)
+    scatter *= sensors.number("sensors.pressure_noise")
+    speeds = np.array([part.speed for part in found.parts])
+    bow = math.pi * sensors.number("sensors.position_linearity") * np.abs(speeds)
+    return replace(
+        read,
+        speeds=speeds,
+        speed_errors=np.hypot([part.speed_error for part in found.parts], bow),
+        forces=np.array([part.mean(seen.force) - mass * part.acceleration for part in found.parts]),
+        force_errors=np.array(
+            [math.hypot(scatter / math.sqrt(p.last - p.first), FINEST_FORCE) for p in found.parts]
+        ),
+        reason=found.reason,
+    )
 
 
 def fitted(points: Sequence[FrictionPoints], sensors: RigParameters, events: bool) -> FrictionFit:
@@ -134,11 +161,16 @@ def fitted(points: Sequence[FrictionPoints], sensors: RigParameters, events: boo
         # Events of one run repeat one motion, with the same error of finding their moment: they
         # count once, or the interval would shrink below what they are worth.
         breakaways=[np.mean(forces) for forces, _ in breakaways],
-        breakaway_errors=[np.mean(errors) for _, errors in breakaways],
+        breakaway_errors=[shared(errors, len(breakaways)) for _, errors in breakaways],
         stops=[np.mean(forces) for forces, _ in stops],
-        stop_errors=[np.mean(errors) for _, errors in stops],
+        stop_errors=[shared(errors, len(stops)) for _, errors in stops],
     )
     return FrictionFit(biased(fit.forward, sensors), biased(fit.reverse, sensors))
+
+
+def shared(errors: Array, runs: int) -> float:
+    """Standard error in N of a run's events, with the part that ``runs`` runs do not average."""
+    return float(math.hypot(np.mean(errors), EVENT_ACCURACY * math.sqrt(runs)))
 
 
 def biased(fit: DirectionFit, sensors: RigParameters) -> DirectionFit:

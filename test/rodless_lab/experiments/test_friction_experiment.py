@@ -7,9 +7,8 @@ from rodless_lab.experiments.friction_campaign import (
     constant_run,
     identified,
     ramp_run,
+    read_off,
 )
-from rodless_lab.identification.friction_run import friction_points
-from rodless_lab.identification.measured_run import run_of_trace
 from rodless_sim import RigParameters
 
 SUPPLY = 0.5e6 + 101325.0
@@ -47,7 +46,7 @@ def test_runs_without_uniform_motion_are_left_out_with_the_reason(
     """A run that holds still, and one that sticks and slips, give no point and say why."""
     rig = RigParameters({"supply.pressure": SUPPLY})
     trace = constant_run(rig, voltage)
-    run = FrictionRun(voltage, False, trace, friction_points(run_of_trace(trace, SUPPLY), rig))
+    run = FrictionRun(voltage, False, trace, read_off(trace, rig))
     assert len(run.points.speeds) == 0
     assert "left out of uniform motion" in run.verdict
     assert reason in run.verdict
