@@ -7,8 +7,8 @@ import pytest
 
 from rodless_sim.timing import division, inner_steps, nanoseconds
 
-SPANS = ("1e-9", "1e-4", "0.0001234", "1e-3", "2.5e-3", "0.01", "1", "7.77", "3600")
-STEPS = ("1e-7", "3e-6", "7e-6", "1e-5", "1.3e-5", "2e-5", "1e-3")
+SPANS = ("1e-9", "1e-4", "0.0001234", "4.01e-4", "1e-3", "2.5e-3", "0.01", "1", "7.77", "3600")
+STEPS = ("1e-7", "3e-6", "4.01e-6", "7e-6", "1e-5", "1.3e-5", "2e-5", "1e-3")
 
 
 @pytest.mark.parametrize(
