@@ -9,6 +9,7 @@ import yaml
 from mcap.records import Channel
 
 from rodless_lab.bag_metadata import (
+    METADATA_FILE,
     BagError,
     BagTopic,
     FileContents,
@@ -118,33 +119,38 @@ class BagWriter:
 def recover_bag(path: str | Path) -> int:
     """End a bag whose recording was killed, in place, so that it opens again.
 
-    Only the cut end of its files is thrown away; a bag that was closed keeps its messages.
-    Returns their number. Raises :class:`BagError`, also for a bag damaged before its end.
+    Only the cut end of its files is thrown away; a bag that was closed stays as it is. Returns
+    the number of messages. Raises :class:`BagError`, also for a bag damaged before its end.
     """
     bag = Path(path)
     if not bag.is_dir():
         raise BagError(f"{path}: not the folder of a bag")
+    readers = {file: _scanned(file) for file in storage_files(bag)}
     done: list[FileContents] = []
-    for file in storage_files(bag):
-        done.append(_ended(bag, file, done))
-    write_metadata(bag, done)
+    try:
+        for file, reader in readers.items():
+            if not reader.complete:
+                with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
+                    _finish(bag, writer, done)
+            done.append(_contents(file.name, reader.index))
+        closed_before = all(reader.complete for reader in readers.values())
+        if not (closed_before and (bag / METADATA_FILE).is_file()):
+            write_metadata(bag, done)
+    except OSError as error:
+        raise BagError(f"{path}: cannot be written: {error.strerror}") from error
     return sum(sum(contents.counts.values()) for contents in done)
 
 
-def _ended(bag: Path, file: Path, before: Iterable[FileContents]) -> FileContents:
-    """Return what ``file`` holds, after ending it if need be."""
+def _scanned(file: Path) -> McapReader:
     reader = McapReader(file)
     try:
         for _ in reader.messages():
             pass
-        if not reader.complete:
-            with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
-                _finish(bag, writer, before)
     except McapError as error:
         raise BagError(f"{file}: {error}") from error
     except OSError as error:
-        raise BagError(f"{file}: {error.strerror}") from error
-    return _contents(file.name, reader.index)
+        raise BagError(f"{file}: cannot be read: {error.strerror}") from error
+    return reader
 
 
 def _finish(bag: Path, writer: McapWriter, before: Iterable[FileContents] = ()) -> None:

@@ -55,7 +55,7 @@ class TopicDiscovery:
         if not profiles:
             return None
         if len(types) > 1:
-            self._complain(topic, f"has several types: {', '.join(types)}")
+            self._complain(topic, f"it has several types: {', '.join(types)}")
             return None
         try:
             return Offer(topic, types[0], message_class(types[0]), profiles)

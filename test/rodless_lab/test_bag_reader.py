@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
 from rclpy.serialization import serialize_message
+from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import FluidPressure, JointState
@@ -14,7 +17,9 @@ from std_msgs.msg import Header
 
 from rodless_lab.bag_metadata import BagError, BagTopic
 from rodless_lab.bag_reader import read_bag
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bag_writer import BagWriter, recover_bag
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
 def bag_of(path: Path, type_name: str, messages: list, times: list[int] | None = None) -> Path:
@@ -79,17 +84,48 @@ def test_one_storage_file_is_read_by_itself(sample_bag) -> None:
 
 
 def test_a_bag_another_program_wrote_is_read(sample_bag, tmp_path: Path) -> None:
-    """Bags of other writers, compressed or in several files, give the same messages."""
+    """A bag of an independent writer gives the messages that were put into it."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    name = "sensor_msgs/msg/JointState"
+    sent = sample_bag.messages["/joint_states"]
     with Writer(tmp_path / "other", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connection = writer.add_connection("/joint_states", name, typestore=store)
-        for log_time, data in sample_bag.messages["/joint_states"]:
+        connection = writer.add_connection("/joint_states", JOINT_STATE, typestore=store)
+        for log_time, data in sent:
             writer.write(connection, log_time, data)
-    read = read_bag(tmp_path / "other")
-    assert list(read["/joint_states"].payloads) == [
-        data for _, data in sample_bag.messages["/joint_states"]
-    ]
+    states = read_bag(tmp_path / "other")["/joint_states"]
+    assert list(zip(states.log_time, states.payloads, strict=True)) == sent
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"compression": CompressionType.ZSTD},
+        {"compression": CompressionType.LZ4},
+        {"use_chunking": False},
+    ],
+)
+def test_every_layout_of_a_storage_file_is_read_and_recovered(
+    sample_bag, tmp_path: Path, options: dict[str, object]
+) -> None:
+    """Compressed chunks, or none at all as rosbag2's preset for fast disks has it; also cut."""
+    sent = sample_bag.messages["/joint_states"]
+    path = tmp_path / "bag_0.mcap"
+    with path.open("wb") as stream:
+        writer = McapWriter(stream, chunk_size=5000, **options)
+        writer.start("ros2")
+        channel = writer.register_channel(
+            "/joint_states", "cdr", writer.register_schema(JOINT_STATE, "ros2msg", b"")
+        )
+        for log_time, data in sent:
+            writer.add_message(channel, log_time, data, log_time)
+        writer.finish()
+    assert list(read_bag(path)["/joint_states"].payloads) == [data for _, data in sent]
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
+    kept = read_bag(path, recover=True)["/joint_states"]
+    assert 20 < len(kept) < 300
+    recover_bag(tmp_path)
+    with AnyReader([tmp_path]) as reader:
+        read = [(log_time, bytes(data)) for _, log_time, data in reader.messages()]
+    assert read == sent[: len(kept)]
 
 
 def test_a_missing_topic_is_named_with_those_there_are(sample_bag) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
+from rodless_lab import recover_command
 from rodless_lab.bag_metadata import BagError
 from rodless_lab.bag_reader import Bag, read_bag
 from rodless_lab.bag_writer import recover_bag
@@ -17,6 +18,7 @@ from rodless_lab.bag_writer import recover_bag
 # Writes samples of 1 kB until the disk is full, then closes, and prints what it was told.
 FILL = """
 import resource, sys
+from rodless_lab import recover_command
 from rodless_lab.bag_metadata import BagError, BagTopic
 from rodless_lab.bag_writer import BagWriter
 limit = int(sys.argv[2])
@@ -110,7 +112,7 @@ def test_a_bag_cut_anywhere_can_be_recovered(sample_bag, tmp_path: Path) -> None
     whole = payloads(read_bag(sample_bag.path))
     size = (sample_bag.path / "sample_0.mcap").stat().st_size
     most = 0
-    for k, end in enumerate(range(size, 0, -size // 97)):
+    for k, end in enumerate(range(size, 0, -size // 37)):
         bag = cut(sample_bag.path, tmp_path / str(k), end)
         if end < 8:
             with pytest.raises(BagError, match="is not an MCAP file, or cut within"):
@@ -142,6 +144,28 @@ def test_recovering_a_bag_twice_changes_nothing(sample_bag, tmp_path: Path) -> N
     before = {file.name: file.read_bytes() for file in bag.iterdir()}
     recover_bag(bag)
     assert {file.name: file.read_bytes() for file in bag.iterdir()} == before
+
+
+def test_a_bag_of_several_files_is_recovered_as_one(sample_bag, tmp_path: Path) -> None:
+    """When one of several files was cut, the description names them all again."""
+    bag = cut(sample_bag.path, tmp_path / "several", 30_000)
+    shutil.copy(sample_bag.path / "sample_0.mcap", bag / "sample_1.mcap")
+    count = recover_bag(bag)
+    assert 600 < count < 1200
+    with AnyReader([bag]) as reader:
+        assert sum(1 for _ in reader.messages()) == count
+
+
+def test_the_command_says_what_it_saved_or_why_not(
+    sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`rodless recover` tells the number of messages, or the fault with exit code 1."""
+    bag = cut(sample_bag.path, tmp_path / "cut", 30_000)
+    assert recover_command.main([str(bag)], None) == 0
+    count = sum(map(len, payloads(read_bag(bag)).values()))
+    assert capsys.readouterr().out == f"{count} messages in {bag}\n"
+    assert recover_command.main([str(tmp_path / "nothing")], None) == 1
+    assert capsys.readouterr().err == f"{tmp_path / 'nothing'}: not the folder of a bag\n"
 
 
 def test_losing_only_the_description_is_recovered(sample_bag) -> None:

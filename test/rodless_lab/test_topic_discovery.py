@@ -1,0 +1,89 @@
+"""Which of the topics in the graph are recorded."""
+
+from types import SimpleNamespace
+
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64
+
+from rodless_lab.topic_discovery import TopicDiscovery
+
+NUMBER = "std_msgs/msg/Float64"
+
+
+class Graph:
+    """The part of a node that is looked at: topics with their types and publishing nodes."""
+
+    def __init__(self, **topics: tuple[list[str], list[str]]) -> None:
+        self._topics = {f"/{name}": topic for name, topic in topics.items()}
+        self.warnings: list[str] = []
+
+    def get_name(self) -> str:
+        """Name of the looking node."""
+        return "recorder"
+
+    def get_namespace(self) -> str:
+        """All nodes here are in the root namespace."""
+        return "/"
+
+    def get_logger(self) -> SimpleNamespace:
+        """Logger that keeps what it is told."""
+        return SimpleNamespace(warning=self.warnings.append)
+
+    def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
+        """All topics."""
+        return [(name, types) for name, (types, _) in self._topics.items()]
+
+    def get_publishers_info_by_topic(self, topic: str) -> list[SimpleNamespace]:
+        """Publishers by their node's name."""
+        return [
+            SimpleNamespace(node_name=node, node_namespace="/", qos_profile=QoSProfile(depth=1))
+            for node in self._topics[topic][1]
+        ]
+
+
+def names(graph: Graph, wanted: set[str], known: tuple[str, ...] = ()) -> list[str]:
+    return [offer.topic for offer in TopicDiscovery(graph, wanted).new_offers(known)]
+
+
+GRAPH = {
+    "a": ([NUMBER], ["plant", "controller"]),
+    "b": ([NUMBER], ["plant"]),
+    "_hidden": ([NUMBER], ["plant"]),
+    "own": ([NUMBER], ["recorder"]),
+    "only_subscribed": ([NUMBER], []),
+}
+
+
+def test_every_topic_that_somebody_else_publishes_is_taken() -> None:
+    """Without a list: all but hidden ones, the recorder's own, and those nobody publishes."""
+    assert names(Graph(**GRAPH), set()) == ["/a", "/b"]
+    assert names(Graph(**GRAPH), set(), known=("/a",)) == ["/b"]
+
+
+def test_only_what_is_asked_for_is_taken() -> None:
+    """With a list: those on it, hidden or not."""
+    assert names(Graph(**GRAPH), {"/b", "/_hidden", "/absent"}) == ["/b", "/_hidden"]
+
+
+def test_an_offer_says_how_to_subscribe() -> None:
+    """The class of the message and one profile for each publisher."""
+    (offer,) = TopicDiscovery(Graph(a=GRAPH["a"]), set()).new_offers(())
+    assert (offer.type_name, offer.message_type, len(offer.profiles)) == (NUMBER, Float64, 2)
+
+
+def test_topics_that_cannot_be_recorded_are_named_once() -> None:
+    """Two types on one topic, and types that are not installed, are warned of, not taken."""
+    graph = Graph(
+        torn=([NUMBER, "std_msgs/msg/String"], ["plant"]),
+        foreign=(["somebodys_msgs/msg/Thing"], ["plant"]),
+        newer=(["std_msgs/msg/NotYetThere"], ["plant"]),
+        good=([NUMBER], ["plant"]),
+    )
+    discovery = TopicDiscovery(graph, set())
+    for _ in range(3):
+        assert [offer.topic for offer in discovery.new_offers(())] == ["/good"]
+    assert graph.warnings == [
+        "/torn is not recorded: it has several types: std_msgs/msg/Float64, std_msgs/msg/String",
+        "/foreign is not recorded: its type somebodys_msgs/msg/Thing is not installed",
+        "/newer is not recorded: its type std_msgs/msg/NotYetThere is not installed",
+    ]
