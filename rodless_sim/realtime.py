@@ -18,6 +18,7 @@ class Realtime:
         self._engine = engine
         self._ready = ready
         self._pacer = Pacer(wall_period)
+        self._stepping = threading.Lock()
         self._paused = False
         self._started = False
         self._closing = threading.Event()
@@ -59,8 +60,10 @@ class Realtime:
         self._engine.receive(voltage)
 
     def pause(self, paused: bool) -> None:
-        """Stop plant time, or let it run on."""
+        """Stop plant time, or let it run on; a step under way ends before this does."""
         self._paused = paused
+        with self._stepping:
+            pass
 
     def step(self) -> str | None:
         """Advance by one period; return what is in the way, if anything."""
@@ -90,5 +93,6 @@ class Realtime:
         self._engine.offer()
         self._pacer.restart()
         while self._pacer.wait(self._closing.is_set):
-            if not self._paused and not self._engine.ended:
-                self._engine.step()
+            with self._stepping:
+                if not self._paused and not self._engine.ended:
+                    self._engine.step()
