@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -91,6 +92,7 @@ class RigProcesses:
     def __enter__(self) -> "RigProcesses":
         parameters = write_parameters(Path(self._folder.name, "rig.yaml"), self._parameters)
         with contextlib.ExitStack() as started:
+            started.callback(self._folder.cleanup)
             started.callback(self.stop)
             for process in self._processes:
                 self._running[process] = subprocess.Popen(
@@ -128,12 +130,13 @@ class RigProcesses:
         for process in self._running.values():
             with contextlib.suppress(ProcessLookupError):
                 process.send_signal(signal.SIGINT)
-        return {name: _ended(process) for name, process in self._running.items()}
+        deadline = time.monotonic() + STOP_SECONDS
+        return {name: _ended(process, deadline) for name, process in self._running.items()}
 
 
-def _ended(process: subprocess.Popen[str]) -> int:
+def _ended(process: subprocess.Popen[str], deadline: float) -> int:
     try:
-        return process.wait(STOP_SECONDS)
+        return process.wait(max(deadline - time.monotonic(), 0.0))
     except subprocess.TimeoutExpired:
         process.kill()
         return process.wait()
