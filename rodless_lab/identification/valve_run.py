@@ -25,7 +25,7 @@ def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
     Pressures in the cylinder show only the product of flow coefficient and area, so C_v is left
     alone and the shape of the curve, eq. (5), is kept; a flow meter measures both
     (:func:`fit_area_curve`, :func:`fit_flow_coefficient`). The dead volumes are taken as known
-    unless the carriage travels: a factor on both looks like one on the area while it rests.
+    from ``parameters``: while the carriage rests, a factor on both looks like one on the area.
     Raises :class:`UninformativeRunError` where no pressure changes.
     """
     unknowns = [_closed(parameters), _area(), gap(parameters)]
