@@ -21,6 +21,7 @@ class Realtime:
         self._stepping = threading.Lock()
         self._paused = False
         self._started = False
+        self._failure: Exception | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="plant", daemon=True)
         self._thread.start()
@@ -78,7 +79,9 @@ class Realtime:
         return "done"
 
     def look(self) -> None:
-        """Nothing to look after: the thread does."""
+        """Raise what has ended the thread: a node without it must not look alive."""
+        if self._failure is not None:
+            raise self._failure
 
     def close(self) -> None:
         """End the thread."""
@@ -86,6 +89,12 @@ class Realtime:
         self._thread.join()
 
     def _run(self) -> None:
+        try:
+            self._keep_time()
+        except Exception as failure:
+            self._failure = failure
+
+    def _keep_time(self) -> None:
         while not self._ready():
             if self._closing.wait(LOOK_SECONDS):
                 return

@@ -1,7 +1,7 @@
 """Pause, step and reset of a running plant."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import cast
 
 import pytest
@@ -67,31 +67,33 @@ def test_a_paused_plant_stands_still_until_it_goes_on_where_it_was(
     assert around == list(range(around[0], around[0] + 25 * PERIOD, PERIOD))
 
 
+class Steps:
+    """An engine whose steps do what the test wants."""
+
+    ended = False
+
+    def __init__(self, step: Callable[[], None]) -> None:
+        self.step = step
+
+    def offer(self) -> None:
+        """Hand out nothing."""
+
+
 def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
     """A step under way is handed out first: who pauses and then resets gets no late sample."""
     begun, may_end, events = threading.Event(), threading.Event(), []
 
-    class SlowEngine:
-        """An engine whose step takes as long as the test wants."""
-
-        ended = False
-
-        def offer(self) -> None:
-            """Hand out nothing."""
-
-        def step(self) -> None:
-            """Step until told to end."""
-            begun.set()
-            may_end.wait(PATIENCE)
-            events.append("step")
-
-    realtime = Realtime(cast(Engine, SlowEngine()), 1_000_000, lambda: True)
-    assert begun.wait(PATIENCE)
+    def step() -> None:
+        begun.set()
+        may_end.wait(PATIENCE)
+        events.append("step")
 
     def pause() -> None:
         realtime.pause(True)
         events.append("paused")
 
+    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
+    assert begun.wait(PATIENCE)
     pausing = threading.Thread(target=pause)
     pausing.start()
     pausing.join(0.2)
@@ -99,6 +101,21 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
     pausing.join(PATIENCE)
     realtime.close()
     assert events == ["step", "paused"]
+
+
+def test_a_plant_that_fails_does_not_look_alive() -> None:
+    """What ends the thread that steps comes out where the node looks after it, and ends it."""
+    failed = threading.Event()
+
+    def step() -> None:
+        failed.set()
+        raise ArithmeticError("of the test's own")
+
+    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
+    assert failed.wait(PATIENCE)
+    realtime.close()
+    with pytest.raises(ArithmeticError, match="of the test's own"):
+        realtime.look()
 
 
 def test_a_step_is_one_period(observer: Observer, samples: list[JointState]) -> None:
