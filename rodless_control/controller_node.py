@@ -50,6 +50,7 @@ class ControllerNode:
         self._enabled = True
         self._arrival: int | None = None
         self._arrived = False
+        self._refused = False
         self._stamp = Time()
         self._bad_setpoints = self._bad_samples = 0
         self._listening = False
@@ -87,6 +88,7 @@ class ControllerNode:
         self._stamp = message.header.stamp
         stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
         output = self._loop.sample(position, stamp) if self._enabled else None
+        self._refused = self._enabled and output is None
         if output is None:
             self._command_neutral()
         else:
@@ -184,6 +186,8 @@ class ControllerNode:
             return ERROR, "no position: valve closed"
         if not self._enabled:
             return WARN, "disabled: valve closed"
+        if self._refused:
+            return ERROR, "position not finite: valve closed"
         seen = [name for name, count in faults.items() if count]
         if seen:
             return WARN, "has happened: " + ", ".join(seen)

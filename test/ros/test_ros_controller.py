@@ -154,6 +154,9 @@ def test_a_position_that_is_no_number_closes_the_valve(bench: Bench) -> None:
     for bad in (math.nan, math.inf, -math.inf):
         bench.agrees(bad)
         assert bench.commands[-1].data == NEUTRAL
+    status = bench.observer.diagnostic(NODE, fresh=True)
+    assert status.level == DiagnosticStatus.ERROR
+    assert status.message == "position not finite: valve closed"
     bench.agrees(HELD)
     assert bench.commands[-1].data == pytest.approx(before, abs=0.01)
     assert bench.count("positions not finite") == counted + 3
