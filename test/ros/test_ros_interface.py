@@ -53,7 +53,8 @@ SERVICES = {
     "controller": {"controller/reset": TRIGGER, "controller/enable": SWITCH},
 }
 
-# What rclpy itself gives every node.
+# What rclpy itself gives every node. The services of simulation_interfaces, offered where that
+# package is, have tests of their own.
 OF_RCLPY = ("/rosout", "/parameter_events", "/describe_parameters", "/get_parameters",
             "/get_parameter_types", "/list_parameters", "/set_parameters",
             "/set_parameters_atomically", "/get_type_description")  # fmt: skip
@@ -70,7 +71,11 @@ def rig(start_rig: StartRig) -> Iterator[None]:
 
 def offered(found: list[tuple[str, list[str]]]) -> dict[str, str]:
     """What a node offers besides what rclpy gives every node, by name."""
-    return {name: types[0] for name, types in found if not name.endswith(OF_RCLPY)}
+    return {
+        name: types[0]
+        for name, types in found
+        if not name.endswith(OF_RCLPY) and not types[0].startswith("simulation_interfaces/")
+    }
 
 
 def below(namespace: str, names: dict[str, str]) -> dict[str, str]:
