@@ -9,20 +9,28 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.experiments import sine
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
 from rodless_lab.experiments.table import cells, verdict
 from rodless_lab.report import Performed, write_report
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
-    """Return 0 if every judged number keeps its limits, 1 if one leaves them, 2 for bad options."""
+    """Return 0 if every judged number keeps its limits, 1 if one leaves them, 2 for bad options.
+
+    1 too where the nodes do not finish a run.
+    """
     options = parsed(arguments)
     names = list(EXPERIMENTS) if options.name == "all" else [options.name]
     try:
-        performed = perform(names, chosen(options))
+        bench = over_ros(options.name) if options.ros else IN_PROCESS
+        performed = perform(names, chosen(options, bench))
     except ValueError as error:
         print(f"\n{error}", file=sys.stderr)
         return 2
+    except RuntimeError as error:
+        print(f"\n{error}", file=sys.stderr)
+        return 1
     if len(names) == 1:
         print_rows(performed[0])
     report, summary = write_report(options.output or default_folder(options.name), performed)
@@ -31,7 +39,20 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     return 0 if holds else 1
 
 
-def chosen(options: argparse.Namespace) -> Options:
+def over_ros(name: str) -> Bench:
+    """Return the bench of the nodes, which shows a dot for each of its runs.
+
+    Raises ValueError for the name of an experiment that has nothing to drive.
+    """
+    if name != "all" and not EXPERIMENTS[name].moves:
+        able = ", ".join(other for other, one in EXPERIMENTS.items() if one.moves)
+        raise ValueError(f"--ros: {name} has no moving rig to drive; these have: {able}")
+    from rodless_lab.experiments.ros_bench import ros_bench  # noqa: PLC0415  needs ROS
+
+    return ros_bench(lambda: print(".", end="", flush=True))
+
+
+def chosen(options: argparse.Namespace, bench: Bench) -> Options:
     """Return the options in SI."""
     return Options(
         tuple(options.preset or preset_names()[::-1]),
@@ -39,6 +60,7 @@ def chosen(options: argparse.Namespace) -> Options:
         options.centre * 1e-3,
         options.position * 1e-3,
         options.seed,
+        bench,
     )
 
 
@@ -47,7 +69,9 @@ def perform(names: Sequence[str], options: Options) -> list[Performed]:
     performed = []
     for count, name in enumerate(names, 1):
         experiment = EXPERIMENTS[name]
-        print(f"[{count}/{len(names)}] {name} ... ", end="", flush=True)
+        still = options.bench is not IN_PROCESS and not experiment.moves
+        where = " (no moving rig: in process)" if still else ""
+        print(f"[{count}/{len(names)}] {name}{where} ... ", end="", flush=True)
         start = time.monotonic()
         performed.append(Performed(experiment, experiment.run(options)))
         rows = performed[-1].result.comparisons
@@ -83,6 +107,11 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--position", type=float, default=0.0, help="of the held piston, mm (%(default)g)"
+    )
+    parser.add_argument(
+        "--ros",
+        action="store_true",
+        help="let the nodes do what moves, over topics in lock-step (default: in process)",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise (%(default)d)")
     parser.add_argument(

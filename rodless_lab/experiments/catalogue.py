@@ -28,13 +28,14 @@ class Options:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment of the paper."""
+    """One experiment of the paper; ``moves``: it drives a rig, so the nodes can do it."""
 
     name: str
     title: str
     source: str
     summary: str
     run: Callable[[Options], Result]
+    moves: bool = False
 
 
 EXPERIMENTS = {
@@ -66,6 +67,7 @@ EXPERIMENTS = {
             "moves uniformly the pressure difference is the friction, eq. (30); eq. (29) is fitted "
             "to speed and friction by robust least squares.",
             lambda options: run_friction(options.seed, options.bench),
+            moves=True,
         ),
         Experiment(
             "fixed-chamber",
@@ -75,6 +77,7 @@ EXPERIMENTS = {
             "settle, then to 4.4 V: chamber A vents and chamber B fills. Repeated at 0.4, 0.5 and "
             "0.6 MPa.",
             lambda options: run_fixed_chamber(options.position, bench=options.bench),
+            moves=True,
         ),
         Experiment(
             "step",
@@ -82,6 +85,7 @@ EXPERIMENTS = {
             "section 6.2, Fig. 19",
             "At 0.52 MPa the PID controller moves the carriage from 0 to 58 mm.",
             lambda options: run_step(options.presets, options.bench),
+            moves=True,
         ),
         Experiment(
             "sine",
@@ -91,6 +95,7 @@ EXPERIMENTS = {
             lambda options: sine.run_sine(
                 options.presets, options.amplitude, options.centre, options.bench
             ),
+            moves=True,
         ),
         Experiment(
             "errata",

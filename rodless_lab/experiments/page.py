@@ -18,12 +18,23 @@ def page(experiment: Experiment, result: Result) -> str:
         f"Zhang et al., *Actuators* 2022, 11(2), 50: {experiment.source}.",
         experiment.summary,
         f"```sh\nrodless experiment {experiment.name}\n```",
+        *over_ros(experiment),
         *shown,
         markdown_table(result.comparisons),
         "\n".join(f"- {remark}" for remark in result.remarks),
         "This page is written by `rodless docs`; pressures named 0.4 to 0.6 MPa are gauge.",
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def over_ros(experiment: Experiment) -> tuple[str, ...]:
+    """Say that the nodes can do it too, where there is a rig to drive."""
+    if not experiment.moves:
+        return ()
+    return (
+        "With `--ros` the running nodes do the same over topics, in lock-step, each run in a ROS "
+        "domain of its own; every number is the same.",
+    )
 
 
 def write_page(folder: Path, experiment: Experiment, result: Result) -> None:

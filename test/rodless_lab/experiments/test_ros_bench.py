@@ -1,0 +1,148 @@
+"""Experiments over ROS: the nodes' runs are those in process, to the last bit."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rodless_base.start import Stop
+from rodless_control import PidParameters, references
+from rodless_lab.closed_loop import ClosedLoopTrace
+from rodless_lab.experiment_command import main, parsed
+from rodless_lab.experiments import fixed_chamber, ros_bench, step
+from rodless_lab.experiments.bench import IN_PROCESS, Bench
+from rodless_lab.experiments.catalogue import EXPERIMENTS
+from rodless_lab.harness import NodeDiedError
+from rodless_sim import RigParameters, Trace
+
+UNPUBLISHED = {"mass_flow_a", "mass_flow_b"}
+
+
+@pytest.fixture
+def runs() -> list[None]:
+    """One entry for each run that the nodes have done."""
+    return []
+
+
+@pytest.fixture
+def bench(runs: list[None]) -> Iterator[Bench]:
+    """Return the bench of the nodes; at least one run must have been theirs."""
+    yield ros_bench.ros_bench(lambda: runs.append(None))
+    assert runs
+
+
+def assert_same(first: Trace, second: Trace) -> None:
+    assert type(first) is type(second)
+    for field in fields(second):
+        if field.name not in UNPUBLISHED:
+            values = getattr(first, field.name), getattr(second, field.name)
+            assert np.array_equal(*values), field.name
+
+
+def test_step_over_ros_gives_the_numbers_of_the_step_in_process(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The closed-loop step, shortened to 1.5 s: every sample and every number are the same."""
+    monkeypatch.setattr(step, "DURATION", 1.5)
+    found, expected = (step.run_step(["calibrated"], where) for where in (bench, IN_PROCESS))
+    assert_same(found.runs["calibrated"], expected.runs["calibrated"])
+    assert len(found.runs["calibrated"].time) == 1501
+    assert found.comparisons == expected.comparisons
+
+
+def test_fixed_chamber_over_ros_gives_the_numbers_of_that_in_process(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The open-loop run at 0.4 MPa, shortened to 3 s: samples and numbers are the same."""
+    for name in ("END_TIME", "SETTLING_TIME", "VENTING_TIME"):
+        monkeypatch.setattr(fixed_chamber, name, 1.0)
+    found, expected = (
+        fixed_chamber.run_fixed_chamber(0.05, [0.4e6], where) for where in (bench, IN_PROCESS)
+    )
+    assert_same(found.runs[0].trace, expected.runs[0].trace)
+    assert len(found.runs[0].trace.time) == 1501
+    assert found.comparisons == expected.comparisons
+
+
+def test_sine_over_ros_starts_where_it_is_told_to(bench: Bench) -> None:
+    """A sine followed from 80 mm, neither the rig's nor the controller's default: the same."""
+    rig = RigParameters.preset("paper")
+    pid = PidParameters.preset("paper").with_values({"controller.kp": 700.0})
+    reference = references.sine(0.08, 0.015, 0.4, at=0.1)
+    found, expected = (
+        where.closed_loop(rig, pid, reference, 0.4, 2e-3, 0.08) for where in (bench, IN_PROCESS)
+    )
+    assert_same(found, expected)
+
+
+def test_voltages_beyond_the_valve_are_held_at_its_limits(bench: Bench) -> None:
+    """Commands of -3 V and 12 V over ROS are 0 V and 10 V, as in process."""
+    rig = RigParameters.preset("calibrated").with_values({"supply.pressure": 6e5})
+    voltages = np.repeat([-3.0, 12.0, 5.3], 40)
+    found, expected = (where.open_loop(rig, voltages, 1e-3, 0.1) for where in (bench, IN_PROCESS))
+    assert_same(found, expected)
+    assert np.isnan(found.mass_flow_a).all()
+
+
+def test_only_steps_and_sines_can_be_asked_of_the_controller() -> None:
+    """Other references are refused by name instead of being run as something else."""
+    with pytest.raises(TypeError, match="Ramp"):
+        ros_bench.reference_parameters(references.ramp(0.0, 0.1, 0.05))
+
+
+@pytest.mark.parametrize("name", ["valve-area", "flow-coefficient", "errata"])
+def test_experiments_without_a_moving_rig_refuse_ros(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2, the reason and the experiments that can; no report."""
+    out = tmp_path / "out"
+    assert main([name, "--ros", "--output", str(out)], Stop()) == 2
+    said = capsys.readouterr().err
+    assert f"{name} has no moving rig to drive" in said
+    assert "friction, fixed-chamber, step, sine" in said
+    assert not out.exists()
+
+
+def test_the_command_hands_the_bench_of_the_nodes_to_the_experiment(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`rodless experiment step --ros` runs on that bench, with a dot for its run; without, not."""
+
+    def stand_in(ran: Callable[[], None]) -> Bench:
+        def closed_loop(*arguments: Any) -> ClosedLoopTrace:
+            ran()
+            return IN_PROCESS.closed_loop(*arguments)
+
+        return Bench(IN_PROCESS.open_loop, closed_loop)
+
+    monkeypatch.setattr(ros_bench, "ros_bench", stand_in)
+    arguments = ["step", "--preset", "calibrated", "--output", str(tmp_path)]
+    assert main([*arguments, "--ros"], Stop()) == 0
+    assert "step ... ." in capsys.readouterr().out
+    assert main(arguments, Stop()) == 0
+    assert "step ... ." not in capsys.readouterr().out
+
+
+def test_nodes_that_fail_end_the_command_with_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plant that ends during an experiment: its reason, exit code 1, no report."""
+
+    def fail(*_: Any) -> Trace:
+        raise NodeDiedError("the plant has ended with exit code 1")
+
+    monkeypatch.setattr(ros_bench, "ros_bench", lambda _: Bench(fail, fail))
+    out = tmp_path / "out"
+    assert main(["fixed-chamber", "--ros", "--output", str(out)], Stop()) == 1
+    assert "the plant has ended with exit code 1" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_without_ros_everything_is_in_process() -> None:
+    """The option is off by default, and the four that drive a rig are those that can take it."""
+    assert not parsed(["step"]).ros
+    able = {name for name, one in EXPERIMENTS.items() if one.moves}
+    assert able == {"friction", "fixed-chamber", "step", "sine"}
