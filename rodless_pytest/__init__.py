@@ -48,7 +48,7 @@ def pytest_runtest_makereport(
     """Show with a failing test what the nodes of its sessions have printed."""
     report = yield
     if report.failed:
-        sessions = item.stash[_SESSIONS] if _SESSIONS in item.stash else []
+        sessions: list[RigSession] = item.stash.setdefault(_SESSIONS, [])
         for number, session in enumerate(sessions):
             report.sections += [
                 (f"output of rig {number}: {name}", text) for name, text in session.outputs.items()

@@ -120,26 +120,28 @@ class RigSession:
 
     def __enter__(self) -> "RigSession":
         with ExitStack() as stack:
-            self._environment = {
-                **stack.enter_context(own_domain()),
-                **self._extra_environment,
-            }
-            folder = self._output or Path(tempfile.mkdtemp(prefix="rodless_sim-"))
-            if self._output is None:
-                stack.callback(shutil.rmtree, folder, ignore_errors=True)
-            folder.mkdir(parents=True, exist_ok=True)
-            stack.callback(self._keep_what_remains)
-            self._processes = SessionProcesses(
-                self._plan.command_lines(folder), self._environment, folder
-            )
-            self._running = True
-            stack.callback(self._processes.stop)
-            self._processes.start()
+            self._start(stack)
             self._node = OwnNode(self._environment)
             stack.callback(self._node.close)
             self._join()
             self._stack = stack.pop_all()
         return self
+
+    def _start(self, stack: ExitStack) -> None:
+        """Start the processes; ``stack`` ends them."""
+        self._environment = {**stack.enter_context(own_domain()), **self._extra_environment}
+        folder = self._output or Path(tempfile.mkdtemp(prefix="rodless_sim-"))
+        if self._output is None:
+            stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._processes = SessionProcesses(
+            self._plan.command_lines(folder), self._environment, folder
+        )
+        # Before the folder goes, and after all have ended.
+        stack.callback(self._keep_what_remains)
+        stack.callback(self._processes.stop)
+        self._running = True
+        self._processes.start()
 
     def __exit__(
         self,
@@ -322,6 +324,12 @@ class RigSession:
         if self._mode == "lockstep" and self._has_controller and not self._relay:
             answers, last = self._recording.answers, self._recording.last_sent
             self._wait(lambda: answers and answers[-1].sent > last, "the answer to the last sample")
+            if self._telemetry:
+                terms = self._recording.terms.values()
+                self._wait(
+                    lambda: all(term and term[-1].sent > answers[-1].sent for term in terms),
+                    "the telemetry of the last sample",
+                )
         return self.samples()
 
     def samples(self, run: int = -1) -> Samples:
