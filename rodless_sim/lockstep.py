@@ -2,21 +2,15 @@
 
 import time
 from collections.abc import Callable
-from enum import Enum, auto
 
 from rodless_sim.engine import Engine
 
 
-class Phase(Enum):
-    """Where a lock-step run stands."""
-
-    WAITING = auto()  # for subscribers and for one publisher of commands
-    RUNNING = auto()
-    REFUSED = auto()  # a second publisher of commands has come: whose sample is whose is unknown
-
-
 class Lockstep:
     """Answers each command with the next sample.
+
+    It runs while exactly one publisher of commands is there: with two, nobody knows whose answer
+    is whose. When it runs again, the last sample is offered anew.
 
     Exactly one sample is unanswered at any time. A reset therefore waits for its answer and
     drops it: taken for the answer to sample 0, it would set the loop one sample apart for good.
@@ -40,7 +34,7 @@ class Lockstep:
         self._ready = ready
         self._commanders = commanders
         self._now = now
-        self._phase = Phase.WAITING
+        self._running = False
         self._paused = False
         self._pending: float | None = None
         self._reset_wanted = False
@@ -50,9 +44,9 @@ class Lockstep:
     @property
     def problem(self) -> str | None:
         """What keeps the plant from following commands now."""
-        if self._phase is Phase.REFUSED:
-            return "a second publisher on valve/voltage: holding until a reset"
-        if self._phase is Phase.WAITING:
+        if not self._running and self._commanders() > 1:
+            return "more than one publisher on valve/voltage: holding until one is left"
+        if not self._running:
             return "waiting for subscribers and for one publisher on valve/voltage"
         if self._overdue and not self._engine.ended:
             return f"no command for {self._patience:g} s of wall time: holding"
@@ -79,7 +73,7 @@ class Lockstep:
 
     def receive(self, voltage: float) -> None:
         """Take the answer (V) to the last sample."""
-        if self._phase is not Phase.RUNNING:
+        if not self._running:
             return
         if self._reset_wanted:
             self._restart()
@@ -105,22 +99,22 @@ class Lockstep:
 
     def reset(self) -> str:
         """Return to the start as soon as no answer is under way; say when that is."""
-        if self._phase is Phase.RUNNING and self._pending is None and not self._overdue:
+        if self._running and self._pending is None and not self._overdue:
             self._reset_wanted = True
             return "with the answer to the last sample"
-        if self._phase is Phase.WAITING:
-            return "nothing to reset"
         self._restart()
         return "done"
 
     def look(self) -> None:
-        """Do what no command triggers: start, refuse a second publisher, give up waiting."""
-        if self._phase is Phase.WAITING and self._ready() and self._commanders() == 1:
-            self._phase = Phase.RUNNING
+        """Do what no command triggers: start, hold without a sole commander, give up waiting."""
+        alone = self._commanders() == 1
+        if self._running and not alone:
+            self._running = False
+            self._pending = None
+        elif not self._running and alone and self._ready():
+            self._running = True
             self._offer()
-        elif self._phase is Phase.RUNNING and self._commanders() > 1:
-            self._phase = Phase.REFUSED
-        elif self._phase is Phase.RUNNING and self._overdue:
+        elif self._running and self._overdue:
             self._wait_no_longer()
 
     def close(self) -> None:
@@ -136,7 +130,6 @@ class Lockstep:
     def _restart(self) -> None:
         self._reset_wanted = False
         self._pending = None
-        self._phase = Phase.RUNNING
         self._offered_at = self._now()
         self._engine.reset()
 

@@ -45,7 +45,7 @@ def test_nothing_moves_before_there_is_a_listener_and_one_commander() -> None:
         bench.plant.look()
         bench.plant.receive(6.0)
         assert bench.samples == []
-        assert "waiting" in str(bench.plant.problem)
+        assert bench.plant.problem is not None
     bench.commanders = 1
     bench.plant.look()
     assert bench.times == [0]
@@ -126,8 +126,8 @@ def test_reset_of_a_paused_plant_with_its_answer_at_hand_is_immediate() -> None:
     assert bench.times == [0, 1, 0, 1]
 
 
-def test_second_commander_is_refused_until_a_reset() -> None:
-    """When another publisher of commands appears the plant holds and says so."""
+def test_second_commander_is_refused_until_it_is_gone() -> None:
+    """While two publish commands the plant holds and says so; then the last sample comes again."""
     bench = Bench()
     bench.plant.look()
     bench.plant.receive(6.0)
@@ -135,13 +135,44 @@ def test_second_commander_is_refused_until_a_reset() -> None:
     bench.plant.look()
     bench.plant.receive(6.0)
     assert bench.times == [0, 1]
-    assert "second publisher" in str(bench.plant.problem)
+    assert "more than one publisher" in str(bench.plant.problem)
     bench.commanders = 1
     bench.plant.look()
-    assert "second publisher" in str(bench.plant.problem)
-    bench.plant.reset()
+    assert bench.plant.problem is None
+    assert bench.times == [0, 1, 1]
     bench.plant.receive(6.0)
-    assert bench.times == [0, 1, 0, 1]
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_controller_that_is_started_again_takes_up_the_run() -> None:
+    """The sample that the old controller left unanswered is offered to the new one."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(6.0)
+    bench.commanders = 0
+    bench.plant.look()
+    assert "waiting" in str(bench.plant.problem)
+    bench.listeners, bench.commanders = False, 1
+    bench.plant.look()
+    assert bench.times == [0, 1]
+    bench.listeners = True
+    bench.plant.look()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_reset_without_a_controller_is_immediate() -> None:
+    """With nobody to answer, a reset happens at once, and the run starts from sample 0 later."""
+    bench = Bench()
+    bench.plant.look()
+    bench.plant.receive(9.0)
+    bench.commanders = 0
+    bench.plant.look()
+    assert bench.plant.reset() == "done"
+    bench.commanders = 1
+    bench.plant.look()
+    bench.plant.receive(5.08)
+    assert bench.times == [0, 1, 0, 0, 1]
 
 
 def test_silence_is_reported_and_the_run_goes_on_afterwards() -> None:
