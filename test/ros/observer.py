@@ -58,6 +58,9 @@ class Observer:
         """Leave the domain."""
         self._executor.remove_node(self.node)
         self.node.destroy_node()
+        # It holds on to the context, and the context to its place in the domain, which another
+        # test may have next.
+        self._executor.shutdown()
         self.context.try_shutdown()
 
     def until(self, condition: Callable[[], object], what: str, timeout: float = PATIENCE) -> None:
