@@ -32,11 +32,12 @@ class Gains(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the law carries from one sample to the next."""
+    """What the law carries from one sample to the next: V, m, m/s, and V that fade."""
 
     integral: float
     filtered_position: float
     filtered_velocity: float
+    offset: float
 
 
 class Command(NamedTuple):
@@ -76,7 +77,9 @@ def filtered(gains: Gains, memory: Memory, position: float, interval: float) -> 
         return memory
     share = 1.0 - math.exp(-gains.filter_bandwidth * interval)
     change = share * (position - memory.filtered_position)
-    return Memory(memory.integral, memory.filtered_position + change, change / interval)
+    return Memory(
+        memory.integral, memory.filtered_position + change, change / interval, memory.offset
+    )
 
 
 @kernel
@@ -118,18 +121,19 @@ def update(
     p = gains.kp * error
     d = -gains.kd * memory.filtered_velocity
     feedforward = gains.feedforward * bounded(reference_velocity)
-    integral = integrated(gains, memory.integral, p + d + feedforward, error, interval)
-    voltage = limited(gains, compensated(gains, p + integral + d + feedforward))
+    offset = memory.offset * math.exp(-interval / gains.tracking_time)
+    integral = integrated(gains, memory.integral, p + d + feedforward + offset, error, interval)
+    voltage = limited(gains, compensated(gains, p + integral + offset + d + feedforward))
     return (
-        Memory(integral, memory.filtered_position, memory.filtered_velocity),
-        Command(voltage, error, p, integral, d, feedforward),
+        Memory(integral, memory.filtered_position, memory.filtered_velocity, offset),
+        Command(voltage, error, p, integral + offset, d, feedforward),
     )
 
 
 @kernel
 def at_rest(position: float) -> Memory:
     """Memory of a controller that has seen the carriage resting at ``position`` (m)."""
-    return Memory(0.0, bounded(position), 0.0)
+    return Memory(0.0, bounded(position), 0.0, 0.0)
 
 
 def gains_of(parameters: PidParameters) -> Gains:
@@ -185,7 +189,11 @@ class Pid:
         return command
 
     def configure(self, parameters: PidParameters) -> None:
-        """Change the gains without a jump: the integral term takes up the difference."""
+        """Change the gains without a jump: an offset takes up the difference and fades.
+
+        It fades over ``controller.tracking_time``. Left in the integral, it would stay there
+        wherever the integrator holds, and keep the carriage off its target.
+        """
         old, new = self._gains, gains_of(parameters)
         self._gains = new
         if self._memory is not None:
@@ -194,4 +202,4 @@ class Pid:
                 - (new.kd - old.kd) * self._memory.filtered_velocity
                 + (new.feedforward - old.feedforward) * self._reference_velocity
             )
-            self._memory = self._memory._replace(integral=self._memory.integral - jump)
+            self._memory = self._memory._replace(offset=self._memory.offset - jump)

@@ -3,6 +3,7 @@
 import pytest
 
 from rodless_control import Pid, PidParameters
+from rodless_sim import Rig, RigParameters
 
 # Small enough to keep the command of the default gains inside its limits.
 POSITIONS = [1e-4 * k + 2e-5 * (-1) ** k for k in range(40)]
@@ -42,8 +43,9 @@ def test_the_command_is_continuous(change: dict[str, float]) -> None:
 
 @pytest.mark.parametrize("change", CHANGES, ids=" ".join)
 def test_the_new_gains_act_from_the_next_sample_on(change: dict[str, float]) -> None:
-    """The terms are those of the new gains; the integral grows by the new one from its value."""
+    """The terms are those of the new gains; the jump they make fades with the tracking time."""
     pid, sample = running()
+    before = pid.update(*sample, 0.0)
     pid.configure(PidParameters(change))
     start = pid.update(*sample, 0.0)
     moved = pid.update(sample[0], VELOCITY, sample[2], INTERVAL)
@@ -51,7 +53,21 @@ def test_the_new_gains_act_from_the_next_sample_on(change: dict[str, float]) -> 
     assert moved.p == pytest.approx(number("controller.kp") * LEAD, rel=1e-9)
     assert moved.feedforward == pytest.approx(number("controller.feedforward") * VELOCITY)
     grown = number("controller.ki") * LEAD * INTERVAL
-    assert moved.i - start.i == pytest.approx(grown, abs=1e-12)
+    faded = (start.i - before.i) * -math.expm1(-INTERVAL / number("controller.tracking_time"))
+    assert moved.i - start.i == pytest.approx(grown - faded, abs=1e-12)
+
+
+@pytest.mark.parametrize("preset", ["paper", "calibrated"])
+def test_a_change_in_mid_move_does_not_keep_the_carriage_off_its_target(preset: str) -> None:
+    """A quarter more gain 0.1 s into the 58 mm step: after 5 s the carriage is within 0.2 mm."""
+    rig, parameters = Rig(RigParameters.preset(preset)), PidParameters.preset(preset)
+    pid = Pid(parameters)
+    for k in range(5000):
+        if k == 100:
+            stronger = {"controller.kp": 1.25 * parameters.number("controller.kp")}
+            pid.configure(parameters.with_values(stronger))
+        rig.advance(pid.update(0.058, 0.0, rig.state.position, 1e-3).voltage, 1e-3)
+    assert abs(rig.state.position - 0.058) < 2e-4
 
 
 def test_changes_that_cancel_leave_no_trace() -> None:
