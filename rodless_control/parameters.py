@@ -66,7 +66,7 @@ DECLARATIONS = declare(
         "controller.tracking_time",
         0.1,
         "s",
-        "time constant of back-calculation, and of the offset that makes a change of gains bumpless",
+        "time constant of back-calculation, and of what makes a change of gains bumpless",
         "Åström and Hägglund, PID Controllers, 1995, section 3.5",
         1e-3,
         100.0,

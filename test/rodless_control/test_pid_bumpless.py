@@ -1,5 +1,7 @@
 """Changing gains while running does not move the command."""
 
+import math
+
 import pytest
 
 from rodless_control import Pid, PidParameters
