@@ -24,7 +24,6 @@ def end(group: int) -> None:
         os.killpg(group, signal.SIGCONT)
         os.killpg(group, signal.SIGINT)
         select.select([leader], [], [], PATIENCE)
-    with contextlib.suppress(ProcessLookupError):
         os.killpg(group, signal.SIGKILL)
 
 

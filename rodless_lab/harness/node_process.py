@@ -64,6 +64,7 @@ class NodeProcess:
         self._guard = guard
         self._process: subprocess.Popen[bytes] | None = None
         self._meant_to_run = False
+        self._over = True
         output.touch()
 
     def start(self) -> None:
@@ -79,6 +80,7 @@ class NodeProcess:
                 start_new_session=True,
             )
         self._meant_to_run = True
+        self._over = False
         self._guard.tell(f"+{self._process.pid}")
 
     @property
@@ -96,7 +98,11 @@ class NodeProcess:
     @property
     def exit_code(self) -> int | None:
         """Its exit code, negative for a signal, or None while it runs."""
-        return None if self._process is None else self._process.poll()
+        if self._process is None:
+            return None
+        if self._process.poll() is not None:
+            self._end_what_it_left()
+        return self._process.returncode
 
     @property
     def has_died(self) -> bool:
@@ -104,10 +110,10 @@ class NodeProcess:
         return self._meant_to_run and self.exit_code is not None
 
     def signal(self, number: int) -> None:
-        """Send a signal to it and all it has started."""
-        # Not the process alone: `ros2 run`, for one, passes no signal on.
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.pid, number)
+        """Send a signal to it and all it has started, if it still runs."""
+        if self.exit_code is None:
+            # Not the process alone: `ros2 run`, for one, passes no signal on.
+            self._signal_group(number)
 
     def freeze(self) -> None:
         """Hold it where it is; it answers nothing until :meth:`thaw`."""
@@ -121,12 +127,12 @@ class NodeProcess:
         """End it at once."""
         self._meant_to_run = False
         self.signal(signal.SIGKILL)
-        self._reap()
+        self._wait()
 
     def ask_to_stop(self) -> None:
         """Interrupt it, as Ctrl-C does."""
         self._meant_to_run = False
-        if self.exit_code is None and self._process is not None:
+        if self._process is not None:
             self.thaw()
             self.signal(signal.SIGINT)
 
@@ -137,9 +143,20 @@ class NodeProcess:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(STOP_SECONDS)
         self.signal(signal.SIGKILL)
-        self._reap()
+        self._wait()
 
-    def _reap(self) -> None:
+    def _wait(self) -> None:
         assert self._process is not None
         self._process.wait()
-        self._guard.tell(f"-{self._process.pid}")
+        self._end_what_it_left()
+
+    def _end_what_it_left(self) -> None:
+        """Kill what it has started and not ended, at once: its ID may soon be another's."""
+        if not self._over:
+            self._over = True
+            self._signal_group(signal.SIGKILL)
+            self._guard.tell(f"-{self.pid}")
+
+    def _signal_group(self, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, number)

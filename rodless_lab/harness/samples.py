@@ -1,5 +1,6 @@
 """The messages of a rig, put together to samples: one row per instant of plant time."""
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -72,7 +73,10 @@ class PlantTopic:
 
     def put(self, message: Stamped) -> None:
         """Take the next message."""
-        if not self.runs or message.stamp <= self.runs[-1][-1].stamp:
+        last = self.runs[-1][-1].stamp if self.runs else math.inf
+        if message.stamp == last > 0:
+            return  # lock-step offers a sample anew to a controller that has been started again
+        if message.stamp <= last:
             self.runs.append([])
         self.runs[-1].append(message)
 

@@ -470,8 +470,9 @@ class RigSession:
     def restart(self, process: str) -> None:
         """Stop a process, unless it was killed before, start it again, wait until it works.
 
-        A lock-step plant whose controller is new still waits for the answer of the old one:
-        reset it. One that was killed stays on the books of DDS for some 20 s of wall clock.
+        A lock-step plant offers its last sample anew to a new controller, unless commands are
+        relayed: reset it then. One that was killed stays on the books of DDS for some 20 s of
+        wall clock, for which lock-step waits.
         """
         managed = self._processes[process]
         managed.ask_to_stop()

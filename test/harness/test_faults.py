@@ -94,6 +94,18 @@ def test_a_killed_controller_can_be_started_again(rig_session: StartRig) -> None
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
 
 
+def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartRig) -> None:
+    """No sample is missing and none is there twice, although the last one is offered anew."""
+    rig = rig_session("lockstep", controller=HOLD)
+    rig.run_until(0.2)
+    rig.restart("controller")
+    end = rig.latest.time + 0.2
+    rig.run_until(end)
+    run = rig.samples()
+    assert len(run) >= 1 + round(end * 1000)
+    assert np.array_equal(np.rint(run.time * 1e9), np.arange(len(run)) * 1_000_000)
+
+
 def test_a_restarted_plant_begins_a_new_run(rig_session: StartRig) -> None:
     """Sample 0 comes again, and nobody waits for samples of a plant that was killed."""
     rig = rig_session("lockstep", controller=None)
@@ -152,6 +164,23 @@ def test_all_ends_when_the_start_fails() -> None:
     with pytest.raises(TimeoutError, match="a publisher of valve/voltage"):
         rig.__enter__()
     assert None not in rig.exit_codes.values()
+
+
+LEAVES_A_CHILD = """
+    import subprocess, sys
+    print(subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"]).pid, flush=True)
+"""
+
+
+def test_what_a_controller_leaves_behind_ends_too(rig_session: StartRig, tmp_path: Path) -> None:
+    """A command that starts another process and ends: that one is found and ended."""
+    with pytest.raises(NodeDiedError, match="controller has ended with exit code 0"):
+        rig_session(
+            plant=SLOW,
+            controller=[sys.executable, "-c", textwrap.dedent(LEAVES_A_CHILD)],
+            output=tmp_path,
+        )
+    assert ended(int((tmp_path / "controller.txt").read_text(encoding="utf-8")))
 
 
 PROGRAM = """
