@@ -45,6 +45,7 @@ THIRD_PARTY = {
     "builtin_interfaces": ("ros-jazzy-builtin-interfaces", "builtin_interfaces"),
     "rcl_interfaces": ("ros-jazzy-rcl-interfaces", "rcl_interfaces"),
     "ament_index_python": (None, "ament_index_python"),
+    "simulation_interfaces": (None, "simulation_interfaces"),
     "launch": (None, "launch"),
     "launch_ros": (None, "launch_ros"),
 }
