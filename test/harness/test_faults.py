@@ -184,8 +184,10 @@ def test_what_a_controller_leaves_behind_ends_too(rig_session: StartRig, tmp_pat
 
 
 PROGRAM = """
-    import sys
+    import signal
     from rodless_lab.harness import RigSession
+    # A shell without job control lets what it starts in the background ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with RigSession(plant={"time.period": 5e-3}) as rig:
         print(*rig.pids.values(), flush=True)
         rig.wait_until(lambda: False, "the end")
