@@ -17,6 +17,9 @@ from rclpy.task import Future
 # For whatever must come, so that a test fails instead of hanging, in wall-clock seconds.
 PATIENCE = 60.0
 
+# How often a service is called within that time before it counts as silent.
+ATTEMPTS = 6
+
 # One wait for messages, in wall-clock seconds; the graph and processes are looked at as often.
 TURN = 0.05
 
@@ -99,12 +102,22 @@ class Observer:
         return messages[start : start + count]
 
     def call(self, kind: type, service: str, **fields: object) -> Any:
-        """Call a service and return its response."""
+        """Call a service and return its response.
+
+        An answer is lost where the server has not found this client yet; the call is made again.
+        """
         if (kind, service) not in self._clients:
             self._clients[kind, service] = self.node.create_client(kind, service)
         client = self._clients[kind, service]
         self.until(client.service_is_ready, f"service {service}")
-        return self.result(client.call_async(kind.Request(**fields)), f"an answer of {service}")
+        for _ in range(ATTEMPTS):
+            future = client.call_async(kind.Request(**fields))
+            deadline = time.monotonic() + PATIENCE / ATTEMPTS
+            while not future.done() and time.monotonic() < deadline:
+                self._executor.spin_once(TURN)
+            if future.done():
+                return future.result()
+        raise AssertionError(f"waited {PATIENCE:g} s in vain for an answer of {service}")
 
     def parameters(self, node: str) -> AsyncParameterClient:
         """Return a client of the parameter services of ``node``."""

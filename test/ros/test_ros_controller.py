@@ -222,9 +222,9 @@ def test_time_that_stands_still_is_answered(bench: Bench) -> None:
 
 
 def test_a_new_gain_does_not_jump(bench: Bench) -> None:
-    """Twice kp, at an error of 3 mm, moves the command by what one more sample would have, only.
+    """Twice kp, at an error of 3 mm, moves the command by a fiftieth of the term's jump at most.
 
-    Were the integral not to take up the difference, the proportional term would show twice.
+    The offset that takes up the jump fades over the tracking time, a hundred samples.
     """
     bench.restart()
     for position in APPROACH:
@@ -234,8 +234,8 @@ def test_a_new_gain_does_not_jump(bench: Bench) -> None:
     before = bench.commands[-1].data
     kp = PidParameters().number("controller.kp")
     assert bench.observer.set(NODE, {"controller.kp": 2.0 * kp})[0].successful
-    assert bench.command_for(HELD) - before == pytest.approx(usual, rel=0.2)
-    assert 0.0 < usual < 1e-3 < kp * 0.003
+    assert usual < bench.command_for(HELD) - before < usual + 0.02 * kp * 0.003
+    assert 0.0 < usual < 1e-3
 
 
 def test_positions_that_stop_close_the_valve_and_come_back_without_an_impulse(
