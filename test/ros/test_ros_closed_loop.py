@@ -71,7 +71,8 @@ def rig(observer: Observer, start_rig: StartRig) -> Iterator[Rig]:
     with start_rig() as processes:
         samples = observer.record(JointState, "/joint_states")
         commands = observer.record(Float64, "/valve/voltage")
-        observer.more(samples, 10)
+        # The controller speaks only when it is spoken to: from then on the loop is closed.
+        observer.more(commands, 10)
         yield Rig(observer, processes, samples, commands)
 
 
