@@ -68,7 +68,11 @@ setup(
     maintainer_email=MANIFEST.find("maintainer").get("email"),
     license=MANIFEST.findtext("license"),
     python_requires=">=3.10",
-    packages=[*find_packages(include=["rodless_*"]), "rodless_base.config"],
+    packages=[
+        *find_packages(include=["rodless_*"]),
+        "rodless_base.config",
+        "rodless_base.config.sensors",
+    ],
     # An installed package carries the presets inside, so that they are found without ROS.
     package_dir={"rodless_base.config": "config"},
     package_data={"": ["*.yaml", "*.xml", "py.typed"]},
@@ -76,6 +80,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", files("config/*.yaml")),
+        (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/templates/controller_test", files("templates/controller_test/*")),
         # Where `ros2 run` looks; pip puts the scripts of entry_points elsewhere.

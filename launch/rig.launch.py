@@ -8,10 +8,8 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-PRESETS = sorted(
-    file.stem for file in Path(get_package_share_directory("rodless_sim"), "config").glob("*.yaml")
-)
-
+CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
+PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
 
 TOPICS = [
     "joint_states",
@@ -28,12 +26,12 @@ def start_rig(context: LaunchContext) -> list[Node]:
     """Return the nodes; the launch ends when any does, so that a dead node is seen."""
     chosen = {
         name: LaunchConfiguration(name).perform(context)
-        for name in ("preset", "supply_pressure", "namespace", "mode", "bag")
+        for name in ("preset", "sensors", "supply_pressure", "namespace", "mode", "bag")
     }
     recorded = LaunchConfiguration("record").perform(context) == "true"
-    preset = str(
-        Path(get_package_share_directory("rodless_sim"), "config", f"{chosen['preset']}.yaml")
-    )
+    files = [str(CONFIG / f"{chosen['preset']}.yaml")]
+    if chosen["sensors"] != "ideal":
+        files.append(str(CONFIG / "sensors" / f"{chosen['sensors']}.yaml"))
     plant = {"time.mode": chosen["mode"], "time.recorders": int(recorded)}
     if chosen["supply_pressure"]:
         plant["supply.pressure"] = float(chosen["supply_pressure"])
@@ -45,8 +43,8 @@ def start_rig(context: LaunchContext) -> list[Node]:
         "on_exit": Shutdown(),
     }
     nodes = [
-        Node(executable="plant", name="plant", parameters=[preset, plant], **common),
-        Node(executable="controller", name="controller", parameters=[preset, controller], **common),
+        Node(executable="plant", name="plant", parameters=[*files, plant], **common),
+        Node(executable="controller", name="controller", parameters=[*files, controller], **common),
     ]
     if recorded:
         # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
@@ -60,6 +58,7 @@ def generate_launch_description() -> LaunchDescription:
     """Describe the arguments and the rig."""
     arguments = (
         ("preset", "paper", PRESETS, "parameter preset"),
+        ("sensors", "ideal", ["ideal", "data_sheet"], "instruments: ideal, or the paper's"),
         ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
         ("namespace", "", None, "namespace of all nodes"),
         ("mode", "realtime", ["realtime", "lockstep"], "what drives plant time"),

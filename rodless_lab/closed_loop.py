@@ -11,6 +11,8 @@ from rodless_control.pid import Gains, at_rest, gains_of, update
 from rodless_control.references import Reference
 from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.motion import Motion, Plant, advance
+from rodless_sim.sensing import CHANCES, drawn
+from rodless_sim.sensors import Instruments, Lags, Readings, read_rig
 from rodless_sim.timing import division, nanoseconds
 from rodless_sim.trace import record, trace
 
@@ -19,15 +21,27 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ClosedLoopTrace(Trace):
-    """A run of the rig with the reference it followed (m) and the error r − y (m)."""
+    """A run of the rig with the reference it followed (m) and the error r − y (m).
+
+    Position, pressures and force are as the instruments of ``sensors.*`` read them, the rest is
+    true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones.
+    """
 
     reference: Array
     error: Array
 
 
 @kernel
+def readable(plant: Plant, state: Motion) -> Readings:
+    """Return the true values of what the instruments read."""
+    return Readings(state.position, state.pressure_a, state.pressure_b, plant.supply_pressure)
+
+
+@kernel
 def run_closed_loop(
     plant: Plant,
+    instruments: Instruments,
+    chances: Array,
     gains: Gains,
     references: Array,
     state: Motion,
@@ -37,22 +51,25 @@ def run_closed_loop(
 ) -> tuple[Array, Array]:
     """Control ``state`` along ``references`` (shape (n, 2): m, m/s), one row per sample.
 
-    Returns the rows of :func:`rodless_sim.trace.record`, shape (n, 6), and the commands, (n,).
+    ``chances``, shape (n, 4), are what the instruments' noise is made of. Returns the rows of
+    :func:`rodless_sim.trace.record`, shape (n, 6), as read, and the commands, (n,).
     """
     rows = np.empty((len(references), 6))
     voltages = np.empty(len(references))
-    memory = at_rest(state.position)
+    true = readable(plant, state)
+    lags = Lags(true, true)
+    read, _ = read_rig(instruments, lags, true, 0.0, chances[0])
+    memory = at_rest(read.position)
     for k in range(len(references)):
+        since = 0.0 if k == 0 else interval
+        true = readable(plant, state)
+        read, lags = read_rig(instruments, lags, true, since, chances[k])
         memory, command = update(
-            gains,
-            memory,
-            references[k, 0],
-            references[k, 1],
-            state.position,
-            0.0 if k == 0 else interval,
+            gains, memory, references[k, 0], references[k, 1], read.position, since
         )
         voltages[k] = command.voltage
         record(plant, command.voltage, state, rows[k])
+        rows[k, 0], rows[k, 2], rows[k, 3] = read.position, read.pressure_a, read.pressure_b
         state = advance(plant, command.voltage, state, steps, step)
     return rows, voltages
 
@@ -75,8 +92,17 @@ def closed_loop(
     span, steps, step = division(period, rig_parameters.number("time.inner_step"))
     count = round(nanoseconds(duration) / span) + 1
     references = np.array([reference.sample(k * span * 1e-9) for k in range(count)])
+    instruments, noise = drawn(rig_parameters)
     rows, voltages = run_closed_loop(
-        rig.plant, gains_of(pid_parameters), references, rig.motion, steps, step, span * 1e-9
+        rig.plant,
+        instruments,
+        noise.standard_normal((count, CHANCES)),
+        gains_of(pid_parameters),
+        references,
+        rig.motion,
+        steps,
+        step,
+        span * 1e-9,
     )
     run = trace(rig.plant, span * 1e-9, voltages, rows)
     wanted = references[:, 0]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.processes import RigProcesses
+from rodless_sim.sensors import DATA_SHEET
 
 # How soon the death of a node is seen.
 WATCH_SECONDS = 0.2
@@ -16,13 +17,21 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """Run both nodes; return 1 if one ends by itself."""
     parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
+    parser.add_argument(
+        "--sensors",
+        choices=("ideal", "data-sheet"),
+        default="ideal",
+        help="ideal (default), or as accurate as those of the paper",
+    )
     parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
     parser.add_argument("--namespace", default="")
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
     options = parser.parse_args(arguments)
     pressure = options.supply_pressure
-    plant: dict[str, object] = {} if pressure is None else {"supply.pressure": pressure}
+    plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
+    if pressure is not None:
+        plant["supply.pressure"] = pressure
     if options.lockstep:
         plant["time.mode"] = "lockstep"
     stop.from_now_on_wait()

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from rodless_sim.command import CommandInput
 from rodless_sim.parameters import RigParameters
 from rodless_sim.rig import Rig, State
+from rodless_sim.sensing import Sensing
 
-# Takes each sample: plant time in ns, the state, the supply pressure in Pa.
+# Takes each sample as the instruments read it: plant time in ns, state, supply pressure in Pa.
 Publish = Callable[[int, State, float], None]
 
 
@@ -27,12 +28,14 @@ class Engine:
         self.rig = Rig(parameters)
         self.rig.advance(self.rig.state.voltage, self._period)
         self.rig.reset()
+        self._sensing = Sensing(parameters)
         self.command = CommandInput(*_command_settings(parameters))
 
     def configure(self, parameters: RigParameters) -> None:
         """Change the parameters; the state stays as it is."""
         with self._lock:
             self.rig.configure(parameters)
+            self._sensing.configure(parameters)
             self.command.configure(*_command_settings(parameters))
 
     def receive(self, voltage: float) -> None:
@@ -54,17 +57,20 @@ class Engine:
         """Advance by one period at the command in force, and hand out the sample."""
         with self._lock:
             voltage = self.command.voltage(self.rig.nanoseconds)
-            self._hand_out(self.rig.advance(voltage, self._period))
+            state = self.rig.advance(voltage, self._period)
+            self._sensing.step()
+            self._hand_out(state)
 
     def reset(self) -> None:
         """Return to the start, forget the command, hand out sample 0."""
         with self._lock:
             self.command.reset()
+            self._sensing.start()
             self._hand_out(self.rig.reset())
 
     def _hand_out(self, state: State) -> None:
         supply = self.rig.parameters.number("supply.pressure")
-        self._publish(self.rig.nanoseconds, state, supply)
+        self._publish(self.rig.nanoseconds, *self._sensing.read(state, supply))
 
 
 def _command_settings(parameters: RigParameters) -> tuple[float, float]:

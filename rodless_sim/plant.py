@@ -52,10 +52,15 @@ def _valve(parameters: RigParameters) -> Valve:
     )
 
 
+def piston_area(parameters: RigParameters) -> float:
+    """Area of the piston in m²: the same on both sides, there is no rod."""
+    return math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
+
+
 def _cylinder(parameters: RigParameters) -> Cylinder:
     return Cylinder(
         locked=bool(parameters["cylinder.locked"]),
-        piston_area=math.pi / 4.0 * parameters.number("cylinder.bore") ** 2,
+        piston_area=piston_area(parameters),
         stroke=parameters.number("cylinder.stroke"),
         moving_mass=parameters.number("cylinder.moving_mass"),
         dead_volume_a=parameters.number("cylinder.dead_volume_a"),

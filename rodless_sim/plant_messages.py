@@ -1,4 +1,4 @@
-"""The plant's state as ROS messages; pure functions."""
+"""What the plant's instruments read as ROS messages; pure functions."""
 
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
@@ -33,7 +33,7 @@ def joint_state(state: State, nanoseconds: int) -> JointState:
     )
 
 
-def pressure(value: float, frame: str, nanoseconds: int) -> FluidPressure:
-    """Absolute pressure in Pa; variance 0, which the message defines as unknown."""
+def pressure(value: float, variance: float, frame: str, nanoseconds: int) -> FluidPressure:
+    """Absolute pressure in Pa and its variance in Pa²; 0 is what the message defines as unknown."""
     header = Header(stamp=stamp(nanoseconds), frame_id=frame)
-    return FluidPressure(header=header, fluid_pressure=value, variance=0.0)
+    return FluidPressure(header=header, fluid_pressure=value, variance=variance)

@@ -65,6 +65,7 @@ class PlantNode:
         )
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
         self._make_publishers()
+        self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
@@ -129,6 +130,7 @@ class PlantNode:
         self._time.look()
 
     def _configure(self, values: RigParameters) -> None:
+        self._pressure_variance = pressure_variance(values)
         self._engine.configure(values)
 
     def _take_command(self, message: Float64) -> None:
@@ -154,9 +156,10 @@ class PlantNode:
     def _publish(self, time: int, state: State, supply: float) -> None:
         if self._clock is not None:
             self._clock.publish(time)
-        self._pressures["chamber_a"].publish(state.pressure_a, "chamber_a", time)
-        self._pressures["chamber_b"].publish(state.pressure_b, "chamber_b", time)
-        self._pressures["supply"].publish(supply, "supply", time)
+        variance = self._pressure_variance
+        self._pressures["chamber_a"].publish(state.pressure_a, variance, "chamber_a", time)
+        self._pressures["chamber_b"].publish(state.pressure_b, variance, "chamber_b", time)
+        self._pressures["supply"].publish(supply, variance, "supply", time)
         send(self._joint_states, messages.joint_state(state, time))
 
     def _publish_diagnostics(self) -> None:
@@ -193,6 +196,11 @@ class PlantNode:
         if not self._engine.command.received:
             return OK, "waiting for commands, valve closed"
         return OK, "ended" if self._engine.ended else "running"
+
+
+def pressure_variance(values: RigParameters) -> float:
+    """Variance in Pa² of what differs from reading to reading; 0 for ideal instruments."""
+    return values.number("sensors.pressure_noise") ** 2
 
 
 def load() -> None:

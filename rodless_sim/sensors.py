@@ -2,95 +2,45 @@
 
 Position KTC-V1-200, pressure MIK-P300, a volume-flow meter for sections 3.2 and 3.5, and the
 16-bit converter all of them are read by. Ideal until the ``sensors.*`` parameters say otherwise;
-:data:`DATA_SHEET` holds the values of the instruments the paper names.
+:data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``).
 """
 
-import math
-from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
+from rodless_base.compiled import kernel
+from rodless_base.parameter_file import preset_directory, read_parameter_file
 from rodless_sim.parameters import RigParameters
+from rodless_sim.plant import piston_area
 from rodless_sim.trace import Trace
+from rodless_sim.transmitter import Transmitter, followed, read
 
 Array = npt.NDArray[np.float64]
 
-# Ranges that 1-5 V stand for (paper, Table 1): m, Pa; the converter's input range in V.
+# Ranges that 1-5 V stand for (paper, Table 1): m, Pa.
 POSITION_RANGE = 0.2
 PRESSURE_RANGE = 1e6
 FLOW_RANGE = 200.0 / 6e4
-OUTPUT_LOW = 1.0
-OUTPUT_SPAN = 4.0
-CONVERTER_SPAN = 20.0
 
-# Noise is what a 16-bit NI card shows on these instruments; the flow meter is a judgement.
 DATA_SHEET = MappingProxyType(
-    {
-        "sensors.position_noise": 20e-6,
-        "sensors.position_linearity": 5e-4,
-        "sensors.position_repeatability": 1e-5,
-        "sensors.pressure_noise": 200.0,
-        "sensors.pressure_bias": 5e-3,
-        "sensors.pressure_lag": 5e-3,
-        "sensors.flow_noise": 0.1 / 6e4,
-        "sensors.flow_gain_error": 0.01,
-        "sensors.converter_bits": 16,
-    }
+    read_parameter_file(preset_directory() / "sensors" / "data_sheet.yaml", "plant")
 )
 
 
-@dataclass(frozen=True)
-class Transmitter:
-    """One instrument with 1-5 V output, with the fixed errors of this specimen.
+class Readings(NamedTuple):
+    """One sample of what the rig measures, true or read: m, and Pa absolute."""
 
-    ``span`` is what 4 V stand for, in the unit measured. ``bow`` (that unit) is the largest
-    deviation from a straight line, over one wave along the range; ``offset`` and ``gain_error`` are
-    constant, ``noise`` is the standard deviation of a sample, ``lag`` a time constant in s.
-    ``bits`` of the converter: 0 means no rounding.
-    """
-
-    span: float
-    offset: float = 0.0
-    gain_error: float = 0.0
-    bow: float = 0.0
-    noise: float = 0.0
-    lag: float = 0.0
-    bits: int = 0
-
-    def measure(self, values: Array, period: float, generator: np.random.Generator) -> Array:
-        """Return what is read of the true ``values``, shape (n,), sampled every ``period`` s."""
-        true = np.asarray(values, dtype=np.float64)
-        seen = lagged(true, period, self.lag) * (1.0 + self.gain_error) + self.offset
-        seen = seen + self.bow * np.sin(2.0 * math.pi * true / self.span)
-        if self.noise:
-            seen = seen + generator.normal(0.0, self.noise, true.shape)
-        return converted(seen, self.span, self.bits)
+    position: float
+    pressure_a: float
+    pressure_b: float
+    supply_pressure: float
 
 
-def lagged(values: Array, period: float, lag: float) -> Array:
-    """First-order lag of time constant ``lag`` (s), settled at the first sample; shape (n,)."""
-    if lag <= 0.0 or not len(values):
-        return values
-    keep = math.exp(-period / lag)
-    change = lfilter([0.0, 1.0 - keep], [1.0, -keep], values - values[0])
-    return np.asarray(values[0] + change)
-
-
-def converted(values: Array, span: float, bits: int) -> Array:
-    """Round to the steps of a converter of ``bits`` over ±10 V; 305 µV for 16 bits."""
-    if bits <= 0:
-        return values
-    step = CONVERTER_SPAN / 2**bits
-    volts = OUTPUT_LOW + OUTPUT_SPAN / span * values
-    return np.asarray((np.round(volts / step) * step - OUTPUT_LOW) * span / OUTPUT_SPAN)
-
-
-@dataclass(frozen=True)
-class Instruments:
-    """All instruments of one rig, as drawn for one run."""
+class Instruments(NamedTuple):
+    """All instruments of one rig, with the fixed errors of these specimens."""
 
     position: Transmitter
     pressure_a: Transmitter
@@ -103,7 +53,7 @@ class Instruments:
         """Draw the fixed errors of every instrument within the bounds ``parameters`` state."""
 
         def within(bound: float) -> float:
-            return float(generator.uniform(-bound, bound)) if bound else 0.0
+            return bound * float(generator.uniform(-1.0, 1.0))
 
         number = parameters.number
         bits = int(number("sensors.converter_bits"))
@@ -121,7 +71,7 @@ class Instruments:
             bits=bits,
         )
         bias = number("sensors.pressure_bias") * PRESSURE_RANGE
-        a, b, supply = (replace(pressure, offset=within(bias)) for _ in range(3))
+        a, b, supply = (pressure._replace(offset=within(bias)) for _ in range(3))
         flow = Transmitter(
             FLOW_RANGE,
             gain_error=within(number("sensors.flow_gain_error")),
@@ -129,6 +79,43 @@ class Instruments:
             bits=bits,
         )
         return cls(position, a, b, supply, flow)
+
+
+class Lags(NamedTuple):
+    """What the instruments' lags remember of the sample before: the truth, and what they showed."""
+
+    true: Readings
+    late: Readings
+
+
+@kernel
+def read_rig(
+    instruments: Instruments, before: Lags, true: Readings, period: float, chances: Array
+) -> tuple[Readings, Lags]:
+    """Read the instruments ``period`` s after the sample ``before``; ``chances``, shape (4,).
+
+    For the first sample ``before`` is ``Lags(true, true)`` and ``period`` 0.
+    """
+    position, a, b, supply, _ = instruments
+    late = Readings(
+        followed(before.late.position, before.true.position, true.position, period, position.lag),
+        followed(before.late.pressure_a, before.true.pressure_a, true.pressure_a, period, a.lag),
+        followed(before.late.pressure_b, before.true.pressure_b, true.pressure_b, period, b.lag),
+        followed(
+            before.late.supply_pressure,
+            before.true.supply_pressure,
+            true.supply_pressure,
+            period,
+            supply.lag,
+        ),
+    )
+    readings = Readings(
+        read(position, true.position, late.position, chances[0]),
+        read(a, true.pressure_a, late.pressure_a, chances[1]),
+        read(b, true.pressure_b, late.pressure_b, chances[2]),
+        read(supply, true.supply_pressure, late.supply_pressure, chances[3]),
+    )
+    return readings, Lags(true, late)
 
 
 def measured(
@@ -148,7 +135,7 @@ def measured(
     pressure_a = tools.pressure_a.measure(trace.pressure_a, period, generator)
     pressure_b = tools.pressure_b.measure(trace.pressure_b, period, generator)
     nothing = np.full(trace.time.shape, np.nan)
-    area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
+    area = piston_area(parameters)
     return Trace(
         time=trace.time,
         position=tools.position.measure(trace.position, period, generator),

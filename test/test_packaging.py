@@ -150,7 +150,8 @@ def test_colcon_registers_the_package(prefix: Path) -> None:
     share = prefix / "share"
     assert (share / "ament_index/resource_index/packages/rodless_sim").is_file()
     assert (share / "rodless_sim/package.xml").read_text() == (ROOT / "package.xml").read_text()
-    assert {file.name for file in (share / "rodless_sim/config").iterdir()} == PRESETS
+    assert {file.name for file in (share / "rodless_sim/config").glob("*.yaml")} == PRESETS
+    assert (share / "rodless_sim/config/sensors/data_sheet.yaml").is_file()
     assert (share / "rodless_sim/launch/rig.launch.py").is_file()
 
 
@@ -217,6 +218,7 @@ def test_the_wheel_carries_presets_and_types(wheel: zipfile.ZipFile) -> None:
     """A pip installation finds the presets inside the package, and type checkers its types."""
     names = set(wheel.namelist())
     assert {f"rodless_base/config/{preset}" for preset in PRESETS} <= names
+    assert "rodless_base/config/sensors/data_sheet.yaml" in names
     assert {f"{package}/py.typed" for package in PRODUCT} <= names
 
 

@@ -19,6 +19,7 @@ from rodless_lab.identification.friction_run import (
 from rodless_lab.identification.measured_run import run_of_trace
 from rodless_lab.identification.uniform_motion import uniform_parts
 from rodless_sim import RigParameters, Trace
+from rodless_sim.plant import piston_area
 from rodless_sim.sensors import PRESSURE_RANGE, Instruments, measured
 
 Array = npt.NDArray[np.float64]
@@ -128,7 +129,7 @@ def read_off(seen: Trace, sensors: RigParameters) -> FrictionPoints:
     read = friction_points(run_of_trace(seen, sensors.number("supply.pressure")), sensors)
     found = uniform_parts(seen.time, seen.position)
     mass = sensors.number("cylinder.moving_mass")
-    scatter = math.pi / 4.0 * sensors.number("cylinder.bore") ** 2 * math.sqrt(2.0)
+    scatter = piston_area(sensors) * math.sqrt(2.0)
     scatter *= sensors.number("sensors.pressure_noise")
     speeds = np.array([part.speed for part in found.parts])
     bow = math.pi * sensors.number("sensors.position_linearity") * np.abs(speeds)
@@ -175,7 +176,7 @@ def shared(errors: Array, runs: int) -> float:
 
 def biased(fit: DirectionFit, sensors: RigParameters) -> DirectionFit:
     """Widen the intervals by what the noise of the runs cannot show: bias and bow of sensors."""
-    area = math.pi / 4.0 * sensors.number("cylinder.bore") ** 2
+    area = piston_area(sensors)
     bias = sensors.number("sensors.pressure_bias") * PRESSURE_RANGE
     force = area * BIAS_DIFFERENCE * bias
     stretch = 2.0 * math.pi * sensors.number("sensors.position_linearity")

@@ -12,6 +12,7 @@ from rodless_lab.identification.measured_run import MeasuredRun, UninformativeRu
 from rodless_lab.identification.stick_slip import StickSlipEvents, stick_slip_events
 from rodless_lab.identification.uniform_motion import UniformPart, uniform_parts
 from rodless_sim import RigParameters
+from rodless_sim.plant import piston_area
 from rodless_sim.sensors import PRESSURE_RANGE
 
 Array = npt.NDArray[np.float64]
@@ -50,7 +51,7 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
     Of ``parameters`` bore, moving mass and the lag of the pressure sensors are used; ``reason``
     says why where there is no uniform motion. Raises ValueError for a run of no length.
     """
-    area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
+    area = piston_area(parameters)
     lag = parameters.number("sensors.pressure_lag")
     force = area * (run.pressure_a - run.pressure_b)
     found = uniform_parts(run.time, run.position, tolerance=STEADY)
@@ -116,7 +117,7 @@ def _alike(forces: Array, errors: Array) -> Array:
 
 
 def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
-    area = math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
+    area = piston_area(parameters)
     bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
     force = area * BIAS_DIFFERENCE * bias
     stretch = _stretch(parameters)

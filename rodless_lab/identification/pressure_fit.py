@@ -24,7 +24,8 @@ from rodless_lab.identification.parameter_writer import Finding
 from rodless_sim import RigParameters
 from rodless_sim.motion import Plant
 from rodless_sim.plant import plant_constants
-from rodless_sim.sensors import POSITION_RANGE, PRESSURE_RANGE, lagged
+from rodless_sim.sensors import POSITION_RANGE, PRESSURE_RANGE
+from rodless_sim.transmitter import lagged
 
 Array = npt.NDArray[np.float64]
 

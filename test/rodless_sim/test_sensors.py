@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rodless_sim import RigParameters, simulate
-from rodless_sim.sensors import DATA_SHEET, Instruments, Transmitter, converted, lagged, measured
+from rodless_sim.sensors import DATA_SHEET, Instruments, measured
+from rodless_sim.transmitter import Transmitter, converted, lagged
 
 SHEET = RigParameters(DATA_SHEET)
 RUN = simulate(RigParameters(), [5.6] * 300, 1e-3, position=0.1)
@@ -44,7 +45,7 @@ def test_noise_has_the_stated_size() -> None:
 def test_converter_rounds_to_305_microvolt() -> None:
     """16 bits over 20 V; 4 V stand for the range, so a step is 15.26 µm of 200 mm."""
     values = np.linspace(0.0, 0.2, 40_001)
-    steps = np.diff(np.unique(converted(values, 0.2, 16)))
+    steps = np.diff(np.unique([converted(value, 0.2, 16) for value in values]))
     assert steps == pytest.approx(20.0 / 65536 / 4.0 * 0.2, rel=1e-6)
 
 

@@ -25,6 +25,7 @@ from rodless_lab.processes import RigProcesses
 from rodless_lab.recorder import Recorder
 from rodless_lab.replay_command import replay
 from rodless_sim import RigParameters
+from rodless_sim.sensors import DATA_SHEET
 
 DURATION = 1.5
 SAMPLES = 1501
@@ -39,13 +40,6 @@ TOPICS = (
 
 # Against hanging for ever; the run takes about a second, starting it a few.
 PATIENCE = 180.0
-
-BURN = f"""
-import time
-end = time.monotonic() + {PATIENCE}
-while time.monotonic() < end:
-    pass
-"""
 
 
 @contextmanager
@@ -66,9 +60,16 @@ def loaded_cores() -> Iterator[None]:
         yield
 
 
-def record_run(bag: Path, one_process: bool) -> Bag:
+def record_run(
+    bag: Path, one_process: bool = False, sensors: Mapping[str, object] | None = None
+) -> Bag:
     """Record a lock-step run from sample 0 to its last command."""
-    plant = {"time.mode": "lockstep", "time.duration": DURATION, "time.recorders": 1}
+    plant = {
+        "time.mode": "lockstep",
+        "time.duration": DURATION,
+        "time.recorders": 1,
+        **(sensors or {}),
+    }
     controller = {"controller.recorders": 2, "reference.type": "step", "reference.at": 0.1}
     with (
         own_domain() as environment,
@@ -124,16 +125,20 @@ def recordings(bag: Bag) -> dict[str, Recording]:
 
 @pytest.fixture(scope="module")
 def bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Bag]:
-    """The same run recorded four times: twice, under load, and in one process."""
+    """The same run: twice, under load, in one process; and twice with the paper's sensors."""
     folder = tmp_path_factory.mktemp("bags")
-    runs = {name: record_run(folder / name, False) for name in ("first", "second")}
+    runs = {name: record_run(folder / name) for name in ("first", "second")}
     with loaded_cores():
-        runs["loaded"] = record_run(folder / "loaded", False)
-    runs["one_process"] = record_run(folder / "one_process", True)
+        runs["loaded"] = record_run(folder / "loaded")
+    runs["one_process"] = record_run(folder / "one_process", one_process=True)
+    runs["noisy"] = record_run(folder / "noisy", sensors=DATA_SHEET)
+    runs["noisy_one_process"] = record_run(folder / "noisy_1", True, DATA_SHEET)
     return runs
 
 
-@pytest.mark.parametrize("name", ["first", "second", "loaded", "one_process"])
+@pytest.mark.parametrize(
+    "name", ["first", "second", "loaded", "one_process", "noisy", "noisy_one_process"]
+)
 def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
     """Every bag holds samples 0 to N of each topic once, at the plant times k periods."""
     for topic, recording in recordings(bags[name]).items():
@@ -141,24 +146,35 @@ def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
         assert recording.log_time.tolist() == [k * 1_000_000 for k in range(SAMPLES)], topic
 
 
-@pytest.mark.parametrize("name", ["second", "loaded", "one_process"])
-def test_payloads_are_equal_byte_for_byte(bags: dict[str, Bag], name: str) -> None:
-    """All messages of all topics equal those of the first run, serialised."""
-    assert sorted(bags[name].topics) == sorted(bags["first"].topics)
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [
+        ("second", "first"),
+        ("loaded", "first"),
+        ("one_process", "first"),
+        ("noisy_one_process", "noisy"),
+    ],
+)
+def test_payloads_are_equal_byte_for_byte(bags: dict[str, Bag], name: str, model: str) -> None:
+    """All messages of all topics equal those of the other run, serialised."""
+    assert sorted(bags[name].topics) == sorted(bags[model].topics)
     for topic, recording in recordings(bags[name]).items():
-        assert list(recording.payloads) == list(bags["first"][topic].payloads), topic
+        assert list(recording.payloads) == list(bags[model][topic].payloads), topic
 
 
-def test_in_process_loop_gives_the_same_numbers(bags: dict[str, Bag]) -> None:
+@pytest.mark.parametrize(("name", "sensors"), [("first", {}), ("noisy", DATA_SHEET)])
+def test_in_process_loop_gives_the_same_numbers(
+    bags: dict[str, Bag], name: str, sensors: Mapping[str, object]
+) -> None:
     """Position, velocity, pressures and voltage are those of closed_loop, to the last bit."""
     run = closed_loop(
-        RigParameters.preset("paper"),
+        RigParameters.preset("paper").with_values(sensors),
         PidParameters.preset("paper"),
         references.step(0.0, 0.058, at=0.1),
         DURATION,
         1e-3,
     )
-    bag = bags["first"]
+    bag = bags[name]
     for topic, field, expected in (
         ("/joint_states", "position", run.position),
         ("/joint_states", "velocity", run.velocity),
@@ -168,6 +184,16 @@ def test_in_process_loop_gives_the_same_numbers(bags: dict[str, Bag]) -> None:
         ("/valve/voltage", "data", run.voltage),
     ):
         assert np.array_equal(bag[topic].fields[field].ravel(), expected), (topic, field)
+
+
+def test_pressures_state_the_variance_of_their_noise(bags: dict[str, Bag]) -> None:
+    """200 Pa squared with the paper's instruments; 0, which stands for unknown, with ideal ones."""
+    for name, variance in (("first", 0.0), ("noisy", 4e4)):
+        for topic in ("/chamber_a/pressure", "/chamber_b/pressure", "/supply/pressure"):
+            assert np.all(bags[name][topic].fields["variance"] == variance), (name, topic)
+    supply = bags["noisy"]["/supply/pressure"].fields["fluid_pressure"].ravel()
+    assert np.std(supply) == pytest.approx(200.0, rel=0.1)
+    assert abs(np.mean(supply) - 621325.0) <= 5e3
 
 
 def test_replay_of_the_bag_gives_what_it_holds(bags: dict[str, Bag]) -> None:
