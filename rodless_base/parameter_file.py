@@ -41,7 +41,8 @@ def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
 
     A section applies when the last part of its name is ``node``, ``*`` or ``**``
     (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it; later
-    sections win. Raises ValueError for a file that is not a ROS parameter file.
+    sections win. Parameters that every node has are left out. Raises ValueError for a file that is
+    not a ROS parameter file.
     """
     try:
         document = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
@@ -55,7 +56,14 @@ def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
             raise ValueError(f"section {section!r} must hold ros__parameters and nothing else")
         if str(section).rsplit("/", 1)[-1] in (node, "*", "**"):
             found.update(_flattened(content["ros__parameters"] or {}, ""))
-    return found
+    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+
+
+def is_of_rclpy(name: str) -> bool:
+    """Whether ``name`` is a parameter that rclpy itself gives every node."""
+    return name in ("use_sim_time", "start_type_description_service") or name.startswith(
+        "qos_overrides."
+    )
 
 
 def _flattened(tree: object, prefix: str) -> Iterator[tuple[str, object]]:

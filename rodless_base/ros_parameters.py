@@ -13,6 +13,7 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
+from rodless_base.parameter_file import is_of_rclpy
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value
 
 Set = TypeVar("Set", bound=ParameterSet)
@@ -23,13 +24,6 @@ class Refusal(ParameterNotDeclaredException):  # type: ignore[misc]
 
     def __init__(self, reason: str) -> None:
         Exception.__init__(self, reason)
-
-
-def is_of_rclpy(name: str) -> bool:
-    """Whether ``name`` is a parameter that rclpy itself gives every node."""
-    return name in ("use_sim_time", "start_type_description_service") or name.startswith(
-        "qos_overrides."
-    )
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:

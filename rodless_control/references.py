@@ -1,7 +1,10 @@
-"""Reference trajectories: position and velocity at a time, ``sample(time) -> (m, m/s)``."""
+"""Reference trajectories: position and velocity at a time, ``sample(time) -> (m, m/s)``.
+
+All raise ValueError for a number that is not finite.
+"""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 
@@ -13,7 +16,18 @@ class Reference(Protocol):
 
 
 @dataclass(frozen=True)
-class Constant:
+class _Finite:
+    """What has numbers only, none of them NaN or infinite: with one, the valve would close."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not math.isfinite(value):
+                raise ValueError(f"{field.name} {value!r} refused: must be finite")
+
+
+@dataclass(frozen=True)
+class Constant(_Finite):
     """A position held for ever, m."""
 
     position: float
@@ -24,7 +38,7 @@ class Constant:
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(_Finite):
     """``before`` (m) until time ``at`` (s), ``after`` (m) from then on."""
 
     before: float
@@ -37,7 +51,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Ramp:
+class Ramp(_Finite):
     """From ``start`` to ``target`` (m) at ``velocity`` (m/s, positive), from time ``at`` (s)."""
 
     start: float
@@ -46,6 +60,7 @@ class Ramp:
     at: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         _require_positive("velocity", self.velocity)
 
     def sample(self, time: float) -> tuple[float, float]:
@@ -61,7 +76,7 @@ class Ramp:
 
 
 @dataclass(frozen=True)
-class Sine:
+class Sine(_Finite):
     """``centre`` until ``at`` (s), then centre + amplitude·sin(2π·frequency·t): m, m, Hz."""
 
     centre: float
@@ -82,7 +97,7 @@ class Sine:
 
 
 @dataclass(frozen=True)
-class Move:
+class Move(_Finite):
     """Rest to rest from ``start`` to ``target`` (m), from time ``at`` (s), as fast as limits allow.
 
     The limits are ``velocity`` (m/s), ``acceleration`` (m/s²) and ``jerk`` (m/s³), all positive.
@@ -98,6 +113,7 @@ class Move:
     at: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("velocity", "acceleration", "jerk"):
             _require_positive(name, getattr(self, name))
 

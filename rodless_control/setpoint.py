@@ -1,7 +1,5 @@
 """From set-points, as they arrive, to the reference the controller follows."""
 
-import math
-
 from rodless_control.parameters import PidParameters
 from rodless_control.references import Constant, Move, Ramp, Reference, Sine, Step
 
@@ -34,9 +32,8 @@ class SetpointFollower:
             self.reset()
 
     def receive(self, target: float) -> None:
-        """Take a set-point (m); raises ValueError unless it is finite."""
-        if not math.isfinite(target):
-            raise ValueError(f"set-point {target!r} refused: not a finite number")
+        """Take a set-point (m); raises ValueError where ``reference.target`` could not be it."""
+        PidParameters.DECLARATIONS["reference.target"].check(target)
         self._target = self._pending = target
 
     def sample(self, time: float, position: float) -> tuple[float, float]:

@@ -104,6 +104,6 @@ def closed_loop(
         step,
         span * 1e-9,
     )
-    run = trace(rig.plant, span * 1e-9, voltages, rows)
+    run = trace(rig.plant, span, voltages, rows)
     wanted = references[:, 0]
     return ClosedLoopTrace(**vars(run), reference=wanted, error=wanted - run.position)

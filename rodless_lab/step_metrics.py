@@ -29,11 +29,13 @@ def step_metrics(
 
     ``time`` (s, increasing) and ``position`` (m) have one shape (n,); ``voltage`` (V) may have
     another. Rise time is from 10 to 90 % of the step; settling is the last entry into ±0.2 mm;
-    overshoot is past the target, 0 if there is none; the final error is that of the last sample.
-    Raises ValueError for an empty record or a step of no height.
+    overshoot is past the target, 0 if there is none; the final error is the last position minus the
+    target. Raises ValueError for an empty record, one that is not finite, or a step of no height.
     """
     if not len(time) or not len(voltage) or start == target:
         raise ValueError("a step response needs samples and a step")
+    if not all(np.isfinite(values).all() for values in (time, position, voltage)):
+        raise ValueError("a step response needs samples that are finite")
     share = (position - start) / (target - start)
     outside = np.flatnonzero(np.abs(position - target) > SETTLING_BAND)
     settled = outside[-1] + 1 if len(outside) else 0

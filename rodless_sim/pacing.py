@@ -37,7 +37,7 @@ class Pacer:
         """
         self._deadline += self._period
         late = self._now() - self._deadline
-        if late > self._period:
+        if late >= self._period:
             self.overruns += late // self._period
             self._deadline += late
         while not stopped():

@@ -160,6 +160,6 @@ def simulate(
     commands = np.array([applied_voltage(float(v)) for v in np.asarray(voltages).ravel()])
     if not commands.size:
         raise ValueError("no voltages given")
-    _, steps, step = division(period, parameters.number("time.inner_step"))
+    span, steps, step = division(period, parameters.number("time.inner_step"))
     rows, _ = run_open_loop(rig.plant, commands, rig.motion, steps, step)
-    return trace(rig.plant, period, np.append(commands, commands[-1]), rows)
+    return trace(rig.plant, span, np.append(commands, commands[-1]), rows)

@@ -3,12 +3,21 @@
 import math
 from functools import lru_cache
 
+import numpy as np
+import numpy.typing as npt
+
 
 def nanoseconds(duration: float) -> int:
     """Return ``duration`` (s) in whole nanoseconds; raises ValueError unless that is positive."""
-    if not math.isfinite(duration) or round(duration * 1e9) <= 0:
+    span = duration * 1e9
+    if not math.isfinite(span) or round(span) <= 0:
         raise ValueError(f"duration {duration!r} s refused: must be a positive number")
-    return round(duration * 1e9)
+    return round(span)
+
+
+def sample_times(count: int, period: int) -> npt.NDArray[np.float64]:
+    """Return the times in s, shape (count,), of samples ``period`` ns apart, the first at 0."""
+    return np.asarray(np.arange(count) * period * 1e-9, dtype=np.float64)
 
 
 def inner_steps(span: int, longest: float) -> tuple[int, float]:

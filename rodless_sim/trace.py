@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from rodless_base.compiled import kernel
 from rodless_sim.motion import Motion, Plant, advance, chamber_flows
+from rodless_sim.timing import sample_times
 
 Array = npt.NDArray[np.float64]
 
@@ -57,12 +58,12 @@ def run_open_loop(
     return rows, state
 
 
-def trace(plant: Plant, period: float, voltage: Array, rows: Array) -> Trace:
-    """Name the columns of ``rows``, shape (n, 6), sampled every ``period`` seconds."""
+def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
+    """Name the columns of ``rows``, shape (n, 6), sampled every ``period`` ns."""
     columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
     area = plant.cylinder.piston_area
     return Trace(
-        time=np.arange(len(rows), dtype=np.float64) * period,
+        time=sample_times(len(rows), period),
         voltage=voltage,
         force=area * (columns["pressure_a"] - columns["pressure_b"]),
         **columns,

@@ -12,7 +12,7 @@ from rodless_lab.experiments.bench import Bench
 from rodless_lab.harness import RigSession, Sample, Samples
 from rodless_sim import RigParameters, Trace
 from rodless_sim.rig import applied_voltage
-from rodless_sim.timing import nanoseconds
+from rodless_sim.timing import nanoseconds, sample_times
 
 Array = npt.NDArray[np.float64]
 
@@ -69,7 +69,7 @@ class RosRuns:
             rig.drive(law)
             samples = rig.run(RUN_PATIENCE)
         self._ran()
-        return trace(samples, np.array([*commands, commands[-1]]), period)
+        return trace(samples, np.array([*commands, commands[-1]]), span)
 
     def closed_loop(
         self,
@@ -93,16 +93,16 @@ class RosRuns:
         ) as rig:
             samples = rig.run(RUN_PATIENCE)
         self._ran()
-        run = trace(samples, samples.voltage, span * 1e-9)
+        run = trace(samples, samples.voltage, span)
         wanted = np.array([reference.sample(k * span * 1e-9)[0] for k in range(len(samples))])
         return ClosedLoopTrace(**vars(run), reference=wanted, error=wanted - run.position)
 
 
-def trace(samples: Samples, voltage: Array, period: float) -> Trace:
-    """Return what was heard, a sample every ``period`` s, with the voltages (V) held after each."""
+def trace(samples: Samples, voltage: Array, period: int) -> Trace:
+    """Return what was heard every ``period`` ns, with the voltages (V) held after each sample."""
     unknown = np.full(len(samples), np.nan)
     return Trace(
-        time=np.arange(len(samples), dtype=np.float64) * period,
+        time=sample_times(len(samples), period),
         position=samples.position,
         velocity=samples.velocity,
         pressure_a=samples.pressure_a,

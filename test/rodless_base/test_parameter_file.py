@@ -45,6 +45,14 @@ def test_sections_of_other_nodes_are_ignored(written: Write, name: str) -> None:
     assert read_parameter_file(written(section(name)), "plant") == {}
 
 
+def test_what_every_ros_node_has_is_no_parameter_of_the_rig(written: Write) -> None:
+    """A file for a whole system may set use_sim_time for all; the rest of it counts."""
+    text = section("/**", "{use_sim_time: true, start_type_description_service: false}")
+    text += section("plant", "{qos_overrides./clock.depth: 1, supply.pressure: 5.0e+5}")
+    assert read_parameter_file(written(text), "plant") == {"supply.pressure": 5e5}
+    assert RigParameters.from_file(written(text)).number("supply.pressure") == 5e5
+
+
 def test_later_sections_win(written: Write) -> None:
     """A value named twice is the last one; the others of both sections stay."""
     text = section("/**", "{a: 1, b: 2}") + section("plant", "{b: 3, c: 4}")

@@ -83,6 +83,24 @@ def test_sine_has_the_named_frequency_and_amplitude() -> None:
     assert np.ptp(positions) == pytest.approx(0.04, rel=1e-5)
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_no_reference_leads_nowhere(value: float) -> None:
+    """A number that is not finite is refused when the reference is made, by name and value."""
+    kinds = {
+        references.constant: ("position",),
+        references.step: ("before", "after", "at"),
+        references.ramp: ("start", "target", "velocity", "at"),
+        references.sine: ("centre", "amplitude", "frequency", "at"),
+        references.move: ("start", "target", "velocity", "acceleration", "jerk", "at"),
+    }
+    for kind, names in kinds.items():
+        for name in names:
+            good = dict.fromkeys(names, 0.1)
+            assert kind(**good).sample(0.0) is not None
+            with pytest.raises(ValueError, match=f"{name} {value!r} refused"):
+                kind(**{**good, name: value})
+
+
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
 def test_speeds_and_limits_must_be_positive(value: float) -> None:
     """A ramp or move that could not get anywhere is refused, naming what is wrong and its value."""

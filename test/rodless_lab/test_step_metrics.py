@@ -121,3 +121,12 @@ def test_what_is_no_step_response_is_refused(
     samples = np.array(time)
     with pytest.raises(ValueError, match="needs samples and a step"):
         step_metrics(samples, samples, np.array(voltage), 0.0, target, 0.0)
+
+
+@pytest.mark.parametrize("spoiled", ["time", "position", "voltage"])
+def test_a_record_with_a_hole_is_refused(spoiled: str) -> None:
+    """One NaN among the samples would pass for a carriage that has settled."""
+    record = {"time": TIME.copy(), "position": 0.1 * TIME, "voltage": np.full(TIME.shape, 5.08)}
+    record[spoiled][3] = np.nan
+    with pytest.raises(ValueError, match="finite"):
+        step_metrics(**record, start=0.0, target=0.05, at=0.5)

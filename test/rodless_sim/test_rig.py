@@ -26,7 +26,7 @@ def test_advancing_in_pieces_equals_one_simulation_exactly(form: str) -> None:
     rig = Rig(parameters)
     rig.reset(0.05)
     pieces = [rig.advance(voltage, 1e-3) for voltage in VOLTAGES]
-    for name in ("position", "velocity", "pressure_a", "pressure_b", "force"):
+    for name in ("time", "position", "velocity", "pressure_a", "pressure_b", "force"):
         assert [getattr(state, name) for state in pieces] == getattr(trace, name)[1:].tolist()
     assert pieces[-1].mass_flow_a == trace.mass_flow_a[-1]
     assert pieces[-1].mass_flow_b == trace.mass_flow_b[-1]

@@ -1,6 +1,7 @@
 """Plant time in whole nanoseconds, and its exact division into inner steps."""
 
 import math
+import re
 from fractions import Fraction
 
 import pytest
@@ -22,12 +23,14 @@ def test_a_duration_is_rounded_to_the_nanosecond(duration: float, expected: int)
     assert (found, type(found)) == (expected, int)
 
 
-@pytest.mark.parametrize("duration", [0.0, -0.0, -1e-3, 4e-10, math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    "duration", [0.0, -0.0, -1e-3, 4e-10, math.nan, math.inf, -math.inf, 1e308]
+)
 def test_a_duration_must_be_positive(duration: float) -> None:
     """None, a negative one, less than half a nanosecond, or no number: refused with its value."""
-    with pytest.raises(ValueError, match=f"duration {duration!r} s refused"):
+    with pytest.raises(ValueError, match=re.escape(f"duration {duration!r} s refused")):
         nanoseconds(duration)
-    with pytest.raises(ValueError, match=f"duration {duration!r} s refused"):
+    with pytest.raises(ValueError, match=re.escape(f"duration {duration!r} s refused")):
         division(duration, 2e-5)
 
 
