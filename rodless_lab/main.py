@@ -19,6 +19,7 @@ VERBS = {
     ),
     "record": ("rodless_lab.record_command", "record topics into a rosbag2 bag"),
     "recover": ("rodless_lab.recover_command", "end a bag whose recording was killed"),
+    "drive": ("rodless_lab.drive_command", "give a rig the voltages an identification needs"),
     "identify": ("rodless_lab.identify_command", "find parameters of a rig from a recorded run"),
     "compare": ("rodless_lab.compare_command", "overlay two runs and report their differences"),
     "replay": ("rodless_lab.replay_command", "feed a bag's voltages to the plant and compare"),

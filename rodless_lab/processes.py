@@ -70,20 +70,24 @@ class RigProcesses:
         namespace: str = "",
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
+        parameter_file: Path | None = None,
         one_process: bool = False,
+        without_controller: bool = False,
     ) -> None:
         """Prepare both with ``preset`` and parameters on top; raises FileNotFoundError.
 
-        ``environment`` is added to this process's; ``output`` takes what the nodes print
-        (default: where this process prints).
+        Those of ``parameter_file`` are between the two. ``without_controller`` leaves the plant to
+        a controller from elsewhere. ``environment`` is added to this process's; ``output`` takes
+        what the nodes print (default: where this process prints).
         """
-        self._preset = preset_file(preset)
+        self._files = [preset_file(preset), *([parameter_file] if parameter_file else [])]
         self._parameters = {
             "plant": plant or {},
             "controller": {"use_sim_time": True, **(controller or {})},
         }
         self._namespace = namespace
-        self._processes = ["rig"] if one_process else ["plant", "controller"]
+        both = ["rig"] if one_process else ["plant", "controller"]
+        self._processes = ["plant"] if without_controller else both
         self._environment = {**os.environ, **(environment or {})}
         self._output = output
         self._folder = tempfile.TemporaryDirectory(prefix="rodless_")
@@ -96,7 +100,7 @@ class RigProcesses:
             started.callback(self.stop)
             for process in self._processes:
                 self._running[process] = subprocess.Popen(
-                    node_command(process, [self._preset, parameters], self._namespace),
+                    node_command(process, [*self._files, parameters], self._namespace),
                     env=self._environment,
                     stdout=self._output,
                     stderr=self._output and subprocess.STDOUT,

@@ -3,6 +3,7 @@
 import argparse
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
@@ -14,7 +15,7 @@ WATCH_SECONDS = 0.2
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Run both nodes; return 1 if one ends by itself."""
+    """Run the nodes; return 1 if one ends by itself."""
     parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument(
@@ -25,7 +26,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     )
     parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
     parser.add_argument("--namespace", default="")
+    parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
+    parser.add_argument("--without-controller", action="store_true", help="the plant alone")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
     options = parser.parse_args(arguments)
     pressure = options.supply_pressure
@@ -34,12 +37,16 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         plant["supply.pressure"] = pressure
     if options.lockstep:
         plant["time.mode"] = "lockstep"
+    if options.parameters is not None and not options.parameters.is_file():
+        parser.error(f"--parameters {options.parameters}: no such file")
     stop.from_now_on_wait()
     with RigProcesses(
         options.preset,
         plant=plant,
         namespace=options.namespace,
+        parameter_file=options.parameters,
         one_process=options.one_process,
+        without_controller=options.without_controller,
     ) as rig:
         while not stop.requested:
             try:

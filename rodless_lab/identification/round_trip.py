@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from rodless_lab.identification.chambers_run import GAP, VOLUMES, identify_chambers
 from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.identification.friction_run import identify_friction
 from rodless_lab.identification.measured_run import MeasuredRun
 from rodless_lab.identification.pressure_fit import SUPPLY
@@ -24,7 +25,6 @@ from rodless_sim.sensors import DATA_SHEET, Instruments, measured
 Array = npt.NDArray[np.float64]
 Values = dict[str, float]
 
-PERIOD = 1e-3
 FRICTION_NAMES = ("static", "coulomb", "stribeck_velocity", "viscous")
 
 # What whoever identifies knows of the rig: the defaults, and the sensors' data sheet.
@@ -48,33 +48,6 @@ class Coverage:
     informed: int
     covered: int
     half_width: float
-
-
-def held(*stretches: tuple[float, float]) -> Array:
-    """Voltages held one after another: pairs of V and s."""
-    return np.concatenate([np.full(round(span / PERIOD), level) for level, span in stretches])
-
-
-def ramp(start: float, end: float, span: float) -> Array:
-    """Voltage changing evenly from ``start`` to ``end`` (V) over ``span`` (s)."""
-    return np.linspace(start, end, round(span / PERIOD))
-
-
-def friction_voltages() -> Array:
-    """Creep up and down through the dead zone, then four constant voltages; each way."""
-    forward = np.concatenate(
-        [
-            ramp(5.23, 5.33, 8.0),
-            ramp(5.33, 5.24, 3.0),
-            held((5.36, 1.5), (5.45, 1.5), (5.6, 1.25), (5.8, 1.0)),
-        ]
-    )
-    return np.concatenate([forward, held((5.08, 0.3)), 2.0 * 5.08 - forward])
-
-
-def chamber_voltages() -> Array:
-    """Fill and vent both chambers, open and nearly closed, the carriage free to move."""
-    return held((5.08, 0.2), (5.7, 0.8), (4.6, 0.9), (5.08, 0.4), (5.45, 0.7), (4.2, 0.5))
 
 
 def hidden_friction(generator: np.random.Generator) -> tuple[RigParameters, Values]:
@@ -128,12 +101,14 @@ def _friction(run: MeasuredRun) -> Mapping[str, Estimate]:
 
 
 SUBJECTS = {
-    "friction": Subject(hidden_friction, friction_voltages(), _friction),
+    "friction": Subject(hidden_friction, EXCITATIONS["friction"](), _friction),
     "chambers": Subject(
-        hidden_chambers, chamber_voltages(), lambda run: identify_chambers(run, KNOWN).estimates
+        hidden_chambers,
+        EXCITATIONS["chambers"](),
+        lambda run: identify_chambers(run, KNOWN).estimates,
     ),
     "valve": Subject(
-        hidden_valve, chamber_voltages(), lambda run: identify_valve(run, KNOWN).estimates
+        hidden_valve, EXCITATIONS["valve"](), lambda run: identify_valve(run, KNOWN).estimates
     ),
 }
 

@@ -3,7 +3,7 @@
 import os
 import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -47,6 +47,13 @@ def observer(domain: dict[str, str]) -> Iterator[Observer]:
     observer = Observer(domain)
     yield observer
     observer.close()
+
+
+@pytest.fixture(scope="module")
+def rodless(domain: dict[str, str]) -> Callable[..., NodeProcess]:
+    """Return a function that makes a process of `rodless` with arguments, as on a command line."""
+    start = [sys.executable, "-c", "from rodless_lab.main import main; main()"]
+    return lambda *arguments: NodeProcess([*start, *arguments], {**os.environ, **domain})
 
 
 @pytest.fixture(scope="module")

@@ -1,43 +1,56 @@
 """`rodless rig`: its options reach the nodes, and Ctrl-C ends both."""
 
-import os
 import signal
-import sys
-from collections.abc import Iterator
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from node_process import NodeProcess
 from observer import Observer
 
-from rodless_lab.domain import own_domain
 from rodless_sim import RigParameters
 from rodless_sim.sensors import DATA_SHEET
 
-START = "from rodless_lab.main import main; main()"
-OPTIONS = "rig --preset calibrated --sensors data-sheet --supply-pressure 600000 --namespace left"
+Rodless = Callable[..., NodeProcess]
 
 # Both nodes have two seconds to end.
 STOP_SECONDS = 4.0
 
 
-@pytest.fixture
-def rig() -> Iterator[tuple[NodeProcess, Observer]]:
-    """The running command and an observer in its namespace."""
-    with own_domain() as environment:
-        observer = Observer(environment, "left")
-        command = [sys.executable, "-c", START, *OPTIONS.split()]
-        with NodeProcess(command, {**os.environ, **environment}) as process:
-            yield process, observer
-        observer.close()
+def test_options_reach_the_nodes_and_ctrl_c_ends_them(
+    rodless: Rodless, observer: Observer, tmp_path: Path
+) -> None:
+    """Preset, sensors, a file and the supply pressure are in force; SIGINT ends all with 0."""
+    file = tmp_path / "mine.yaml"
+    file.write_text("/**/plant:\n  ros__parameters:\n    cylinder.moving_mass: 1.5\n")
+    options = "rig --preset calibrated --sensors data-sheet --supply-pressure 600000"
+    form = RigParameters.preset("calibrated")["friction.form"]
+    expected = {**DATA_SHEET, "supply.pressure": 6e5, "friction.form": form}
+    expected["cylinder.moving_mass"] = 1.5
+    assert form != RigParameters()["friction.form"]
+    with rodless(*options.split(), "--namespace", "left", "--parameters", str(file)) as rig:
+        assert observer.get("/left/plant", expected) == expected
+        observer.until(
+            lambda: observer.node.count_publishers("/left/valve/voltage"), "a controller"
+        )
+        rig.signal(signal.SIGINT)
+        assert rig.end(STOP_SECONDS) == 0
 
 
-def test_options_reach_the_nodes_and_ctrl_c_ends_them(rig: tuple[NodeProcess, Observer]) -> None:
-    """Preset, sensors and supply pressure are in force; SIGINT ends all with 0."""
-    process, observer = rig
-    preset = RigParameters.preset("calibrated")
-    expected = {**DATA_SHEET, "supply.pressure": 600000.0}
-    expected["friction.form"] = preset["friction.form"]
-    assert observer.get("/left/plant", expected) == expected
-    assert expected["friction.form"] != RigParameters()["friction.form"]
-    process.signal(signal.SIGINT)
-    assert process.end(STOP_SECONDS) == 0
+def test_the_plant_can_be_started_alone(rodless: Rodless, observer: Observer) -> None:
+    """Without the controller nobody commands the valve."""
+    with rodless("rig", "--without-controller", "--namespace", "alone") as rig:
+        observer.get("/alone/plant", ["supply.pressure"])
+        assert observer.node.count_publishers("/alone/valve/voltage") == 0
+        assert ("controller", "/alone") not in observer.node.get_node_names_and_namespaces()
+        rig.signal(signal.SIGINT)
+        assert rig.end(STOP_SECONDS) == 0
+
+
+@pytest.mark.parametrize("options", ["--parameters nowhere.yaml", "--preset papier"])
+def test_what_is_not_there_is_named(rodless: Rodless, options: str) -> None:
+    """A file or preset that does not exist: exit code 2, and its name."""
+    with rodless("rig", *options.split()) as rig:
+        assert rig.end() == 2
+        assert options.split()[1] in rig.output
+        assert "Traceback" not in rig.output
