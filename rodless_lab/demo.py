@@ -21,11 +21,11 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.ros_process import make_executor
 from rodless_base.start import Stop
-from rodless_lab.bag_reader import Bag, read_bag
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.writer import BagWriter
 from rodless_lab.domain import own_domain
 from rodless_lab.processes import RigProcesses
-from rodless_lab.recorder import Recorder
 from rodless_lab.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
 from rodless_lab.step_picture import save_step_picture
 

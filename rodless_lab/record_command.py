@@ -12,9 +12,9 @@ from rclpy.validate_topic_name import validate_topic_name
 
 from rodless_base.ros_process import run_node
 from rodless_base.start import Stop
-from rodless_lab.bag_metadata import BagError
-from rodless_lab.bag_writer import BagWriter
-from rodless_lab.recorder import Recorder
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.writer import BagWriter
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:

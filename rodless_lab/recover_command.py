@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
-from rodless_lab.bag_metadata import BagError
-from rodless_lab.bag_writer import recover_bag
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.writer import recover_bag
 
 
 def main(arguments: Sequence[str], _stop: Stop) -> int:

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.ros_names import JOINT_STATES, VALVE_VOLTAGE
-from rodless_lab.bag_metadata import BagError
-from rodless_lab.bag_reader import Bag, Recording, read_bag
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.reader import Bag, Recording, read_bag
 from rodless_lab.identification.measured_run import MeasuredRun, RunError
 
 Array = npt.NDArray[np.float64]

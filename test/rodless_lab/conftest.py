@@ -11,8 +11,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 
-from rodless_lab.bag_metadata import BagTopic
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.writer import BagWriter
 from rodless_lab.domain import own_domain
 
 PERIOD = 1_000_000

@@ -13,8 +13,8 @@ from std_msgs.msg import Float64, Header
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop, compare_command
-from rodless_lab.bag_metadata import BagTopic
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.writer import BagWriter
 from rodless_lab.comparison import common_time, difference
 from rodless_sim import RigParameters, Trace, simulate
 

@@ -16,13 +16,13 @@ from rclpy.experimental import EventsExecutor
 from std_msgs.msg import Float64
 
 from rodless_control import PidParameters, references
-from rodless_lab.bag_reader import Bag, Recording, read_bag
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.reader import Bag, Recording, read_bag
+from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.writer import BagWriter
 from rodless_lab.closed_loop import closed_loop
 from rodless_lab.domain import own_domain
 from rodless_lab.identification.bag_run import read_run
 from rodless_lab.processes import RigProcesses
-from rodless_lab.recorder import Recorder
 from rodless_lab.replay_command import replay
 from rodless_sim import RigParameters
 from rodless_sim.sensors import DATA_SHEET

@@ -8,7 +8,7 @@ import pytest
 from node_process import NodeProcess
 from observer import PATIENCE
 
-from rodless_lab.bag_reader import read_bag
+from rodless_lab.bags.reader import read_bag
 from rodless_sim import RigParameters
 
 HIDDEN = {

@@ -9,8 +9,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64, Header
 
-from rodless_lab.bag_metadata import BagTopic
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.writer import BagWriter
 from rodless_lab.identification.measured_run import MeasuredRun
 
 PRESSURES = {

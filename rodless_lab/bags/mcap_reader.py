@@ -13,7 +13,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, MessageIndex, Metadata, MetadataIndex, Schema
 from mcap.stream_reader import get_chunk_data_stream
 
-from rodless_lab.mcap_index import MAGIC, McapIndex, Stretch
+from rodless_lab.bags.mcap_index import MAGIC, McapIndex, Stretch
 
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")

@@ -7,8 +7,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure
 from std_msgs.msg import Header
 
-from rodless_lab import bag_clock
-from rodless_lab.bag_clock import Arrival, BagClock, TimeBase, leading_time
+from rodless_lab.bags import clock as bag_clock
+from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, leading_time
 
 WALL = 1_700_000_000_000_000_000
 

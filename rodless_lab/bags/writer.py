@@ -8,7 +8,11 @@ from types import TracebackType
 import yaml
 from mcap.records import Channel
 
-from rodless_lab.bag_metadata import (
+from rodless_lab.bags.mcap_index import McapIndex
+from rodless_lab.bags.mcap_reader import McapError, McapReader
+from rodless_lab.bags.mcap_writer import McapWriter
+from rodless_lab.bags.message_definition import message_definition
+from rodless_lab.bags.metadata import (
     METADATA_FILE,
     BagError,
     BagTopic,
@@ -17,10 +21,6 @@ from rodless_lab.bag_metadata import (
     storage_files,
     write_metadata,
 )
-from rodless_lab.mcap_index import McapIndex
-from rodless_lab.mcap_reader import McapError, McapReader
-from rodless_lab.mcap_writer import McapWriter
-from rodless_lab.message_definition import message_definition
 
 # Where rosbag2 looks in the storage file for its own description of the bag.
 _METADATA_RECORD = "rosbag2"

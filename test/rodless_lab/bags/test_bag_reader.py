@@ -15,9 +15,9 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Header
 
-from rodless_lab.bag_metadata import BagError, BagTopic
-from rodless_lab.bag_reader import read_bag
-from rodless_lab.bag_writer import BagWriter, recover_bag
+from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.reader import read_bag
+from rodless_lab.bags.writer import BagWriter, recover_bag
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 

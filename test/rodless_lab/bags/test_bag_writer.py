@@ -9,8 +9,8 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosReliability
 
-from rodless_lab.bag_metadata import BagError, BagTopic
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.writer import BagWriter
 
 # As `ros2 bag record` of the distribution jazzy writes them, in its order.
 KEYS = [

@@ -7,7 +7,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
-from rodless_lab.message_definition import message_class
+from rodless_lab.bags.message_definition import message_class
 
 
 class Offer(NamedTuple):

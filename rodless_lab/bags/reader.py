@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from rclpy.serialization import deserialize_message
 
-from rodless_lab.bag_metadata import BagError, BagTopic, storage_files
-from rodless_lab.bag_writer import recorded_topics
-from rodless_lab.mcap_reader import McapError, McapMessage, McapReader
-from rodless_lab.message_definition import message_class
+from rodless_lab.bags.mcap_reader import McapError, McapMessage, McapReader
+from rodless_lab.bags.message_definition import message_class
+from rodless_lab.bags.metadata import BagError, BagTopic, storage_files
+from rodless_lab.bags.writer import recorded_topics
 
 Times = npt.NDArray[np.int64]
 Array = npt.NDArray[Any]

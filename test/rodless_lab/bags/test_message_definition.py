@@ -3,7 +3,7 @@
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from rodless_lab.message_definition import message_definition
+from rodless_lab.bags.message_definition import message_definition
 
 TYPES = (
     "sensor_msgs/msg/JointState",

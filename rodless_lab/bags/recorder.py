@@ -11,11 +11,11 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from rodless_base.ros_diagnostics import steady_clock
-from rodless_lab.bag_clock import Arrival, BagClock, TimeBase, Timed, leading_time
-from rodless_lab.bag_metadata import BagError, BagTopic
-from rodless_lab.bag_qos import matching_profile, recorded_profile
-from rodless_lab.bag_writer import BagWriter
-from rodless_lab.topic_discovery import Offer, TopicDiscovery
+from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
+from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.qos import matching_profile, recorded_profile
+from rodless_lab.bags.topic_discovery import Offer, TopicDiscovery
+from rodless_lab.bags.writer import BagWriter
 
 CLOCK_TOPIC = "/clock"
 

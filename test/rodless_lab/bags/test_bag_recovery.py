@@ -11,16 +11,16 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from rodless_lab import recover_command
-from rodless_lab.bag_metadata import BagError
-from rodless_lab.bag_reader import Bag, read_bag
-from rodless_lab.bag_writer import recover_bag
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.bags.writer import recover_bag
 
 # Writes samples of 1 kB until the disk is full, then closes, and prints what it was told.
 FILL = """
 import resource, sys
 from rodless_lab import recover_command
-from rodless_lab.bag_metadata import BagError, BagTopic
-from rodless_lab.bag_writer import BagWriter
+from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.writer import BagWriter
 limit = int(sys.argv[2])
 if limit:
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))

@@ -22,9 +22,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header, String
 
-from rodless_lab.bag_reader import Bag, read_bag
-from rodless_lab.bag_writer import BagWriter, recover_bag
-from rodless_lab.recorder import Recorder
+from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.writer import BagWriter, recover_bag
 
 # For whatever must come, so that a test fails instead of hanging, in wall-clock seconds.
 PATIENCE = 60.0
@@ -413,7 +413,7 @@ def test_messages_that_never_came_are_counted(
     plant: Plant, recording: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A queue too short for a burst of best-effort messages; the recorder knows what it missed."""
-    monkeypatch.setattr("rodless_lab.bag_qos.DEPTH", 5)
+    monkeypatch.setattr("rodless_lab.bags.qos.DEPTH", 5)
     unreliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
     beat = plant.publisher(Float64, "beat", unreliable)
     recorder = recording.start("beat", wall_time=True)

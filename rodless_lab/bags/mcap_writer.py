@@ -18,7 +18,7 @@ from mcap.records import (
     Schema,
 )
 
-from rodless_lab.mcap_index import MAGIC, McapIndex, Stretch, encoded
+from rodless_lab.bags.mcap_index import MAGIC, McapIndex, Stretch, encoded
 
 # Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
 CHUNK_SIZE = 64 * 1024

@@ -1,0 +1,1 @@
+"""rosbag2 bags in MCAP: recorded, read and recovered without rosbag2."""
