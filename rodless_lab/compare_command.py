@@ -17,7 +17,7 @@ from rodless_lab.comparison import QUANTITIES, Difference, common_time, differen
 from rodless_lab.comparison_picture import comparison_picture
 from rodless_lab.identification.bag_run import Setpoint, read_run_and_setpoint
 from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
-from rodless_lab.identification.parameter_writer import write_whole
+from rodless_lab.whole_file import write_whole
 from rodless_sim import ParameterError, RigParameters, simulate
 
 
@@ -83,7 +83,8 @@ def simulated(preset: str, like: MeasuredRun, setpoint: Setpoint | None, drive: 
     parameters = RigParameters.preset(preset).with_values({"supply.pressure": supply})
     start = float(np.clip(like.position[0], 0.0, parameters.number("cylinder.stroke")))
     if drive == "voltage":
-        return run_of_trace(simulate(parameters, like.voltage[:-1], like.period, start), supply)
+        trace = simulate(parameters, like.voltage[:-1], like.period, start)
+        return replace(run_of_trace(trace, supply), voltage=like.voltage)
     if setpoint is None:
         raise RunError("no set-points were recorded; compare with --drive voltage")
     trace = closed_loop(
@@ -123,7 +124,7 @@ def _compare(options: argparse.Namespace, first: MeasuredRun, second: MeasuredRu
     labels = (Path(options.first).name, options.bag.resolve().name)
     options.output.mkdir(parents=True, exist_ok=True)
     picture = comparison_picture(labels, (first, second), time)
-    (options.output / "compare.png").write_bytes(picture)
+    write_whole(options.output / "compare.png", picture)
     values = {
         "first": labels[0],
         "second": labels[1],

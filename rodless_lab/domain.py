@@ -5,12 +5,19 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TextIO
+from xml.etree import ElementTree
+
+from rodless_lab.ros_share import share_directories
 
 # Domain IDs above 101 run into the ephemeral ports of Linux (ROS 2 documentation, "The ROS
 # domain ID"); 0 is everybody's default.
 DOMAINS = range(1, 102)
+
+# Major version of rmw_fastrtps_cpp.
+FIRST_WITH_FAST_DDS_3 = 9
 
 
 def domain_environment(domain: int) -> dict[str, str]:
@@ -18,8 +25,28 @@ def domain_environment(domain: int) -> dict[str, str]:
     return {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "FASTRTPS_DEFAULT_PROFILES_FILE": str(Path(__file__).with_name("fast_discovery.xml")),
+        **_fast_dds_profiles(),
     }
+
+
+def _fast_dds_profiles() -> dict[str, str]:
+    """Settings in the spelling of the Fast DDS here: 2 up to jazzy, 3 from kilted on.
+
+    One that it does not know makes it refuse the whole file.
+    """
+    version = 3 if _rmw_version() >= FIRST_WITH_FAST_DDS_3 else 2
+    variable = {2: "FASTRTPS_DEFAULT_PROFILES_FILE", 3: "FASTDDS_DEFAULT_PROFILES_FILE"}[version]
+    return {variable: str(Path(__file__).with_name(f"fast_dds_{version}.xml"))}
+
+
+@cache
+def _rmw_version() -> int:
+    """Major version of ROS's layer above Fast DDS, 0 where there is none."""
+    for share in share_directories("rmw_fastrtps_cpp", beside="rclpy"):
+        if (share / "package.xml").is_file():
+            manifest = ElementTree.parse(share / "package.xml").getroot()
+            return int(manifest.findtext("version", "0").partition(".")[0])
+    return 0
 
 
 @contextmanager

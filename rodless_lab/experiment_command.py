@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
 from rodless_lab.experiments.table import cells, verdict
 from rodless_lab.report import Performed, write_report
+from rodless_sim import RigParameters
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
@@ -22,21 +24,37 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = parsed(arguments)
     names = list(EXPERIMENTS) if options.name == "all" else [options.name]
+    folder = options.output or default_folder(options.name)
     try:
         bench = over_ros(options.name) if options.ros else IN_PROCESS
-        performed = perform(names, chosen(options, bench))
+        checked = chosen(options, bench)
+        check_writable(folder)
+        performed = perform(names, checked)
+        if len(names) == 1:
+            print_rows(performed[0])
+        report, summary = write_report(folder, performed)
     except ValueError as error:
         print(f"\n{error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"\n{error.filename or folder}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     except RuntimeError as error:
         print(f"\n{error}", file=sys.stderr)
         return 1
-    if len(names) == 1:
-        print_rows(performed[0])
-    report, summary = write_report(options.output or default_folder(options.name), performed)
     print(f"report: {report}, summary: {summary}")
     holds = all(row.holds for one in performed for row in one.result.comparisons)
     return 0 if holds else 1
+
+
+def check_writable(folder: Path) -> None:
+    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+    for place in made:
+        place.rmdir()
 
 
 def over_ros(name: str) -> Bench:
@@ -53,7 +71,15 @@ def over_ros(name: str) -> Bench:
 
 
 def chosen(options: argparse.Namespace, bench: Bench) -> Options:
-    """Return the options in SI."""
+    """Return the options in SI; raises ValueError for one that no rig could follow."""
+    stroke = RigParameters().number("cylinder.stroke")
+    if not 0.0 <= options.position * 1e-3 <= stroke:
+        raise ValueError(
+            f"--position {options.position:g}: must be from 0 to {stroke * 1e3:g} mm, the stroke"
+        )
+    if options.seed < 0:
+        raise ValueError(f"--seed {options.seed}: must not be negative")
+    sine.check_within_stroke(options.amplitude * 1e-3, options.centre * 1e-3)
     return Options(
         tuple(options.preset or preset_names()[::-1]),
         options.amplitude * 1e-3,

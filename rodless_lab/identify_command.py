@@ -12,8 +12,9 @@ from rodless_lab.identification.chambers_run import chambers_findings
 from rodless_lab.identification.friction_findings import friction_findings
 from rodless_lab.identification.friction_run import identify_friction
 from rodless_lab.identification.measured_run import MeasuredRun, RunError, UninformativeRunError
-from rodless_lab.identification.parameter_writer import Finding, parameter_text, write_whole
+from rodless_lab.identification.parameter_writer import Finding, parameter_text
 from rodless_lab.identification.valve_run import valve_findings
+from rodless_lab.whole_file import write_whole
 from rodless_sim import ParameterError, RigParameters
 from rodless_sim.sensors import DATA_SHEET
 

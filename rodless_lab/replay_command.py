@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from rodless_lab.comparison import QUANTITIES, difference
 from rodless_lab.comparison_picture import comparison_picture
 from rodless_lab.identification.bag_run import read_run
 from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
-from rodless_lab.identification.parameter_writer import write_whole
+from rodless_lab.whole_file import write_whole
 from rodless_sim import ParameterError, RigParameters, simulate
 
 
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     return 0
 
@@ -65,7 +65,7 @@ def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
     position = float(np.clip(recorded.position[0], 0.0, plant.number("cylinder.stroke")))
     pressures = (float(recorded.pressure_a[0]), float(recorded.pressure_b[0]))
     trace = simulate(plant, recorded.voltage[:-1], recorded.period, position, pressures)
-    return run_of_trace(trace, supply)
+    return replace(run_of_trace(trace, supply), voltage=recorded.voltage)
 
 
 def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:
@@ -76,7 +76,7 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     }
     options.output.mkdir(parents=True, exist_ok=True)
     picture = comparison_picture(labels, (recorded, replayed), recorded.time)
-    (options.output / "replay.png").write_bytes(picture)
+    write_whole(options.output / "replay.png", picture)
     values = {name: asdict(value) for name, value in found.items()}
     write_whole(options.output / "replay.json", json.dumps(values, indent=2) + "\n")
     print(table(labels, found))

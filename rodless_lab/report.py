@@ -1,6 +1,7 @@
 """One report of several experiments: a self-contained HTML file and a Markdown summary."""
 
 import base64
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -10,6 +11,7 @@ from rodless_lab.experiments.catalogue import Experiment
 from rodless_lab.experiments.figure import png
 from rodless_lab.experiments.result import Comparison, Result
 from rodless_lab.experiments.table import HEADINGS, cells, markdown_table, verdict
+from rodless_lab.whole_file import write_whole
 
 TITLE = "The paper's experiments, reproduced"
 SOURCE = "Zhang et al., Actuators 2022, 11(2), 50"
@@ -37,11 +39,11 @@ def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Pa
     pictures = {
         shown.name: png(shown.draw()) for _, result in performed for shown in result.pictures
     }
-    for name, image in pictures.items():
-        (folder / f"{name}.png").write_bytes(image)
     report, summary = folder / "report.html", folder / "summary.md"
-    report.write_text(html_report(performed, pictures), encoding="utf-8")
-    summary.write_text(markdown_summary(performed), encoding="utf-8")
+    for name, image in pictures.items():
+        write_whole(folder / f"{name}.png", image)
+    write_whole(summary, markdown_summary(performed))
+    write_whole(report, html_report(performed, pictures))
     return report, summary
 
 
@@ -80,12 +82,17 @@ def section(performed: Performed, pictures: dict[str, bytes]) -> str:
         "</figcaption></figure>"
         for shown in result.pictures
     )
-    remarks = "".join(f"<li>{escape(remark)}</li>" for remark in result.remarks)
+    remarks = "".join(f"<li>{html_text(remark)}</li>" for remark in result.remarks)
     return (
         f'<h2 id="{experiment.name}">{escape(experiment.title)}</h2>'
         f"<p>{escape(experiment.source)}. {escape(experiment.summary)}</p>{figures}"
         f"{html_table(result.comparisons)}<ul>{remarks}</ul>"
     )
+
+
+def html_text(text: str) -> str:
+    """Return Markdown text of ours as HTML: code is all the markup it has."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def html_table(rows: Sequence[Comparison]) -> str:

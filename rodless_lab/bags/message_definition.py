@@ -1,15 +1,14 @@
 """The definition of a ROS message type, as a bag carries it: full text and type hash."""
 
 import importlib
-import importlib.util
 import json
-import os
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from rodless_lab.ros_share import share_directories
 
 _TYPE_NAME = re.compile(r"(\w+)/(?:msg/)?(\w+)")
 _FIELD_TYPE = re.compile(r"^[ \t]*([\w/]+)(?:\[[^\]]*\])?[ \t]+\w", re.MULTILINE)
@@ -78,22 +77,8 @@ def _installed_file(type_name: str, suffix: str) -> Path:
     if match is None:
         raise FileNotFoundError(f"{type_name} is no message type")
     package, name = match.groups()
-    for share in _share_directories(package):
+    for share in share_directories(package):
         path = share / "msg" / f"{name}{suffix}"
         if path.is_file():
             return path
     raise FileNotFoundError(f"no {suffix} file of {type_name} is installed")
-
-
-def _share_directories(package: str) -> Iterator[Path]:
-    """Yield where the files of ``package`` may be, the one its Python module belongs to first.
-
-    Wheels of ROS set no AMENT_PREFIX_PATH, so the module's own prefix is looked for above it.
-    """
-    module = importlib.util.find_spec(package)
-    if module is not None and module.origin is not None:
-        for parent in Path(module.origin).parents:
-            yield parent / "share" / package
-    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
-        if prefix:
-            yield Path(prefix) / "share" / package

@@ -9,6 +9,7 @@ import numpy as np
 from rodless_lab.experiments import errata_pictures as drawn
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.experiments.valve_area import RATED, rated_flow
+from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
 from rodless_lab.identification.area_curve import effective_area as area_of_flow
 from rodless_sim import RigParameters, simulate
 from rodless_sim.cylinder import pressure_rate
@@ -36,7 +37,7 @@ class ErrataResult:
     remarks: tuple[str, ...] = (
         "The column *paper* holds what the printed form gives for the same quantity. The limits "
         "are the evidence: dimensions, a data sheet, or the authors' own runs. What is printed "
-        "and what is used stands in [errata](../errata.md), row by row.",
+        "and what is used stands in docs/errata.md, row by row.",
         "(28): results do not depend on α as long as it stays far below v_s; the number is how far "
         "the creep at 5.24 V moves in 20 s when α is a tenth of its value.",
         "No row, because they are words: (8), whose sign (15) corrects; the angular velocity of "
@@ -70,7 +71,7 @@ def valve_rows() -> Iterator[Comparison]:
         Limits(1.0, 1.1, "Festo MPYE: 0 to 10 bar; the parameter's range ends just above"),
     )
     air = drawn.assembled("reconciled").air._replace(temperature=293.15)
-    flow = orifice_flow(air, 1e-6, 0.5e6, AMBIENT) / 1.185
+    flow = orifice_flow(air, 1e-6, 0.5e6, AMBIENT) / FREE_AIR_DENSITY
     found = area_of_flow(np.array(flow), np.array(0.5e6), np.array(293.15))
     yield Comparison(
         "(4): area found for an ideal nozzle of 1 mm²",

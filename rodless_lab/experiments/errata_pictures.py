@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Picture
+from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY, LITRES_PER_MINUTE
 from rodless_sim import RigParameters
 from rodless_sim.flow import gap_conductance, gap_flow, gap_flow_printed
 from rodless_sim.friction import sliding_friction
@@ -93,7 +94,13 @@ def draw_held_piston() -> Figure:
         voltages = np.concatenate([below, above])
         axes.plot(voltages, held_force(plant, voltages), **style, label=f"{name} assembly")
     axes.axhline(0.0, color="k", linewidth=0.6)
-    axes.plot([5.24], [0.0], "k^", label="5.24 V: the authors' forward run")
+    axes.axvline(
+        5.24,
+        color="k",
+        linestyle="-.",
+        linewidth=0.8,
+        label="5.24 V: here the authors' carriage ran forward",
+    )
     closed_line(axes)
     label(axes, "valve voltage / V", "settled force / N")
     return figure
@@ -170,7 +177,7 @@ def mid_position_leak(height: float, supply_gauge: float = 0.6e6) -> float:
     supply = supply_gauge + AMBIENT
     between = float(np.sqrt(0.5 * (supply**2 + AMBIENT**2)))
     conductance = gap_conductance(air, np.pi * 6e-3, height, 2e-3)
-    return 2.0 * gap_flow(conductance, supply, between) / 1.185 * 6e4
+    return 2.0 * gap_flow(conductance, supply, between) / FREE_AIR_DENSITY * LITRES_PER_MINUTE
 
 
 def draw_friction() -> Figure:

@@ -79,7 +79,7 @@ class FlowCoefficientResult:
         yield interval_row(self.noisy.coefficients, self.truth, [self.systematic] * 6)
         difference = self.noisy.coefficient(self.deflections) - self._curve(self.deflections)
         yield Comparison(
-            "with noise: largest distance of the curve from eq. (25)",
+            f"with noise: largest distance from eq. (25), {NEAREST:g} V or more from closed",
             float(np.abs(difference).max()),
             "",
             "0",
@@ -159,7 +159,7 @@ class FlowCoefficientResult:
             "eq. (23) would grow without bound there, so the experiment stays outside.",
             "Eq. (25) is printed with the spool's displacement in metres as its argument; volts "
             "from the closed position with the branches swapped is the only reading that stays "
-            "positive and falls with opening ([errata](../errata.md)). What comes back here is "
+            "positive and falls with opening (docs/errata.md). What comes back here is "
             "that reading, because it is what the simulated valve has.",
         )
 

@@ -136,7 +136,7 @@ class FrictionResult:
             ),
             Picture(
                 "friction_lines",
-                "The auxiliary lines of Fig. 16 on the same points",
+                "The auxiliary lines of Fig. 16 on one uniform part per run, ideal sensors",
                 lambda: draw_lines(constructions(self.exact.runs)),
             ),
         )
@@ -172,7 +172,8 @@ SPEED_LIMITS = {
         voltage: Limits(
             min(0.75 * speed, 1.25 * speed) - 0.05,
             max(0.75 * speed, 1.25 * speed) + 0.05,
-            f"another program of these equations: {speed:g} mm/s; ± 25 % for the stretch chosen",
+            f"another program of these equations: {speed:g} mm/s; ± 25 % and ± 0.05 mm/s for the "
+            "stretch chosen",
         )
         for voltage, speed in speeds.items()
     }
@@ -206,7 +207,7 @@ def auxiliary_rows(identification: Identification) -> Iterator[Comparison]:
             value = getattr(lines, name)
             if math.isfinite(value):
                 yield Comparison(
-                    f"auxiliary lines: {symbol}, {direction}",
+                    f"auxiliary lines, ideal sensors: {symbol}, {direction}",
                     value * scale,
                     unit,
                     f"{TABLE_2[direction][name] * scale:g} (Table 2)",

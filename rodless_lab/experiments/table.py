@@ -13,12 +13,19 @@ def cells(row: Comparison) -> tuple[str, ...]:
     """Return the texts of one row in the order of ``HEADINGS``."""
     return (
         row.quantity,
-        f"{number(row.value, row.decimals)} {row.unit}".rstrip(),
+        measured(row),
         minus(row.paper),
         "" if row.limits is None else span(row.limits, row.decimals),
         "" if row.limits is None else "yes" if row.holds else "NO",
         "" if row.limits is None else minus(row.limits.why),
     )
+
+
+def measured(row: Comparison) -> str:
+    """Write the number obtained with its unit; infinite stands for what did not come."""
+    if math.isinf(row.value):
+        return "not in this run"
+    return f"{number(row.value, row.decimals)} {row.unit}".rstrip()
 
 
 def minus(text: str) -> str:

@@ -87,8 +87,7 @@ def interval_row(
         Limits(
             0.0,
             2.0,
-            "the errors of coefficients go together, so that several leave their intervals at "
-            "once; twice the interval is left in one case of ten thousand",
+            "the farthest of several: each leaves twice its interval in one case of ten thousand",
         ),
     )
 

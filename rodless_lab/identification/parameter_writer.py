@@ -1,10 +1,7 @@
 """Write what was identified as a ROS parameter file that the plant loads."""
 
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from rodless_lab.identification.estimate import Estimate
 from rodless_sim import RigParameters
@@ -60,27 +57,3 @@ def _number(value: float | tuple[float, ...]) -> str:
     # YAML 1.1 reads 1e-05 as a text and 5 as an integer: a real has a point.
     mantissa, mark, exponent = text.partition("e")
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{mark}{exponent}"
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write ``text`` to ``path`` whole or not at all; raises OSError."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    unfinished = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-            # mkstemp lets nobody else read the file; the result is for everybody, as any other.
-            os.fchmod(file.fileno(), 0o666 & ~_mask())
-            file.flush()
-            os.fsync(file.fileno())
-        unfinished.replace(path)
-    except BaseException:
-        unfinished.unlink(missing_ok=True)
-        raise
-
-
-def _mask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -123,13 +123,14 @@ def _stretch(time: Array, position: Array, first: int, last: int, noise: float) 
     centred = time[first:last] - time[first:last].mean()
     curve = np.polynomial.Polynomial.fit(centred, position[first:last], 2)
     residual = position[first:last] - curve(centred)
-    slope = curve.convert().coef
+    # A position of exactly 0 throughout has no coefficients but the first.
+    _, speed, half_acceleration = np.resize([*curve.convert().coef, 0.0, 0.0], 3)
     return _Stretch(
         first,
         last,
-        speed=float(slope[1]),
+        speed=float(speed),
         error=noise / float(np.sqrt(np.sum(centred**2))),
-        acceleration=float(2.0 * slope[2]),
+        acceleration=float(2.0 * half_acceleration),
         roughness=float(np.sqrt(np.mean(residual**2))) / noise,
     )
 

@@ -1,6 +1,7 @@
 """ROS domains of one's own: never shared, never left behind."""
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,13 @@ from rodless_lab.domain import own_domain
 with own_domain() as environment:
     print(environment["ROS_DOMAIN_ID"], flush=True)
     sys.stdin.readline()
+"""
+
+NODE = """
+import rclpy
+rclpy.init()
+rclpy.create_node("quiet").destroy_node()
+rclpy.shutdown()
 """
 
 
@@ -48,11 +56,36 @@ def claimed(environment: dict[str, str]) -> int:
 
 
 def test_a_domain_comes_with_what_keeps_it_on_this_machine() -> None:
-    """The environment names the domain, loopback only, and a discovery profile that is there."""
+    """The environment names the domain, loopback only, and DDS settings that DDS understands."""
     with own_domain() as environment:
         assert claimed(environment) in DOMAINS
         assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
-        assert Path(environment["FASTRTPS_DEFAULT_PROFILES_FILE"]).is_file()
+        (profiles,) = (value for name, value in environment.items() if "PROFILES" in name)
+        assert Path(profiles).is_file()
+        node = subprocess.run(
+            [sys.executable, "-c", NODE],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert node.stdout + node.stderr == ""
+
+
+def test_settings_that_dds_does_not_understand_would_be_seen(tmp_path: Path) -> None:
+    """With a setting misspelt, the same node complains, which the test above would notice."""
+    with own_domain() as environment:
+        name, value = next(pair for pair in environment.items() if "PROFILES" in pair[0])
+        bad = tmp_path / "bad.xml"
+        bad.write_text(re.sub("heartbeat_?[pP]eriod", "heartbeatperiod", Path(value).read_text()))
+        node = subprocess.run(
+            [sys.executable, "-c", NODE],
+            env={**os.environ, **environment, name: str(bad)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert "heartbeatperiod" in node.stdout + node.stderr
 
 
 def test_domains_stay_off_the_default_and_the_ephemeral_ports() -> None:

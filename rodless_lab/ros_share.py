@@ -1,0 +1,21 @@
+"""Where ROS packages keep their files, with a ROS distribution sourced or from wheels."""
+
+import importlib.util
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+
+def share_directories(package: str, beside: str = "") -> Iterator[Path]:
+    """Yield where the files of ``package`` may be, the one its Python module belongs to first.
+
+    Wheels of ROS set no AMENT_PREFIX_PATH, so the module's own prefix is looked for above it; for
+    a package without a module, above that of the package ``beside`` it.
+    """
+    module = importlib.util.find_spec(beside or package)
+    if module is not None and module.origin is not None:
+        for parent in Path(module.origin).parents:
+            yield parent / "share" / package
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if prefix:
+            yield Path(prefix) / "share" / package
