@@ -37,6 +37,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a run that cannot be used."""
     options = _parser().parse_args(arguments)
     try:
+        if not options.bag.exists() and str(options.bag) in preset_names():
+            raise RunError(f"{options.bag}: a preset can only stand first; BAG must be a bag")
         second, setpoint = read_run_and_setpoint(options.bag, options.namespace)
         if options.first in preset_names() and not Path(options.first).exists():
             first = simulated(options.first, second, setpoint, options.drive)

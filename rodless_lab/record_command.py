@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -18,10 +18,17 @@ from rodless_lab.bags.writer import BagWriter
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Record until ``stop``; return 1 where the bag could not be written whole."""
+    """Record until ``stop``; return 2 for a bag that cannot be begun, 1 for one not whole."""
     options = _parser().parse_args(remove_ros_args(["record", *arguments])[1:])
+    # From here on there is a bag to close, whenever the request to stop comes.
+    stop.from_now_on_wait()
     try:
-        return record(options.output, options.topics, options.wall_time, stop)
+        writer = BagWriter(options.output)
+    except BagError as error:
+        print(error, file=sys.stderr)
+        return 2
+    try:
+        return record(writer, options.topics, options.wall_time, stop)
     except BagError as error:
         print(error, file=sys.stderr)
         return 1
@@ -57,10 +64,8 @@ def _topic_name(text: str) -> str:
     return text
 
 
-def record(output: Path, topics: Sequence[str], wall_time: bool, stop: Stop) -> int:
-    """Record ``topics`` into a new bag at ``output``; raises :class:`BagError`."""
-    # From here on there is a bag to close, whenever the request to stop comes.
-    stop.from_now_on_wait()
+def record(writer: BagWriter, topics: Sequence[str], wall_time: bool, stop: Stop) -> int:
+    """Record ``topics`` with ``writer`` and close it; raises :class:`BagError`."""
 
     def end() -> None:
         stop.requested = True
@@ -72,21 +77,24 @@ def record(output: Path, topics: Sequence[str], wall_time: bool, stop: Stop) -> 
             writer,
             topics,
             wall_time=wall_time,
-            on_ready=lambda: print(f"recording {', '.join(recorder.topics)}", flush=True),
+            on_topics=lambda new: print(f"recording {', '.join(new)}", flush=True),
             on_failure=end,
         )
         recorders.append(recorder)
         return recorder
 
-    with BagWriter(output) as writer:
+    with writer:
         code = run_node(make, stop)
-    _report(writer, recorders[0].lost)
+    for recorder in recorders:
+        _report(writer, recorder)
     if writer.failure is not None:
         raise writer.failure
     return code
 
 
-def _report(writer: BagWriter, lost: Mapping[str, int]) -> None:
+def _report(writer: BagWriter, recorder: Recorder) -> None:
     print(f"{sum(writer.counts.values())} messages in {writer.path}")
-    for topic, count in lost.items():
+    for topic in recorder.missing:
+        print(f"{topic}: nobody published it", file=sys.stderr)
+    for topic, count in recorder.lost.items():
         print(f"{topic}: {count} messages lost on the way", file=sys.stderr)

@@ -124,21 +124,28 @@ def storage_files(bag: Path) -> list[Path]:
     if not bag.is_dir():
         raise BagError(f"{bag}: no such bag")
     if (bag / METADATA_FILE).is_file():
-        return _checked([bag / name for name in _listed_files(bag)], bag)
+        return _checked([bag / str(name) for name in _listed(bag, "relative_file_paths")], bag)
     found = [path for path in bag.iterdir() if path.suffix in (".mcap", ".db3")]
     if not found:
         raise BagError(f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it")
     return _checked(sorted(found, key=_file_number), bag)
 
 
-def _listed_files(bag: Path) -> list[str]:
+def listed_messages(bag: Path) -> int | None:
+    """Return how many messages the description says there are; None for a bag without one."""
+    if not (bag / METADATA_FILE).is_file():
+        return None
+    return int(_listed(bag, "message_count"))
+
+
+def _listed(bag: Path, entry: str) -> Any:
     path = bag / METADATA_FILE
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        listed = content["rosbag2_bagfile_information"]["relative_file_paths"]
-        return [str(name) for name in listed]
+        return content["rosbag2_bagfile_information"][entry]
     except (yaml.YAMLError, KeyError, TypeError, UnicodeDecodeError) as error:
-        raise BagError(f"{path}: not the description of a rosbag2 bag ({error})") from error
+        fault = str(error).partition("\n")[0]
+        raise BagError(f"{path}: not the description of a rosbag2 bag ({fault})") from error
 
 
 def _checked(files: Iterable[Path], bag: Path) -> list[Path]:

@@ -118,7 +118,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
         fault = fault or contents.fault
     if fault and not recover:
         count = sum(map(len, messages.values()))
-        raise BagError(f"{path}: {fault}; {count} messages can be recovered (rodless recover)")
+        rest = f"; {count} messages can be recovered (rodless recover)" if count else ""
+        raise BagError(f"{path}: {fault}{rest}")
     recordings = {name: _recording(topic, messages[name]) for name, topic in topics.items()}
     return Bag(Path(path), recordings, complete=not fault)
 
@@ -136,7 +137,7 @@ def _read_file(file: Path) -> _FileContents:
         for message in reader.messages():
             by_channel.setdefault(message.channel, []).append(message)
         if not reader.complete:
-            fault = "was never closed, its recording was killed"
+            fault = "is cut off, or was never closed because its recording was killed"
     except McapError as error:
         fault = f"{file.name} {error}"
     except OSError as error:

@@ -45,13 +45,14 @@ class Recorder:
         topics: Collection[str] = (),
         *,
         wall_time: bool = False,
-        on_ready: Callable[[], None] = lambda: None,
+        on_topics: Callable[[list[str]], None] = lambda _: None,
         on_failure: Callable[[], None] = lambda: None,
         **node_options: object,
     ) -> None:
         """Start looking for topics.
 
-        ``on_ready`` is called once, when :attr:`ready` turns true, ``on_failure`` when the
+        ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
+        then on those that join them. ``on_failure`` is called when the
         bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
         """
         self.node = Node(
@@ -65,7 +66,8 @@ class Recorder:
         self._subscriptions: dict[str, Subscription] = {}
         self._sequences: dict[str, int] = {}
         self.lost: Counter[str] = Counter()
-        self._on_ready: Callable[[], None] | None = on_ready
+        self._on_topics = on_topics
+        self._told: list[str] = []
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._turn, clock=steady_clock())
         self._subscribe_new()
@@ -110,9 +112,18 @@ class Recorder:
         self._write(self._clock.turn())
         with self._stopping():
             self._writer.flush()
-        if self._on_ready is not None and self.ready:
-            self._on_ready()
-            self._on_ready = None
+        self._tell()
+
+    def _tell(self) -> None:
+        new = [topic for topic in self.topics if topic not in self._told]
+        if new and (self._told or self.ready):
+            self._told += new
+            self._on_topics(new)
+
+    @property
+    def missing(self) -> list[str]:
+        """Wanted topics that nobody has published yet."""
+        return sorted(self._wanted.difference(self._subscriptions))
 
     def _clock_is_missing(self) -> bool:
         patience_over = self._clock.waits_since(time.time_ns() - CLOCK_PATIENCE)

@@ -1,6 +1,7 @@
 """Two runs compared: numbers by hand, and the command end to end."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from std_msgs.msg import Float64, Header
 
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
-from rodless_lab import closed_loop, compare_command
+from rodless_lab import closed_loop, compare_command, replay_command
 from rodless_lab.bags.metadata import BagTopic
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.comparison import common_time, difference
@@ -107,6 +108,27 @@ def test_a_preset_driven_by_a_bags_voltages_repeats_the_bag(tmp_path: Path) -> N
     found = compared("paper", record(tmp_path / "bag", run), output=tmp_path / "out")
     assert found["position"]["largest"] < 1e-9
     assert found["pressure_a"]["largest"] < 1e-3
+
+
+def test_what_drives_a_run_is_no_difference(tmp_path: Path) -> None:
+    """The last voltage of a bag acts on nothing in it; fed to the plant it is still the same."""
+    run = simulate(RigParameters(), np.repeat([5.6, 4.7], 400), 1e-3, position=0.08)
+    run = replace(run, voltage=np.append(run.voltage[:-1], 6.2))
+    bag = record(tmp_path / "bag", run)
+    found = compared("paper", bag, output=tmp_path / "out")
+    assert found["voltage"]["largest"] < 1e-9
+    replayed = ["--output", str(tmp_path / "replay")]
+    assert replay_command.main([str(bag), *replayed], Quiet()) == 0
+    written = json.loads((tmp_path / "replay" / "replay.json").read_text(encoding="utf-8"))
+    assert written["voltage"]["largest"] < 1e-9
+    assert written["position"]["largest"] < 1e-9
+
+
+def test_a_preset_cannot_stand_second(tmp_path: Path, capsys) -> None:
+    """The message says what may stand where."""
+    arguments = ["paper", "paper", "--output", str(tmp_path / "out")]
+    assert compare_command.main(arguments, Quiet()) == 2
+    assert "a preset can only stand first" in capsys.readouterr().err
 
 
 def test_a_preset_driven_by_set_points_repeats_the_bag(tmp_path: Path) -> None:

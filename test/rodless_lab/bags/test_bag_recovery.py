@@ -126,7 +126,8 @@ def test_a_bag_cut_anywhere_can_be_recovered(sample_bag, tmp_path: Path) -> None
         if read.complete:
             assert end == size
         else:
-            with pytest.raises(BagError, match=f"was never closed.* {count} messages can be"):
+            rest = f"; {count} messages can be" if count else "$"
+            with pytest.raises(BagError, match=f"was never closed .* was killed{rest}"):
                 read_bag(bag)
         assert recover_bag(bag) == count
         recovered = read_bag(bag)
@@ -159,13 +160,29 @@ def test_a_bag_of_several_files_is_recovered_as_one(sample_bag, tmp_path: Path) 
 def test_the_command_says_what_it_saved_or_why_not(
     sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rodless recover` tells the number of messages, or the fault with exit code 1."""
+    """`rodless recover` tells the number of messages, or the fault with exit code 2."""
     bag = cut(sample_bag.path, tmp_path / "cut", 30_000)
     assert recover_command.main([str(bag)], None) == 0
     count = sum(map(len, payloads(read_bag(bag)).values()))
     assert capsys.readouterr().out == f"{count} messages in {bag}\n"
-    assert recover_command.main([str(tmp_path / "nothing")], None) == 1
+    assert recover_command.main([str(tmp_path / "nothing")], None) == 2
     assert capsys.readouterr().err == f"{tmp_path / 'nothing'}: not the folder of a bag\n"
+
+
+def test_a_bag_cut_after_it_was_closed_says_how_much_is_gone(
+    sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its description still knows how many messages there were."""
+    description = (sample_bag.path / "metadata.yaml").read_text(encoding="utf-8")
+    bag = cut(sample_bag.path, tmp_path / "cut", 30_000)
+    name = next(bag.glob("*.mcap")).name
+    (bag / "metadata.yaml").write_text(description.replace("sample_0.mcap", name))
+    assert recover_command.main([str(bag)], None) == 0
+    count = sum(map(len, payloads(read_bag(bag)).values()))
+    assert 0 < count < 600
+    assert capsys.readouterr().out == f"{count} messages in {bag}, of 600 once recorded\n"
+    assert recover_command.main([str(bag)], None) == 0
+    assert capsys.readouterr().out == f"{count} messages in {bag}\n"
 
 
 def test_losing_only_the_description_is_recovered(sample_bag) -> None:

@@ -265,7 +265,7 @@ def test_a_full_disk_ends_the_recording_with_a_bag_that_opens(
 def test_wrong_use_is_refused_in_words(domain: dict[str, str], tmp_path: Path) -> None:
     """A folder that exists and a name that is no topic end it at once, without a traceback."""
     for arguments, code, said in (
-        (["-o", str(tmp_path)], 1, "exists already; a bag is never written over"),
+        (["-o", str(tmp_path)], 2, "exists already; a bag is never written over"),
         (["-o", str(tmp_path / "bag"), "two words"], 2, "'two words' is no topic name"),
     ):
         with RecorderProcess(domain, arguments) as recorder:
@@ -283,16 +283,12 @@ class Recording:
         self.context.init(args=[], domain_id=plant.context.get_domain_id())
         self.executor = make_executor(context=self.context)
         self.writer = BagWriter(bag)
-        self.ready_calls = 0
+        self.told: list[list[str]] = []
 
     def start(self, *topics: str, **options: object) -> Recorder:
         """Start recording."""
-
-        def count() -> None:
-            self.ready_calls += 1
-
         self.recorder = Recorder(
-            self.writer, topics, context=self.context, on_ready=count, **options
+            self.writer, topics, context=self.context, on_topics=self.told.append, **options
         )
         self.executor.add_node(self.recorder.node)
         return self.recorder
@@ -330,14 +326,14 @@ def test_a_recorder_in_process_takes_what_waits_in_its_queues(
 ) -> None:
     """Messages that came before the end but were not yet handled are in the bag."""
     recorder = recording.start(*TOPICS)
-    recording.until(lambda: recorder.ready and recording.ready_calls)
+    recording.until(lambda: recorder.ready and recording.told)
     plant.until_heard()
     plant.send(1)
     recording.until(lambda: recording.writer.counts["/clock"] == 1)
     plant.send(999)
     assert plant.delivered()
     recording.end()
-    assert recording.ready_calls == 1
+    assert [sorted(topics) for topics in recording.told] == [sorted(recorder.topics)]
     assert recorder.lost == {}
     check_complete(recording.writer.path, 1000)
 
@@ -348,8 +344,27 @@ def test_it_is_ready_when_the_last_topic_has_come(plant: Plant, recording: Recor
     recording.until(lambda: recorder.topics == ["/joint_states"])
     assert not recorder.ready
     plant.publisher(Float64, "setpoint")
-    recording.until(lambda: recording.ready_calls)
+    recording.until(lambda: recording.told)
     assert recorder.ready
+    recording.end()
+
+
+def test_without_a_list_topics_are_told_as_they_come(plant: Plant, recording: Recording) -> None:
+    """All there is at first, then each that joins; one that was wanted and never came is known."""
+    recorder = recording.start()
+    recording.until(lambda: any("/joint_states" in topics for topics in recording.told))
+    plant.publisher(Float64, "late")
+    recording.until(lambda: recording.told[-1] == ["/late"])
+    assert recorder.missing == []
+    recording.end()
+
+
+def test_a_wanted_topic_that_nobody_publishes_is_known(recording: Recording) -> None:
+    """The recorder does not keep it to itself."""
+    recorder = recording.start("joint_states", "nowhere")
+    recording.until(lambda: recorder.topics == ["/joint_states"])
+    assert recorder.missing == ["/nowhere"]
+    assert recording.told == []
     recording.end()
 
 

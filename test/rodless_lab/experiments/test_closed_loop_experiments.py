@@ -42,6 +42,36 @@ def test_sine_of_another_amplitude_is_judged_by_the_paper_alone() -> None:
     assert result.runs["calibrated"].reference.max() == pytest.approx(0.15, abs=1e-6)
 
 
+def test_below_10_mm_the_papers_bound_says_nothing() -> None:
+    """An error of up to 10 mm is no achievement at an amplitude of 2 mm: shown, not judged."""
+    result = run_sine(("calibrated",), amplitude=0.002)
+    row = result.comparisons[0]
+    assert row.quantity == "calibrated, 2 mm: largest tracking error"
+    assert row.limits is None
+
+
+def test_rows_count_from_the_second_period_on() -> None:
+    """Errors and the presets' difference, each found on the arrays by another mask."""
+    result = run_sine()
+    paper, calibrated = result.runs.values()
+    late = paper.time[paper.time - 0.5 > 1.0 / 0.381]
+    last = len(late)
+    rows = {row.quantity: row.value * 1e-3 for row in result.comparisons}
+    apart = np.abs(paper.position[-last:] - calibrated.position[-last:]).max()
+    assert rows["largest difference between the presets, 20 mm"] == pytest.approx(apart)
+    assert rows["paper, 20 mm: largest tracking error"] == pytest.approx(
+        np.abs(paper.error[-last:]).max()
+    )
+    assert np.abs(paper.position - calibrated.position).max() > apart
+
+
+@pytest.mark.parametrize(("amplitude", "centre"), [(0.0, 0.1), (0.06, 0.05), (0.05, 0.16)])
+def test_a_sine_that_cannot_be_is_refused(amplitude: float, centre: float) -> None:
+    """One that does not move, or leaves the stroke on either side: before anything runs."""
+    with pytest.raises(ValueError, match=r"does not move|leaves the stroke"):
+        run_sine(("paper",), amplitude, centre)
+
+
 def test_table_2_cannot_follow_50_mm() -> None:
     """With Table 2's friction the 50 mm sine is missed by more than its unreachable part."""
     result = run_sine(("paper",))

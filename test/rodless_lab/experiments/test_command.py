@@ -4,7 +4,7 @@ import base64
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -39,7 +39,7 @@ class Fake:
         )
 
     pictures = (Picture("fake", "a <line>", drawn),)
-    remarks = ("x < y",)
+    remarks = ("x < y with `--code`",)
 
 
 @pytest.fixture
@@ -71,6 +71,56 @@ def test_a_number_out_of_its_limits_ends_with_1_and_is_named(
     assert "leaves its limits: a <b> & c" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--position", "250"], "--position 250: must be from 0 to 200 mm"),
+        (["--position", "nan"], "--position nan: must be from 0 to 200 mm"),
+        (["--amplitude", "300"], "a sine of 300 mm about 100 mm leaves the stroke of 200 mm"),
+        (["--centre", "nan"], "leaves the stroke"),
+        (["--seed", "-1"], "--seed -1: must not be negative"),
+    ],
+)
+def test_options_are_checked_before_anything_runs(
+    options: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Whatever is asked for: exit code 2, the option in the words of its user, no folder."""
+    ran: list[object] = []
+    for name, one in catalogue.EXPERIMENTS.items():
+        monkeypatch.setitem(catalogue.EXPERIMENTS, name, replace(one, run=ran.append))
+    assert main(["all", "--output", str(tmp_path / "out"), *options], Stop()) == 2
+    assert said in capsys.readouterr().err
+    assert ran == []
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_is_found_out_before_anything_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file in its place: exit code 2 and the name, not minutes of work and a traceback."""
+    ran: list[object] = []
+    fake = Experiment("fake", "Fake", "Fig. 0", "Nothing.", ran.append)
+    monkeypatch.setitem(catalogue.EXPERIMENTS, "fake", fake)
+    (tmp_path / "file").write_text("mine")
+    assert main(["fake", "--output", str(tmp_path / "file")], Stop()) == 2
+    assert f"{tmp_path / 'file'}: cannot be written" in capsys.readouterr().err
+    assert ran == []
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_picture_that_cannot_be_written_is_named(
+    experiment: Callable[[float], int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A folder where a picture should go: exit code 2, not 1, which speaks of the physics."""
+    (tmp_path / "out" / "fake.png").mkdir(parents=True)
+    assert experiment(2.0) == 2
+    assert "fake.png" in capsys.readouterr().err
+
+
 def test_report_carries_everything_itself(
     experiment: Callable[[float], int], tmp_path: Path
 ) -> None:
@@ -82,6 +132,7 @@ def test_report_carries_everything_itself(
     assert re.findall(r'(?:src|href)="(?!data:|#)', html) == []
     assert "a &lt;b&gt; &amp; c" in html
     assert "a <b>" not in html
+    assert "<li>x &lt; y with <code>--code</code></li>" in html
     assert "class=leaves" in html
 
 

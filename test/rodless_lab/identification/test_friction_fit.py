@@ -138,6 +138,14 @@ def test_uniform_part_is_found_in_a_real_run() -> None:
     assert part.mean(run.force) == pytest.approx(12.0 + 4500.0 * part.speed, abs=0.1)
 
 
+@pytest.mark.parametrize("place", [0.0, 0.058])
+def test_a_carriage_that_stands_is_not_uniform_motion(place: float) -> None:
+    """Readings of one and the same number throughout, 0 too, are a carriage that never moves."""
+    found = uniform_parts(np.arange(4000) * 1e-3, np.full(4000, place))
+    assert not found.parts
+    assert "never moves" in found.reason
+
+
 @pytest.mark.parametrize(
     ("voltage", "reason"), [(5.26, "stick-slip"), (5.1, "the carriage never moves")]
 )
