@@ -12,7 +12,7 @@ from pathlib import Path
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab.bench_nodes import bench_lockstep, bench_realtime
-from rodless_lab.closed_loop import closed_loop
+from rodless_lab.in_process import closed_loop
 from rodless_sim import RigParameters
 
 SIMULATED_SECONDS = 10.0

@@ -12,11 +12,11 @@ import numpy as np
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_control import PidParameters
-from rodless_lab.closed_loop import closed_loop
 from rodless_lab.comparison import QUANTITIES, Difference, common_time, difference
 from rodless_lab.comparison_picture import comparison_picture
 from rodless_lab.identification.bag_run import Setpoint, read_run_and_setpoint
 from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
+from rodless_lab.in_process import closed_loop
 from rodless_lab.whole_file import write_whole
 from rodless_sim import ParameterError, RigParameters, simulate
 

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
-from rodless_lab.closed_loop import closed_loop
 from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
 from rodless_lab.experiments.page import write_page
+from rodless_lab.in_process import closed_loop
 from rodless_lab.parameter_reference import parameter_reference
 from rodless_lab.step_picture import save_step_picture
 from rodless_sim import RigParameters

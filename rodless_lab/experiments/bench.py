@@ -6,7 +6,7 @@ import numpy.typing as npt
 
 from rodless_control import PidParameters
 from rodless_control.references import Reference
-from rodless_lab.closed_loop import ClosedLoopTrace, closed_loop
+from rodless_lab.in_process import ClosedLoopTrace, closed_loop
 from rodless_sim import RigParameters, Trace, simulate
 
 

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from rodless_control import PidParameters
 from rodless_control.references import Reference, Sine, Step
-from rodless_lab.closed_loop import ClosedLoopTrace
 from rodless_lab.experiments.bench import Bench
 from rodless_lab.harness import RigSession, Sample, Samples
+from rodless_lab.in_process import ClosedLoopTrace
 from rodless_sim import RigParameters, Trace
 from rodless_sim.rig import applied_voltage
 from rodless_sim.timing import nanoseconds, sample_times

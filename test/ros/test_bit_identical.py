@@ -19,9 +19,9 @@ from rodless_control import PidParameters, references
 from rodless_lab.bags.reader import Bag, Recording, read_bag
 from rodless_lab.bags.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
-from rodless_lab.closed_loop import closed_loop
 from rodless_lab.domain import own_domain
 from rodless_lab.identification.bag_run import read_run
+from rodless_lab.in_process import closed_loop
 from rodless_lab.processes import RigProcesses
 from rodless_lab.replay_command import replay
 from rodless_sim import RigParameters

@@ -10,12 +10,12 @@ import pytest
 
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
-from rodless_lab.closed_loop import ClosedLoopTrace
 from rodless_lab.experiment_command import main, parsed
 from rodless_lab.experiments import fixed_chamber, ros_bench, step
 from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.harness import NodeDiedError
+from rodless_lab.in_process import ClosedLoopTrace
 from rodless_sim import RigParameters, Trace
 
 UNPUBLISHED = {"mass_flow_a", "mass_flow_b"}
