@@ -512,6 +512,12 @@ class RigParameters(ParameterSet):
             raise ParameterError(
                 f"time.inner_step: {step:g} s refused, longer than time.period ({period:g} s)"
             )
+        patience = self.number("valve.command_timeout")
+        if period > patience:
+            raise ParameterError(
+                f"time.period: {period:g} s refused, longer than valve.command_timeout "
+                f"({patience:g} s): commands come once a period, the valve would close in between"
+            )
         if abs(period * 1e9 - round(period * 1e9)) > 1e-6:
             raise ParameterError(
                 f"time.period: {period!r} s refused, not a whole number of nanoseconds"

@@ -87,6 +87,9 @@ def test_an_integer_is_accepted_for_a_real() -> None:
         ({"cylinder.initial_position": 0.201}, "cylinder.initial_position"),
         ({"cylinder.moving_mass": 0.05}, "friction"),
         ({"end_stop.stiffness": 1e7, "time.inner_step": 1e-4}, "time.inner_step"),
+        ({"time.inner_step": 1e-4, "time.period": 1e-4 / 2.0}, "time.period"),
+        ({"time.period": 0.2}, "valve.command_timeout"),
+        ({"valve.command_timeout": 1e-3, "time.period": 2e-3}, "time.period"),
     ],
 )
 def test_values_that_contradict_each_other_are_refused(
