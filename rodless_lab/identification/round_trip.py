@@ -7,7 +7,10 @@ many draws its 95 % interval covered the truth and how wide it was.
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +27,7 @@ from rodless_sim.sensors import DATA_SHEET, Instruments, measured
 
 Array = npt.NDArray[np.float64]
 Values = dict[str, float]
+Row = tuple[bool, bool, float]
 
 FRICTION_NAMES = ("static", "coulomb", "stribeck_velocity", "viscous")
 
@@ -132,23 +136,35 @@ def measured_run(
 
 
 def round_trips(
-    subject: Subject, draws: int, show: Callable[[int], None] = lambda _: None
+    name: str, draws: int, show: Callable[[int], None] = lambda _: None
 ) -> dict[str, Coverage]:
-    """Hide, run, measure and identify ``draws`` rigs, seeds 0 to draws-1."""
-    rows: dict[str, list[tuple[bool, bool, float]]] = {}
-    for seed in range(draws):
-        generator = np.random.default_rng(seed)
-        parameters, truth = subject.hide(generator)
-        estimates = subject.identify(measured_run(parameters, subject.voltages, generator))
-        for name, true in truth.items():
-            found = estimates[name]
-            row = (found.informed, found.covers(true), found.half_width / abs(true))
-            rows.setdefault(name, []).append(row)
-        show(seed + 1)
-    return {name: _coverage(row) for name, row in rows.items()}
+    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1.
+
+    All cores take part.
+    """
+    rows: dict[str, list[Row]] = {}
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        for done, found in enumerate(pool.map(partial(round_trip, name), range(draws)), 1):
+            for parameter, row in found.items():
+                rows.setdefault(parameter, []).append(row)
+            show(done)
+    return {parameter: _coverage(row) for parameter, row in rows.items()}
 
 
-def _coverage(rows: Sequence[tuple[bool, bool, float]]) -> Coverage:
+def round_trip(name: str, seed: int) -> dict[str, Row]:
+    """Return of one rig, for each parameter: informed, truth covered, half width over truth."""
+    subject = SUBJECTS[name]
+    generator = np.random.default_rng(seed)
+    parameters, truth = subject.hide(generator)
+    estimates = subject.identify(measured_run(parameters, subject.voltages, generator))
+    return {
+        parameter: (found.informed, found.covers(true), found.half_width / abs(true))
+        for parameter, true in truth.items()
+        for found in [estimates[parameter]]
+    }
+
+
+def _coverage(rows: Sequence[Row]) -> Coverage:
     informed = [row for row in rows if row[0]]
     widths = [row[2] for row in informed]
     return Coverage(
@@ -172,7 +188,7 @@ def main(arguments: Sequence[str]) -> int:
 
     good = True
     for name in options.subjects or SUBJECTS:
-        for parameter, found in round_trips(SUBJECTS[name], options.draws, show).items():
+        for parameter, found in round_trips(name, options.draws, show).items():
             good &= found.covered >= 0.95 * found.informed
             print(
                 f"\r{parameter:36} covered {found.covered:4d} of {found.informed:4d} informed "
