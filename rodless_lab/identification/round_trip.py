@@ -7,10 +7,7 @@ many draws its 95 % interval covered the truth and how wide it was.
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 import numpy.typing as npt
@@ -138,16 +135,12 @@ def measured_run(
 def round_trips(
     name: str, draws: int, show: Callable[[int], None] = lambda _: None
 ) -> dict[str, Coverage]:
-    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1.
-
-    All cores take part.
-    """
+    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1."""
     rows: dict[str, list[Row]] = {}
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        for done, found in enumerate(pool.map(partial(round_trip, name), range(draws)), 1):
-            for parameter, row in found.items():
-                rows.setdefault(parameter, []).append(row)
-            show(done)
+    for seed in range(draws):
+        for parameter, row in round_trip(name, seed).items():
+            rows.setdefault(parameter, []).append(row)
+        show(seed + 1)
     return {parameter: _coverage(row) for parameter, row in rows.items()}
 
 
