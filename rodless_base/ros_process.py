@@ -57,6 +57,15 @@ def _settle_memory() -> None:
     gc.freeze()
 
 
+def leave_ros() -> None:
+    """Shut the default context down and let the signals be.
+
+    From kilted on rclpy.try_shutdown takes "its" signal handlers away, whoever's they are: a second
+    Ctrl-C would then kill the process on its way out.
+    """
+    rclpy.get_default_context().try_shutdown()
+
+
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
     """Build a node, run it until ``stop``, close it; return the exit code.
 
@@ -94,5 +103,5 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     finally:
         for member in reversed(running):
             member.close()
-        rclpy.try_shutdown()
+        leave_ros()
     return 0

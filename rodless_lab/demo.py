@@ -19,7 +19,7 @@ from std_msgs.msg import Float64
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
-from rodless_base.ros_process import make_executor
+from rodless_base.ros_process import leave_ros, make_executor
 from rodless_base.start import Stop
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.bags.recorder import Recorder
@@ -87,7 +87,7 @@ def drive(preset: str, bag: Path, stop: Stop) -> None:
                 with BagWriter(bag) as writer:
                     Move(writer, rig, stop).make()
             finally:
-                rclpy.try_shutdown()
+                leave_ros()
 
 
 class Move:

@@ -39,7 +39,7 @@ def ends_cleanly(processes: list[NodeProcess], signals: list[int], again: bool) 
         for number, process in itertools.product(signals, processes):
             process.signal(number)
     for process in processes:
-        assert process.end(STOP_SECONDS) == 0
+        assert process.end(STOP_SECONDS) == 0, process.output
         for word in ("Traceback", "Exception", "Error"):
             assert word not in process.output
 
