@@ -30,7 +30,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     for one_process in (False, True):
         figures |= bench_lockstep(one_process)
     for name, value in figures.items():
-        print(f"{name:58} {value:10.4g}")
+        print(f"{name:66} {value:10.4g}")
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     return 0

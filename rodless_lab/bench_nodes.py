@@ -6,14 +6,17 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 import numpy as np
+import numpy.typing as npt
 import psutil
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import Executor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
 
-from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH
+from rodless_base.ros_message_info import Info, with_info
+from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.ros_process import make_executor
 from rodless_lab.domain import own_domain
 from rodless_lab.processes import RigProcesses
@@ -37,6 +40,14 @@ class Watcher:
         self.node: Node = rclpy.create_node("bench")
         self._executor: Executor = make_executor()
         self._executor.add_node(self.node)
+
+    def listen(self, kind: type, topic: str, times: list[tuple[int, int]]) -> None:
+        """Append to ``times`` when each message on ``topic`` was sent and received, in ns."""
+
+        def take(_message: object, info: Info) -> None:
+            times.append((info["source_timestamp"], time.time_ns()))
+
+        self.node.create_subscription(kind, topic, with_info(take), QUEUE_DEPTH)
 
     def wait(self, done: Callable[[], bool], longest: float) -> None:
         """Run callbacks until ``done``; raises TimeoutError after ``longest`` s."""
@@ -78,35 +89,67 @@ def watched_rig(
 
 
 def bench_realtime(rate: float) -> dict[str, float]:
-    """Period and latency of the samples at ``rate`` (Hz), cost of the nodes."""
+    """Period of the samples at ``rate`` (Hz), latency of the loop, cost of the nodes."""
+    samples: list[tuple[int, int]] = []
+    commands: list[tuple[int, int]] = []
     with watched_rig({"time.period": 1.0 / rate}, {}) as watcher:
-        arrivals: list[int] = []
-        watcher.node.create_subscription(
-            JointState, JOINT_STATES, lambda _: arrivals.append(time.monotonic_ns()), QUEUE_DEPTH
-        )
-        watcher.wait(lambda: len(arrivals) > rate, START_SECONDS)
-        arrivals.clear()
+        watcher.listen(JointState, JOINT_STATES, samples)
+        watcher.listen(Float64, VALVE_VOLTAGE, commands)
+        watcher.wait(lambda: min(len(samples), len(commands)) > rate, START_SECONDS)
+        samples.clear()
+        commands.clear()
         processes = {name: psutil.Process(pid) for name, pid in watcher.rig.pids.items()}
         before = {name: _cpu(process) for name, process in processes.items()}
         start = time.monotonic()
         watcher.wait(lambda: time.monotonic() - start > MEASURED_SECONDS, 60.0)
         elapsed = time.monotonic() - start
-        label = f"realtime {rate:g} Hz"
-        figures = {f"{label}: samples per second": len(arrivals) / elapsed}
-        periods = np.diff(arrivals) * 1e-6
-        for name, value in (
-            ("mean", periods.mean()),
-            ("p50", np.percentile(periods, 50)),
-            ("p99", np.percentile(periods, 99)),
-            ("p99.9", np.percentile(periods, 99.9)),
-            ("worst", periods.max()),
-        ):
-            figures[f"{label}: period at a subscriber, {name} (ms)"] = float(value)
-        for name, process in processes.items():
-            share = (_cpu(process) - before[name]) / elapsed
-            figures[f"{label}: {name} node, share of a core"] = share
-            figures[f"{label}: {name} node, memory (MB)"] = process.memory_info().rss / 1e6
+        costs = {
+            name: ((_cpu(process) - before[name]) / elapsed, process.memory_info().rss / 1e6)
+            for name, process in processes.items()
+        }
+    label = f"realtime {rate:g} Hz"
+    sent, received = np.array(samples).T
+    figures = {f"{label}: samples per second": len(samples) / elapsed}
+    figures |= statistics(f"{label}: period at a subscriber", milliseconds(np.diff(received)))
+    figures |= statistics(f"{label}: sample sent to sample received", milliseconds(received - sent))
+    answers = answer_times(sent, np.array(commands))
+    figures |= statistics(f"{label}: sample sent to command received", milliseconds(answers))
+    for name, (share, memory) in costs.items():
+        figures[f"{label}: {name} node, share of a core"] = share
+        figures[f"{label}: {name} node, memory (MB)"] = memory
     return figures
+
+
+def milliseconds(nanoseconds: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """Return times in ms."""
+    return np.asarray(nanoseconds * 1e-6, dtype=np.float64)
+
+
+def statistics(what: str, values: npt.NDArray[np.float64]) -> dict[str, float]:
+    """Mean, quantiles and worst of ``values`` (ms, shape (n,)), by name."""
+    return {
+        f"{what}, mean (ms)": float(values.mean()),
+        f"{what}, p50 (ms)": float(np.percentile(values, 50)),
+        f"{what}, p99 (ms)": float(np.percentile(values, 99)),
+        f"{what}, p99.9 (ms)": float(np.percentile(values, 99.9)),
+        f"{what}, worst (ms)": float(values.max()),
+    }
+
+
+def answer_times(
+    sent: npt.NDArray[np.int64], commands: npt.NDArray[np.int64]
+) -> npt.NDArray[np.int64]:
+    """Return how long after its sample each command was received, in ns, shape (m,).
+
+    ``sent`` (ns, shape (n,)) is when samples were, ``commands`` (shape (k, 2)) when commands were
+    sent and received. Each sample has one command, and most commands are sent before the next
+    sample: that tells which sample the first command belongs to.
+    """
+    latest = np.searchsorted(sent, commands[:, 0], side="right") - 1
+    offset = int(np.median(latest - np.arange(len(commands))))
+    place = np.arange(len(commands)) + offset
+    inside = (place >= 0) & (place < len(sent))
+    return np.asarray(commands[inside, 1] - sent[place[inside]])
 
 
 def bench_lockstep(one_process: bool) -> dict[str, float]:

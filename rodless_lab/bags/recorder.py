@@ -2,15 +2,14 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from functools import wraps
-from typing import Any
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from rodless_base.ros_diagnostics import steady_clock
+from rodless_base.ros_message_info import Info, with_info
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.qos import matching_profile, recorded_profile
@@ -24,9 +23,6 @@ PERIOD = 0.1
 
 # A bag without a publisher of /clock for this long (ns, wall clock) gets wall-clock times.
 CLOCK_PATIENCE = 2_000_000_000
-
-# What rclpy tells about a message beside its content.
-Info = Mapping[str, Any]
 
 
 class Recorder:
@@ -137,7 +133,7 @@ class Recorder:
             self._subscriptions[offer.topic] = self.node.create_subscription(
                 offer.message_type,
                 offer.topic,
-                _with_info(self._receiver(offer)),
+                with_info(self._receiver(offer)),
                 matching_profile(offer.profiles),
                 raw=True,
             )
@@ -208,17 +204,3 @@ def _take_sent(subscription: Subscription, until: int) -> None:
             return
         subscription.callback(*taken)
         sent = taken[1]["source_timestamp"]
-
-
-def _with_info(receive: Callable[[bytes, Info], None]) -> Callable[..., None]:
-    """Make ``receive`` a callback with message information under every executor.
-
-    rclpy reads from its signature that it wants the information; the events executor then hands
-    both over as one pair, the others as two arguments.
-    """
-
-    @wraps(receive)
-    def callback(*arguments: Any) -> None:
-        receive(*(arguments[0] if len(arguments) == 1 else arguments))
-
-    return callback

@@ -4,7 +4,6 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import wraps
 from io import UnsupportedOperation
 from typing import Any
 
@@ -20,6 +19,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
+from rodless_base.ros_message_info import Info, with_info
 from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_lab.harness.samples import TERMS, Recording, Stamped, Unstamped
 
@@ -28,9 +28,6 @@ LISTENING_DEPTH = 100_000
 
 # One wait for messages, in wall-clock s; processes and patience are looked at as often.
 TURN = 0.05
-
-# What rclpy tells about a message beside its content.
-Info = Mapping[str, Any]
 
 _environment_lock = threading.Lock()
 
@@ -114,7 +111,7 @@ class OwnNode:
         def take(message: Float64, info: Info) -> None:
             messages.append(Unstamped(info["source_timestamp"], message.data))
 
-        return self._subscribe(Float64, topic, _with_info(take))
+        return self._subscribe(Float64, topic, with_info(take))
 
     def _subscribe(
         self, kind: type, topic: str, take: Callable[..., None], raw: bool = False
@@ -198,24 +195,10 @@ def _taker(put: Callable[[Stamped], None]) -> Callable[..., None]:
         stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         put(Stamped(info["source_timestamp"], stamp, _content(message)))
 
-    return _with_info(take)
+    return with_info(take)
 
 
 def _content(message: Any) -> tuple[float, ...]:
     if isinstance(message, FluidPressure):
         return (message.fluid_pressure,)
     return (message.position[0], message.velocity[0], message.effort[0])
-
-
-def _with_info(receive: Callable[[Any, Info], None]) -> Callable[..., None]:
-    """Make ``receive`` a callback with message information under every executor.
-
-    rclpy reads from its signature that it wants the information; the events executor then hands
-    both over as one pair, the others as two arguments.
-    """
-
-    @wraps(receive)
-    def callback(*arguments: Any) -> None:
-        receive(*(arguments[0] if len(arguments) == 1 else arguments))
-
-    return callback
