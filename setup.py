@@ -24,6 +24,7 @@ TEST_REQUIREMENTS = [
     "pytest-cov",
     "coverage>=7.10",  # measures the nodes, which are processes of their own
     "rosbags",  # an independent reader of the bags
+    "psutil",  # the benchmark's arithmetic is tested, which imports it
     "colcon-common-extensions",  # the packaging test builds with colcon,
     "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
     # A new release of a linter finds new faults; it must not fail a build that passed.
