@@ -23,6 +23,7 @@ from rodless_base.ros_names import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VO
 from rodless_base.ros_parameters import RosParameters
 from rodless_base.ros_process import run_node
 from rodless_base.ros_publish import send
+from rodless_base.ros_time import NANOSECONDS, stamp_nanoseconds
 from rodless_base.start import Stop
 from rodless_control.loop import ControlLoop
 from rodless_control.parameters import PidParameters
@@ -33,8 +34,6 @@ WATCH_PERIOD = 0.02
 
 # How long the last command may take to arrive; less than Ctrl-C promises.
 LAST_WORD = Duration(seconds=0.5)
-
-NANOSECONDS = 1_000_000_000
 
 
 class ControllerNode:
@@ -86,7 +85,7 @@ class ControllerNode:
             return
         self._arrived = True
         self._stamp = message.header.stamp
-        stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+        stamp = stamp_nanoseconds(message.header.stamp)
         output = self._loop.sample(position, stamp) if self._enabled else None
         self._refused = self._enabled and output is None
         if output is None:

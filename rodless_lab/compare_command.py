@@ -17,8 +17,9 @@ from rodless_lab.comparison_picture import comparison_picture
 from rodless_lab.identification.bag_run import Setpoint, read_run_and_setpoint
 from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
 from rodless_lab.in_process import closed_loop
+from rodless_lab.rerun import fed, rig_of
 from rodless_lab.whole_file import write_whole
-from rodless_sim import ParameterError, RigParameters, simulate
+from rodless_sim import ParameterError, RigParameters
 
 
 @dataclass(frozen=True)
@@ -81,14 +82,11 @@ def simulated(preset: str, like: MeasuredRun, setpoint: Setpoint | None, drive: 
     Driven by the voltage of ``like``, or by its set-points through the preset's controller. Raises
     :class:`RunError` where those were not recorded, ParameterError for a supply no rig has.
     """
-    supply = float(like.supply_pressure.mean())
-    parameters = RigParameters.preset(preset).with_values({"supply.pressure": supply})
-    start = float(np.clip(like.position[0], 0.0, parameters.number("cylinder.stroke")))
     if drive == "voltage":
-        trace = simulate(parameters, like.voltage[:-1], like.period, start)
-        return replace(run_of_trace(trace, supply), voltage=like.voltage)
+        return fed(RigParameters.preset(preset), like)
     if setpoint is None:
         raise RunError("no set-points were recorded; compare with --drive voltage")
+    parameters, start = rig_of(RigParameters.preset(preset), like)
     trace = closed_loop(
         parameters,
         PidParameters.preset(preset),
@@ -97,7 +95,7 @@ def simulated(preset: str, like: MeasuredRun, setpoint: Setpoint | None, drive: 
         period=like.period,
         position=start,
     )
-    return run_of_trace(trace, supply)
+    return run_of_trace(trace, parameters.number("supply.pressure"))
 
 
 def aligned(

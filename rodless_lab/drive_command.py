@@ -16,10 +16,9 @@ from rodless_base.ros_diagnostics import steady_clock
 from rodless_base.ros_names import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.ros_process import run_node
 from rodless_base.ros_publish import send
+from rodless_base.ros_time import NANOSECONDS, stamp_nanoseconds
 from rodless_base.start import Stop
 from rodless_lab.identification.excitation import CLOSED_VOLTAGE, EXCITATIONS, PERIOD
-
-NANOSECONDS = 1_000_000_000
 
 # How often, in wall-clock s, the driver looks whether it is heard.
 LOOK_SECONDS = 0.02
@@ -61,7 +60,7 @@ class Driver:
             self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
 
     def _answer(self, sample: JointState) -> None:
-        now = sample.header.stamp.sec * NANOSECONDS + sample.header.stamp.nanosec
+        now = stamp_nanoseconds(sample.header.stamp)
         if self._first is None or now < self._first:
             self._first = now
         elapsed = now - self._first

@@ -4,10 +4,8 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
-
-import numpy as np
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
@@ -15,9 +13,10 @@ from rodless_lab.compare_command import table
 from rodless_lab.comparison import QUANTITIES, difference
 from rodless_lab.comparison_picture import comparison_picture
 from rodless_lab.identification.bag_run import read_run
-from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
+from rodless_lab.identification.measured_run import MeasuredRun, RunError
+from rodless_lab.rerun import fed
 from rodless_lab.whole_file import write_whole
-from rodless_sim import ParameterError, RigParameters, simulate
+from rodless_sim import ParameterError, RigParameters
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
@@ -60,12 +59,8 @@ def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
 
     Raises ParameterError for a supply pressure that no rig has.
     """
-    supply = float(recorded.supply_pressure.mean())
-    plant = parameters.with_values({"supply.pressure": supply})
-    position = float(np.clip(recorded.position[0], 0.0, plant.number("cylinder.stroke")))
     pressures = (float(recorded.pressure_a[0]), float(recorded.pressure_b[0]))
-    trace = simulate(plant, recorded.voltage[:-1], recorded.period, position, pressures)
-    return replace(run_of_trace(trace, supply), voltage=recorded.voltage)
+    return fed(parameters, recorded, pressures)
 
 
 def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:

@@ -5,9 +5,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Header
 
+from rodless_base.ros_time import NANOSECONDS
 from rodless_sim.rig import State
-
-NANOSECONDS = 1_000_000_000
 
 JOINT = "carriage"
 

@@ -8,23 +8,10 @@ from rodless_sim.plant import piston_area
 from rodless_sim.rig import State
 from rodless_sim.sensors import Instruments, Lags, Readings, read_rig
 from rodless_sim.timing import nanoseconds
+from rodless_sim.transmitter import Transmitter
 
 # Numbers drawn for each sample: position, chambers A and B, supply.
 CHANCES = 4
-
-# A parameter of these makes a difference; all are zero for ideal instruments.
-ERRORS = tuple(
-    f"sensors.{name}"
-    for name in (
-        "position_noise",
-        "position_linearity",
-        "position_repeatability",
-        "pressure_noise",
-        "pressure_bias",
-        "pressure_lag",
-        "converter_bits",
-    )
-)
 
 
 def drawn(parameters: RigParameters) -> tuple[Instruments, np.random.Generator]:
@@ -54,7 +41,7 @@ class Sensing:
     def _take(self, parameters: RigParameters) -> None:
         self._parameters = parameters
         self._instruments, _ = drawn(parameters)
-        self._ideal = not any(parameters.number(name) for name in ERRORS)
+        self._ideal = all(tool == Transmitter(tool.span) for tool in self._instruments[:CHANCES])
         self._period = nanoseconds(parameters.number("time.period")) * 1e-9
         self._area = piston_area(parameters)
 

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Picture
-from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY, LITRES_PER_MINUTE
+from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
+from rodless_lab.identification.area_curve import LITRES_PER_MINUTE
 from rodless_sim import RigParameters
 from rodless_sim.flow import gap_conductance, gap_flow, gap_flow_printed
 from rodless_sim.friction import sliding_friction

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.parameters import Value
+from rodless_base.ros_parameters import ros_value
 from rodless_control import PidParameters
 from rodless_control.references import Reference, Sine, Step
 from rodless_lab.experiments.bench import Bench
@@ -124,12 +126,10 @@ def plant_values(
     return file_values(rig.with_values(changes))
 
 
-def file_values(parameters: Mapping[str, object]) -> dict[str, object]:
+def file_values(parameters: Mapping[str, Value]) -> dict[str, object]:
     """Return parameters as a file takes them, without those of the session."""
     return {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in parameters.items()
-        if name not in OF_THE_SESSION
+        name: ros_value(value) for name, value in parameters.items() if name not in OF_THE_SESSION
     }
 
 

@@ -11,7 +11,6 @@ from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
 from rodless_lab.experiments.valve_stand import (
     FREE_AIR_DENSITY,
-    LITRES_PER_MINUTE,
     Stand,
     bare_flow,
     interval_row,
@@ -19,6 +18,7 @@ from rodless_lab.experiments.valve_stand import (
     systematic_share,
 )
 from rodless_lab.identification.area_curve import (
+    LITRES_PER_MINUTE,
     AreaCurve,
     effective_area,
     fit_area_curve,

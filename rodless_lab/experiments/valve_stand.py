@@ -20,7 +20,6 @@ Array = npt.NDArray[np.float64]
 # Density of free air in kg/m³ (ISO 8778: 0.1 MPa, 20 °C, 65 % humidity), to which flow meters and
 # eq. (4) refer.
 FREE_AIR_DENSITY = 1.185
-LITRES_PER_MINUTE = 6e4
 
 # Every voltage is held this long (s) before it is read: far longer than any lag.
 READING_TIME = 1.0

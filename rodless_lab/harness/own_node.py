@@ -21,6 +21,7 @@ from std_msgs.msg import Float64
 
 from rodless_base.ros_message_info import Info, with_info
 from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros_time import stamp_nanoseconds
 from rodless_lab.harness.samples import TERMS, Recording, Stamped, Unstamped
 
 # Messages that may wait while a test computes: 100 s at 1 kHz.
@@ -192,7 +193,7 @@ def _ignore(_message: bytes) -> None:
 
 def _taker(put: Callable[[Stamped], None]) -> Callable[..., None]:
     def take(message: Any, info: Info) -> None:
-        stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        stamp = stamp_nanoseconds(message.header.stamp)
         put(Stamped(info["source_timestamp"], stamp, _content(message)))
 
     return with_info(take)
