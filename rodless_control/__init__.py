@@ -2,7 +2,7 @@
 
 from rodless_base.parameters import ParameterError
 from rodless_control import references
+from rodless_control.laws.pid import Command, Pid
 from rodless_control.parameters import PidParameters
-from rodless_control.pid import Command, Pid
 
 __all__ = ["Command", "ParameterError", "Pid", "PidParameters", "references"]

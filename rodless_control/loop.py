@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from rodless_control.laws.pid import Command, Pid
 from rodless_control.parameters import PidParameters
-from rodless_control.pid import Command, Pid
 from rodless_control.setpoint import SetpointFollower
 
 

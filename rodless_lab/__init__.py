@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rodless_lab.in_process import ClosedLoopTrace, closed_loop
+    from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
 
 __all__ = ["ClosedLoopTrace", "closed_loop"]
 
@@ -12,6 +12,6 @@ def __getattr__(name: str) -> object:
     """Load the compiled loop when it is asked for: most of this package does without."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from rodless_lab import in_process  # noqa: PLC0415  takes half a second
+    from rodless_lab.simulation import closed_loop as module  # noqa: PLC0415  takes half a second
 
-    return getattr(in_process, name)
+    return getattr(module, name)

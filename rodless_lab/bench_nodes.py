@@ -15,11 +15,11 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from rodless_base.ros_message_info import Info, with_info
-from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
-from rodless_base.ros_process import make_executor
-from rodless_lab.domain import own_domain
-from rodless_lab.processes import RigProcesses
+from rodless_base.ros.message_info import Info, with_info
+from rodless_base.ros.process import make_executor
+from rodless_base.ros.topics import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_lab.session.domain import own_domain
+from rodless_lab.session.processes import RigProcesses
 
 # Wall-clock seconds: of a measurement in real time, and of waiting for the nodes to appear.
 MEASURED_SECONDS = 8.0

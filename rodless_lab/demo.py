@@ -18,16 +18,16 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from rodless_base.parameter_file import preset_names
-from rodless_base.ros_names import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
-from rodless_base.ros_process import leave_ros, make_executor
+from rodless_base.ros.process import leave_ros, make_executor
+from rodless_base.ros.topics import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.start import Stop
 from rodless_lab.bags.reader import Bag, read_bag
-from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
-from rodless_lab.domain import own_domain
-from rodless_lab.processes import RigProcesses
-from rodless_lab.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
-from rodless_lab.step_picture import save_step_picture
+from rodless_lab.figures.step import save_step_picture
+from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
+from rodless_lab.session.domain import own_domain
+from rodless_lab.session.processes import RigProcesses
 
 TARGET = 0.058
 SUPPLY_PRESSURE = 0.52e6 + 101325.0
@@ -46,8 +46,8 @@ RUN = 5.5
 
 # Longest wait, in wall-clock s, for the nodes to appear (the first start compiles them) and for
 # the run itself on a machine that cannot keep up.
-START_PATIENCE = 120.0
-RUN_PATIENCE = 120.0
+START_TIMEOUT = 120.0
+RUN_TIMEOUT = 120.0
 
 
 class InterruptedRunError(Exception):
@@ -110,7 +110,7 @@ class Move:
         """Wait for everybody, step, follow the carriage to the end of the run."""
         try:
             # The recorder comes after the plant: it takes its times from the plant's clock.
-            self._wait(lambda: self._time > 0.0, START_PATIENCE, "the plant did not start")
+            self._wait(lambda: self._time > 0.0, START_TIMEOUT, "the plant did not start")
             recorder = Recorder(self._writer, TOPICS)
             self._executor.add_node(recorder.node)
             try:
@@ -127,15 +127,15 @@ class Move:
             listeners = 2  # the controller and the recorder
             return recorder.ready and self._setpoint.get_subscription_count() == listeners
 
-        self._wait(everybody_listens, START_PATIENCE, "the controller did not start")
+        self._wait(everybody_listens, START_TIMEOUT, "the controller did not start")
         start = self._time
-        self._wait(lambda: self._time > start + LEAD, RUN_PATIENCE, "the plant stands still")
+        self._wait(lambda: self._time > start + LEAD, RUN_TIMEOUT, "the plant stands still")
         print(f"moving to {TARGET * 1e3:g} mm", flush=True)
         self._setpoint.publish(Float64(data=TARGET))
         end = self._time + RUN
         self._wait(
             lambda: self._time > end,
-            RUN_PATIENCE,
+            RUN_TIMEOUT,
             "the plant stands still",
             lambda: show_progress(1.0 - (end - self._time) / RUN, self._position),
         )
@@ -148,12 +148,12 @@ class Move:
     def _wait(
         self,
         done: Callable[[], bool],
-        patience: float,
+        timeout: float,
         complaint: str,
         show: Callable[[], None] = lambda: None,
     ) -> None:
         """Run callbacks until ``done``; raises TimeoutError with ``complaint``."""
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         shown = 0.0
         while not done():
             self._executor.spin_once(timeout_sec=0.1)

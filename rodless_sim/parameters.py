@@ -288,7 +288,7 @@ DECLARATIONS = declare(
         "sensors.position_linearity",
         0.0,
         "",
-        "largest bow of the position sensor, share of its range",
+        "largest nonlinearity of the position sensor, share of its range",
         f"{PAPER}, Table 1: 0.05 %",
         0.0,
         0.05,
@@ -512,11 +512,11 @@ class RigParameters(ParameterSet):
             raise ParameterError(
                 f"time.inner_step: {step:g} s refused, longer than time.period ({period:g} s)"
             )
-        patience = self.number("valve.command_timeout")
-        if period > patience:
+        timeout = self.number("valve.command_timeout")
+        if period > timeout:
             raise ParameterError(
                 f"time.period: {period:g} s refused, longer than valve.command_timeout "
-                f"({patience:g} s): commands come once a period, the valve would close in between"
+                f"({timeout:g} s): commands come once a period, the valve would close in between"
             )
         if abs(period * 1e9 - round(period * 1e9)) > 1e-6:
             raise ParameterError(

@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.compiled import direct
-from rodless_sim.motion import Motion, Plant, held
+from rodless_base.kernels import specialise
 from rodless_sim.parameters import RigParameters
-from rodless_sim.plant import plant_constants
-from rodless_sim.ports import supply_flow
-from rodless_sim.settled import settled_pressures
+from rodless_sim.physics.motion import Motion, Plant, held
+from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.ports import supply_flow
+from rodless_sim.physics.settled import settled_pressures
+from rodless_sim.physics.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, lands
 from rodless_sim.timing import division
 from rodless_sim.trace import Trace, run_open_loop, trace
-from rodless_sim.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, lands
 
 
 class State(NamedTuple):
@@ -49,7 +49,7 @@ class Rig:
         """Build the rig of ``parameters`` (default: all defaults, the ``paper`` preset)."""
         self._parameters = parameters or RigParameters()
         self._plant = plant_constants(self._parameters)
-        self._held = direct(held, self._plant, 0.0, Motion(0.0, 0.0, 0.0, 0.0), 0, 0.0)
+        self._held = specialise(held, self._plant, 0.0, Motion(0.0, 0.0, 0.0, 0.0), 0, 0.0)
         self.reset()
 
     @property

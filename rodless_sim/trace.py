@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.compiled import kernel
-from rodless_sim.motion import Motion, Plant, advance, chamber_flows
+from rodless_base.kernels import kernel
+from rodless_sim.physics.motion import Motion, Plant, advance, chamber_flows
 from rodless_sim.timing import sample_times
 
 Array = npt.NDArray[np.float64]

@@ -38,8 +38,8 @@ def is_ros(module: str) -> bool:
 
 
 def is_shell(path: Path) -> bool:
-    """Whether the file's name says that it is a node or converts messages."""
-    return path.stem.startswith("ros_") or path.stem.endswith(("_node", "_messages"))
+    """Whether the file's place says that it is a node or part of one."""
+    return bool({"ros", "node"} & set(path.parts)) or path.stem.endswith("_node")
 
 
 def test_imports_are_seen_wherever_they_stand() -> None:

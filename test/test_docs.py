@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rodless_control import PidParameters
-from rodless_lab.parameter_reference import parameter_reference
+from rodless_lab.reports.parameters import parameter_reference
 from rodless_sim import RigParameters
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
-from rodless_lab.experiments.page import page
+from rodless_lab.reports.page import page
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "experiments"
 NUMBER = r"[−-]?\d+(?:\.\d+)?"

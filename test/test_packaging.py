@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rodless_lab.domain import own_domain
+from rodless_lab.session.domain import own_domain
 
 ROOT = Path(__file__).parents[1]
 PRODUCT = ["rodless_base", "rodless_sim", "rodless_control", "rodless_lab", "rodless_pytest"]

@@ -10,9 +10,9 @@ from typing import NamedTuple
 # Clock messages remembered, to date messages that arrive late.
 _REMEMBERED = 10_000
 
-# How many turns a message waits for a clock message. One that was lost on the way and is sent
+# How many polls a message waits for a clock message. One that was lost on the way and is sent
 # again comes seconds late, and all after it with it.
-TURNS = 100
+POLLS = 100
 
 # Messages of one topic that may wait for the first clock message.
 _WAITING = 20_000
@@ -57,15 +57,15 @@ class BagClock:
     In plant time, that is the stamp in its header, or for a message without one the time of the
     last clock message sent before it. Messages from different senders overtake each other on
     the way, so an unstamped message waits until a clock message that was sent after it has come,
-    or for ``TURNS`` calls of :meth:`turn`. Before the first clock message nothing can be dated,
+    or for ``POLLS`` calls of :meth:`poll`. Before the first clock message nothing can be dated,
     and everything waits. Messages of one topic keep their order. Senders on several machines
     must agree on the wall clock.
     """
 
     def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
         self.base = base
-        self._turn = 0
-        # By topic, with the turn in which each message came.
+        self._polls = 0
+        # By topic, with the poll in which each message came.
         self._waiting: dict[str, deque[tuple[int, Arrival]]] = {}
         self._clock_sent: list[int] = []
         self._clock_time: list[int] = []
@@ -81,7 +81,7 @@ class BagClock:
         if arrival.topic not in self._waiting and not self._must_wait(arrival):
             return [self._timed(arrival)]
         queue = self._waiting.setdefault(arrival.topic, deque())
-        queue.append((self._turn, arrival))
+        queue.append((self._polls, arrival))
         if self.base is TimeBase.UNKNOWN and len(queue) >= _WAITING:
             return self.finish()
         return []
@@ -98,21 +98,21 @@ class BagClock:
             del self._clock_time[:-_REMEMBERED]
         return self._take(lambda _, arrival: not self._must_wait(arrival))
 
-    def turn(self) -> list[Timed]:
-        """Return the messages that have waited for ``TURNS`` turns, with the best time known.
+    def poll(self) -> list[Timed]:
+        """Return the messages that have waited for ``POLLS`` polls, with the best time known.
 
         None are returned while there is no clock.
         """
         if self.base is TimeBase.UNKNOWN:
             return []
-        self._turn += 1
-        return self._take(lambda turn, _: turn <= self._turn - TURNS)
+        self._polls += 1
+        return self._take(lambda poll, _: poll <= self._polls - POLLS)
 
     def finish(self) -> list[Timed]:
         """Return all messages that still wait; without a clock, in wall time."""
         if self.base is TimeBase.UNKNOWN:
             self.base = TimeBase.WALL
-        return self._take(lambda _turn, _arrival: True)
+        return self._take(lambda _poll, _arrival: True)
 
     def _take(self, may_go: Callable[[int, Arrival], bool]) -> list[Timed]:
         """Take from each topic's waiting messages those before the first that may not go."""

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rodless_lab.ros_share import share_directories
+from rodless_base.ros.share import share_directories
 
 _TYPE_NAME = re.compile(r"(\w+)/(?:msg/)?(\w+)")
 _FIELD_TYPE = re.compile(r"^[ \t]*([\w/]+)(?:\[[^\]]*\])?[ \t]+\w", re.MULTILINE)

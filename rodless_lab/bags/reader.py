@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from rclpy.serialization import deserialize_message
 
-from rodless_lab.bags.mcap_reader import McapError, McapMessage, McapReader
+from rodless_lab.bags.mcap_file.reader import McapError, McapMessage, McapReader
 from rodless_lab.bags.message_definition import message_class
 from rodless_lab.bags.metadata import BagError, BagTopic, storage_files
 from rodless_lab.bags.writer import recorded_topics

@@ -8,9 +8,9 @@ from types import TracebackType
 import yaml
 from mcap.records import Channel
 
-from rodless_lab.bags.mcap_index import McapIndex
-from rodless_lab.bags.mcap_reader import McapError, McapReader
-from rodless_lab.bags.mcap_writer import McapWriter
+from rodless_lab.bags.mcap_file.index import McapIndex
+from rodless_lab.bags.mcap_file.reader import McapError, McapReader
+from rodless_lab.bags.mcap_file.writer import McapWriter
 from rodless_lab.bags.message_definition import message_definition
 from rodless_lab.bags.metadata import (
     METADATA_FILE,

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rodless_lab.experiments import sine
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.errata import run_errata
 from rodless_lab.experiments.fixed_chamber import run_fixed_chamber
 from rodless_lab.experiments.flow_coefficient import run_flow_coefficient
 from rodless_lab.experiments.friction import run_friction
 from rodless_lab.experiments.result import Result
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
 from rodless_lab.experiments.step import run_step
 from rodless_lab.experiments.valve_area import run_valve_area
 

@@ -10,12 +10,12 @@ from rodless_lab.experiments import errata_pictures as drawn
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.experiments.valve_area import RATED, rated_flow
 from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
-from rodless_lab.identification.area_curve import effective_area as area_of_flow
+from rodless_lab.identification.valve_bench.area_curve import effective_area as area_of_flow
 from rodless_sim import RigParameters, simulate
-from rodless_sim.cylinder import pressure_rate
-from rodless_sim.flow import LAMINAR_RATIO, gap_flow, gap_flow_printed, orifice_flow
-from rodless_sim.friction import sliding_friction
-from rodless_sim.valve import (
+from rodless_sim.physics.cylinder import pressure_rate
+from rodless_sim.physics.flow import LAMINAR_RATIO, gap_flow, gap_flow_printed, orifice_flow
+from rodless_sim.physics.friction import sliding_friction
+from rodless_sim.physics.valve import (
     SPOOL_GAIN,
     centred_area,
     effective_area,

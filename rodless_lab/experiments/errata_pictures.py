@@ -7,17 +7,17 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Picture
 from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
-from rodless_lab.identification.area_curve import LITRES_PER_MINUTE
+from rodless_lab.figures.style import label, panels
+from rodless_lab.identification.valve_bench.area_curve import LITRES_PER_MINUTE
 from rodless_sim import RigParameters
-from rodless_sim.flow import gap_conductance, gap_flow, gap_flow_printed
-from rodless_sim.friction import sliding_friction
-from rodless_sim.motion import Plant
-from rodless_sim.plant import plant_constants
-from rodless_sim.settled import settled_pressures
-from rodless_sim.valve import (
+from rodless_sim.physics.flow import gap_conductance, gap_flow, gap_flow_printed
+from rodless_sim.physics.friction import sliding_friction
+from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.settled import settled_pressures
+from rodless_sim.physics.valve import (
     SPOOL_GAIN,
     centred_area,
     effective_area,

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
-from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.figures.style import label, panels
 from rodless_sim import Rig, RigParameters, Trace
-from rodless_sim.settled import settled_pressures
+from rodless_sim.physics.settled import settled_pressures
 
 Array = npt.NDArray[np.float64]
 

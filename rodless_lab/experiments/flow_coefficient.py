@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
 from rodless_lab.experiments.valve_stand import (
     FREE_AIR_DENSITY,
@@ -16,16 +15,17 @@ from rodless_lab.experiments.valve_stand import (
     port_flow,
     systematic_share,
 )
-from rodless_lab.identification.flow_coefficient import (
+from rodless_lab.figures.style import label, panels
+from rodless_lab.identification.valve_bench.flow_coefficient import (
     FlowCoefficientCurve,
     fit_flow_coefficient,
     flow_coefficient,
 )
 from rodless_sim import RigParameters
-from rodless_sim.motion import Plant
-from rodless_sim.plant import plant_constants
-from rodless_sim.sensors import DATA_SHEET
-from rodless_sim.valve import centred_area
+from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.valve import centred_area
 
 Array = npt.NDArray[np.float64]
 

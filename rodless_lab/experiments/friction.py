@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
 from rodless_lab.experiments.friction_campaign import (
     CLOSED,
     RAMP_RATE,
@@ -23,11 +22,12 @@ from rodless_lab.experiments.friction_pictures import (
     draw_runs,
 )
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
-from rodless_lab.identification.auxiliary_lines import auxiliary_lines
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
 from rodless_lab.identification.estimate import Estimate
-from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit
+from rodless_lab.identification.friction.auxiliary_lines import auxiliary_lines
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit
 from rodless_sim import RigParameters
-from rodless_sim.sensors import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET
 
 AMBIENT = 101325.0
 SUPPLY_GAUGE = 0.5e6

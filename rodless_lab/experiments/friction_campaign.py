@@ -7,20 +7,20 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
-from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
-from rodless_lab.identification.friction_run import (
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction.run import (
     BIAS_DIFFERENCE,
     EVENT_ACCURACY,
     FINEST_FORCE,
     FrictionPoints,
     friction_points,
 )
-from rodless_lab.identification.measured_run import run_of_trace
-from rodless_lab.identification.uniform_motion import uniform_parts
+from rodless_lab.identification.friction.uniform_motion import uniform_parts
+from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, Trace
-from rodless_sim.plant import piston_area
-from rodless_sim.sensors import PRESSURE_RANGE, Instruments, measured
+from rodless_sim.instruments.instruments import PRESSURE_RANGE, Instruments, measured
+from rodless_sim.physics.plant import piston_area
 
 Array = npt.NDArray[np.float64]
 
@@ -132,11 +132,11 @@ def read_off(seen: Trace, sensors: RigParameters) -> FrictionPoints:
     scatter = piston_area(sensors) * math.sqrt(2.0)
     scatter *= sensors.number("sensors.pressure_noise")
     speeds = np.array([part.speed for part in found.parts])
-    bow = math.pi * sensors.number("sensors.position_linearity") * np.abs(speeds)
+    nonlinearity = math.pi * sensors.number("sensors.position_linearity") * np.abs(speeds)
     return replace(
         read,
         speeds=speeds,
-        speed_errors=np.hypot([part.speed_error for part in found.parts], bow),
+        speed_errors=np.hypot([part.speed_error for part in found.parts], nonlinearity),
         forces=np.array([part.mean(seen.force) - mass * part.acceleration for part in found.parts]),
         force_errors=np.array(
             [math.hypot(scatter / math.sqrt(p.last - p.first), FINEST_FORCE) for p in found.parts]
@@ -175,7 +175,7 @@ def shared(errors: Array, runs: int) -> float:
 
 
 def biased(fit: DirectionFit, sensors: RigParameters) -> DirectionFit:
-    """Widen the intervals by what the noise of the runs cannot show: bias and bow of sensors."""
+    """Widen the intervals by what noise cannot show: bias and nonlinearity of sensors."""
     area = piston_area(sensors)
     bias = sensors.number("sensors.pressure_bias") * PRESSURE_RANGE
     force = area * BIAS_DIFFERENCE * bias

@@ -8,11 +8,11 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rodless_lab.experiments.figure import label, panels
-from rodless_lab.identification.auxiliary_lines import AuxiliaryLines
-from rodless_lab.identification.friction_curve import Stribeck, friction_force
-from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit
-from rodless_lab.identification.uniform_motion import uniform_parts
+from rodless_lab.figures.style import label, panels
+from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines
+from rodless_lab.identification.friction.curve import Stribeck, friction_force
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit
+from rodless_lab.identification.friction.uniform_motion import uniform_parts
 from rodless_sim import RigParameters, Trace
 
 Array = npt.NDArray[np.float64]

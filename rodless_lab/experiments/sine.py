@@ -9,11 +9,11 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from rodless_control import PidParameters, references
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
-from rodless_lab.experiments.figure import PRESET_COLOURS, label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
 from rodless_lab.experiments.step import top_speed
-from rodless_lab.in_process import ClosedLoopTrace
+from rodless_lab.figures.style import PRESET_COLOURS, label, panels
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters
 
 FREQUENCY = 0.381

@@ -7,13 +7,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rodless_control import PidParameters, references
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
-from rodless_lab.experiments.figure import PRESET_COLOURS, label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
-from rodless_lab.in_process import ClosedLoopTrace
-from rodless_lab.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.figures.style import PRESET_COLOURS, label, panels
+from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters
-from rodless_sim.plant import plant_constants
+from rodless_sim.physics.plant import plant_constants
 
 TARGET = 0.058
 STEP_TIME = 0.5

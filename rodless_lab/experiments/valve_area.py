@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
 from rodless_lab.experiments.valve_stand import (
     FREE_AIR_DENSITY,
@@ -17,7 +16,8 @@ from rodless_lab.experiments.valve_stand import (
     port_flow,
     systematic_share,
 )
-from rodless_lab.identification.area_curve import (
+from rodless_lab.figures.style import label, panels
+from rodless_lab.identification.valve_bench.area_curve import (
     LITRES_PER_MINUTE,
     AreaCurve,
     effective_area,
@@ -25,9 +25,9 @@ from rodless_lab.identification.area_curve import (
     three_sines,
 )
 from rodless_sim import RigParameters
-from rodless_sim.motion import Plant
-from rodless_sim.plant import plant_constants
-from rodless_sim.sensors import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.plant import plant_constants
 
 Array = npt.NDArray[np.float64]
 

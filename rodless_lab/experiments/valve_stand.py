@@ -9,11 +9,11 @@ import numpy.typing as npt
 from rodless_lab.experiments.result import Comparison, Limits
 from rodless_lab.identification.estimate import Estimate
 from rodless_sim import RigParameters
-from rodless_sim.flow import orifice_flow
-from rodless_sim.motion import Plant
-from rodless_sim.ports import edge_flow
-from rodless_sim.sensors import PRESSURE_RANGE, Instruments
-from rodless_sim.valve import effective_area, lands
+from rodless_sim.instruments.instruments import PRESSURE_RANGE, Instruments
+from rodless_sim.physics.flow import orifice_flow
+from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.ports import edge_flow
+from rodless_sim.physics.valve import effective_area, lands
 
 Array = npt.NDArray[np.float64]
 

@@ -1,14 +1,14 @@
 """Plant and controller under a test: start, drive, disturb and record them, and clean up."""
 
-from rodless_lab.harness.commands import Alteration, Law
-from rodless_lab.harness.errors import (
+from rodless_lab.session.commands import Alteration, Law
+from rodless_lab.session.errors import (
     HarnessError,
     NodeDiedError,
-    PatienceError,
     RefusedError,
+    WaitTimeoutError,
 )
-from rodless_lab.harness.samples import LostSampleError, Sample, Samples
-from rodless_lab.harness.session import Mode, RigSession
+from rodless_lab.session.samples import LostSampleError, Sample, Samples
+from rodless_lab.session.session import Mode, RigSession
 
 __all__ = [
     "Alteration",
@@ -17,9 +17,9 @@ __all__ = [
     "LostSampleError",
     "Mode",
     "NodeDiedError",
-    "PatienceError",
     "RefusedError",
     "RigSession",
     "Sample",
     "Samples",
+    "WaitTimeoutError",
 ]

@@ -1,27 +1,31 @@
 """Identification: from measured runs to the rig's parameters, with honest intervals."""
 
-from rodless_lab.identification.area_curve import (
+from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.friction.curve import Stribeck, friction_force, turning_points
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction.run import friction_points, identify_friction
+from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stick_slip_events
+from rodless_lab.identification.friction.uniform_motion import (
+    UniformPart,
+    UniformSearch,
+    uniform_parts,
+)
+from rodless_lab.identification.pressures.chambers import identify_chambers
+from rodless_lab.identification.pressures.fit import PressureFit
+from rodless_lab.identification.pressures.valve import identify_valve
+from rodless_lab.identification.valve_bench.area_curve import (
     AreaCurve,
     effective_area,
     fit_area_curve,
     three_sines,
 )
-from rodless_lab.identification.auxiliary_lines import AuxiliaryLines, auxiliary_lines
-from rodless_lab.identification.chambers_run import identify_chambers
-from rodless_lab.identification.estimate import Estimate
-from rodless_lab.identification.flow_coefficient import (
+from rodless_lab.identification.valve_bench.flow_coefficient import (
     FlowCoefficientCurve,
     fit_flow_coefficient,
     flow_coefficient,
 )
-from rodless_lab.identification.friction_curve import Stribeck, friction_force, turning_points
-from rodless_lab.identification.friction_fit import DirectionFit, FrictionFit, fit_friction
-from rodless_lab.identification.friction_run import friction_points, identify_friction
-from rodless_lab.identification.measured_run import MeasuredRun, RunError, run_of_trace
-from rodless_lab.identification.pressure_fit import PressureFit
-from rodless_lab.identification.stick_slip import StickSlipEvents, stick_slip_events
-from rodless_lab.identification.uniform_motion import UniformPart, UniformSearch, uniform_parts
-from rodless_lab.identification.valve_run import identify_valve
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, run_of_trace
 
 __all__ = [
     "AreaCurve",

@@ -11,4 +11,4 @@ ROOT = Path(__file__).resolve().parents[2]
 StartRig = Callable[..., RigSession]
 
 # For a process of a test to end, in wall-clock seconds.
-PATIENCE = 500.0
+TIMEOUT = 500.0

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harness_tests import PATIENCE, StartRig
+from harness_tests import TIMEOUT, StartRig
 
 from rodless_lab.harness import HarnessError, NodeDiedError, RigSession
 
@@ -23,11 +23,11 @@ HOLD = {"reference.type": "step", "reference.at": 0.05, "reference.target": 0.15
 
 
 def ended(pid: int) -> bool:
-    """Whether a process is gone within the patience of this file."""
+    """Whether a process is gone within the timeout of this file."""
     with contextlib.suppress(ProcessLookupError):
         handle = os.pidfd_open(pid)
         try:
-            return bool(select.select([handle], [], [], PATIENCE)[0])
+            return bool(select.select([handle], [], [], TIMEOUT)[0])
         finally:
             os.close(handle)
     return True
@@ -160,7 +160,7 @@ def test_all_ends_when_the_test_raises(frozen: bool) -> None:
 def test_all_ends_when_the_start_fails() -> None:
     """A controller that never publishes: the plant that was started meanwhile does not stay."""
     silent = [sys.executable, "-c", "import signal; signal.pause()"]
-    rig = RigSession(plant=SLOW, controller=silent, patience=3.0)
+    rig = RigSession(plant=SLOW, controller=silent, timeout=3.0)
     with pytest.raises(TimeoutError, match="a publisher of valve/voltage"):
         rig.__enter__()
     assert None not in rig.exit_codes.values()
@@ -208,7 +208,7 @@ def test_all_ends_when_the_test_is_ended_from_outside(number: int) -> None:
         assert len(pids) == 2
         program.send_signal(number)
         assert all(ended(pid) for pid in pids)
-        program.wait(PATIENCE)
+        program.wait(TIMEOUT)
 
 
 FAILING = """
@@ -227,7 +227,7 @@ def test_a_failing_test_shows_what_the_nodes_have_printed(
 ) -> None:
     """Below the failure stands the output of each node, and the nodes are gone."""
     (tmp_path / "test_it.py").write_text(textwrap.dedent(FAILING), encoding="utf-8")
-    output = run_pytest("test_it.py").communicate(timeout=PATIENCE)[0]
+    output = run_pytest("test_it.py").communicate(timeout=TIMEOUT)[0]
     assert "1 failed, 1 passed" in output
     for name in ("plant", "controller"):
         assert output.count(f"output of rig 0: {name}") == 1
@@ -251,5 +251,5 @@ def test_patience_is_wall_clock_time() -> None:
     with RigSession(plant=SLOW) as rig:
         start = time.monotonic()
         with pytest.raises(TimeoutError):
-            rig.run_until(1e5, patience=0.5)
+            rig.run_until(1e5, timeout=0.5)
         assert time.monotonic() - start >= 0.5

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
-from harness_tests import PATIENCE
+from harness_tests import TIMEOUT
 
 from rodless_lab.harness import HarnessError, NodeDiedError
-from rodless_lab.harness.launch_rig import LaunchedRig
+from rodless_lab.session.launch_rig import LaunchedRig
 
 
 class StandInProcess:
@@ -33,7 +33,7 @@ class StandInProcess:
     def end(self) -> int:
         """End it as launch does."""
         self._process.terminate()
-        return self._process.wait(PATIENCE)
+        return self._process.wait(TIMEOUT)
 
 
 @pytest.fixture

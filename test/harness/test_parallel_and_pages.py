@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from harness_tests import PATIENCE, ROOT
+from harness_tests import ROOT, TIMEOUT
 
 RunPytest = Callable[..., "subprocess.Popen[str]"]
 
@@ -53,7 +53,7 @@ def test_eight_at_once_do_not_hear_each_other(
         run_pytest(f"test_{number}.py", f"--basetemp={tmp_path}/tmp{number}")
         for number in range(AT_ONCE)
     ]
-    outputs = [process.communicate(timeout=PATIENCE)[0] for process in running]
+    outputs = [process.communicate(timeout=TIMEOUT)[0] for process in running]
     assert [process.returncode for process in running] == [0] * AT_ONCE, "\n".join(outputs)
 
 
@@ -63,7 +63,7 @@ def test_the_template_folder_works_where_it_is_copied_to(
     """Its test passes with its example controller, far from this project."""
     shutil.copytree(ROOT / "templates" / "controller_test", tmp_path / "mine")
     process = run_pytest("mine")
-    output = process.communicate(timeout=PATIENCE)[0]
+    output = process.communicate(timeout=TIMEOUT)[0]
     assert process.returncode == 0, output
     assert " passed" in output
 
@@ -76,7 +76,7 @@ def test_the_template_test_can_fail(tmp_path: Path, run_pytest: RunPytest) -> No
     assert "CLOSED_VOLTAGE + self.gain" in text
     controller.write_text(text.replace("CLOSED_VOLTAGE + self", "CLOSED_VOLTAGE - self"))
     process = run_pytest("mine", "-k", "reaches_the_set_point")
-    output = process.communicate(timeout=PATIENCE)[0]
+    output = process.communicate(timeout=TIMEOUT)[0]
     assert process.returncode == 1, output
     assert "output of rig 0: controller" in output
 
@@ -90,6 +90,6 @@ def test_the_examples_of_the_page_run(tmp_path: Path, run_pytest: RunPytest) -> 
     for number, block in enumerate(examples):
         (tmp_path / f"test_example_{number}.py").write_text(block, encoding="utf-8")
     process = run_pytest()
-    output = process.communicate(timeout=PATIENCE)[0]
+    output = process.communicate(timeout=TIMEOUT)[0]
     assert process.returncode == 0, output
     assert f"{sum(block.count('def test_') for block in examples)} passed" in output

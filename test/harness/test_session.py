@@ -12,10 +12,10 @@ from rodless_lab import closed_loop
 from rodless_lab.harness import (
     HarnessError,
     NodeDiedError,
-    PatienceError,
     RefusedError,
     RigSession,
     Sample,
+    WaitTimeoutError,
 )
 from rodless_sim import RigParameters, simulate
 
@@ -171,11 +171,11 @@ def test_the_controller_can_be_switched_off_and_reset(rig_session: StartRig) -> 
 def test_waiting_ends_and_says_for_what(rig_session: StartRig) -> None:
     """A wait in vain names what was waited for and shows what the nodes have printed."""
     rig = rig_session()
-    with pytest.raises(PatienceError, match="in vain for the moon") as caught:
-        rig.run_until(lambda _: False, "the moon", patience=0.2)
+    with pytest.raises(WaitTimeoutError, match="in vain for the moon") as caught:
+        rig.run_until(lambda _: False, "the moon", timeout=0.2)
     assert "loading the compiled plant" in str(caught.value)
     with pytest.raises(TimeoutError, match="in vain for a sign"):
-        rig.wait_until(lambda: False, "a sign", patience=0.2)
+        rig.wait_until(lambda: False, "a sign", timeout=0.2)
 
 
 def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:

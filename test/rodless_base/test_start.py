@@ -11,7 +11,7 @@ import pytest
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Only a hung process meets it.
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 IMPORTING = """
 import sys
@@ -97,7 +97,7 @@ def test_before_it_runs_a_request_ends_it_at_once(
     assert line(process) == "importing"
     process.send_signal(number)
     # Its input stays open: nothing but the signal ends the wait for a line.
-    assert process.wait(PATIENCE) == 0
+    assert process.wait(TIMEOUT) == 0
     assert process.communicate() == ("", "")
 
 
@@ -109,12 +109,14 @@ def test_while_it_runs_requests_only_tell_it(start: Start, number: signal.Signal
     process.send_signal(number)
     assert line(process) == "asked"
     process.send_signal(number)
-    output, errors = process.communicate("go on\n", PATIENCE)
+    output, errors = process.communicate("go on\n", TIMEOUT)
     assert (output.strip(), errors) == ("asked again, ending", "")
     assert process.returncode == 7
 
 
-@pytest.mark.parametrize("module", ["rodless_sim.plant_node", "rodless_control.controller_node"])
+@pytest.mark.parametrize(
+    "module", ["rodless_sim.node.plant_node", "rodless_control.node.controller_node"]
+)
 def test_without_ros_it_says_what_to_do(module: str) -> None:
     """Where no ROS package can be imported: one clear sentence, exit code 1, no traceback."""
     done = subprocess.run(
@@ -122,7 +124,7 @@ def test_without_ros_it_says_what_to_do(module: str) -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
     )
     assert done.returncode == 1
     assert done.stderr.startswith("rclpy is missing: source a ROS 2 distribution, or install")
@@ -132,7 +134,7 @@ def test_without_ros_it_says_what_to_do(module: str) -> None:
 def test_another_missing_module_is_not_blamed_on_ros(start: Start) -> None:
     """With rclpy at hand the missing module is the one that is named."""
     process = start("import rodless_no_such_module")
-    _, errors = process.communicate(timeout=PATIENCE)
+    _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 1
     assert "No module named 'rodless_no_such_module'" in errors
     assert "rclpy is missing" not in errors

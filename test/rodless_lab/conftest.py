@@ -13,7 +13,7 @@ from std_msgs.msg import Float64, Header
 
 from rodless_lab.bags.metadata import BagTopic
 from rodless_lab.bags.writer import BagWriter
-from rodless_lab.domain import own_domain
+from rodless_lab.session.domain import own_domain
 
 PERIOD = 1_000_000
 QOS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rodless_control import PidParameters, references
-from rodless_lab.in_process import closed_loop
+from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters, simulate
 
 

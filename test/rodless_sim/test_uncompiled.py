@@ -10,8 +10,8 @@ import pytest
 PROGRAM = """
 import json
 from rodless_sim import RigParameters
-from rodless_sim.motion import Motion, advance
-from rodless_sim.plant import plant_constants
+from rodless_sim.physics.motion import Motion, advance
+from rodless_sim.physics.plant import plant_constants
 
 ends = []
 for assembly in ("reconciled", "printed"):

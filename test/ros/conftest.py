@@ -15,8 +15,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from node_process import OUTPUTS, NodeProcess, StartNode, StartRig
 from observer import Observer
 
-from rodless_lab.domain import own_domain
-from rodless_lab.processes import RigProcesses, node_command, write_parameters
+from rodless_lab.session.domain import own_domain
+from rodless_lab.session.processes import RigProcesses, node_command, write_parameters
 
 
 @pytest.hookimpl(wrapper=True)
@@ -52,7 +52,7 @@ def observer(domain: dict[str, str]) -> Iterator[Observer]:
 @pytest.fixture(scope="module")
 def rodless(domain: dict[str, str]) -> Callable[..., NodeProcess]:
     """Return a function that makes a process of `rodless` with arguments, as on a command line."""
-    start = [sys.executable, "-c", "from rodless_lab.main import main; main()"]
+    start = [sys.executable, "-c", "from rodless_lab.cli.main import main; main()"]
     return lambda *arguments: NodeProcess([*start, *arguments], {**os.environ, **domain})
 
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from types import TracebackType
 
-from observer import PATIENCE
+from observer import TIMEOUT
 
-from rodless_lab.processes import RigProcesses
+from rodless_lab.session.processes import RigProcesses
 
 # What running processes have printed, by their name, so that a failing test can show it.
 OUTPUTS: dict[str, Callable[[], str]] = {}
@@ -75,10 +75,10 @@ class NodeProcess:
     def until_it_says(self, text: str) -> None:
         """Wait until its output holds ``text``."""
         with self._said:
-            found = self._said.wait_for(lambda: text in "".join(self._lines), PATIENCE)
+            found = self._said.wait_for(lambda: text in "".join(self._lines), TIMEOUT)
         assert found, f"waited in vain for {text!r} in:\n{self.output}"
 
-    def end(self, timeout: float = PATIENCE) -> int:
+    def end(self, timeout: float = TIMEOUT) -> int:
         """Wait until it has ended and all it printed has been read; return its exit code."""
         code = self.process.wait(timeout)
         self._reader.join(timeout)

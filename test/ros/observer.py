@@ -15,13 +15,13 @@ from rclpy.publisher import Publisher
 from rclpy.task import Future
 
 # For whatever must come, so that a test fails instead of hanging, in wall-clock seconds.
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 # How often a service is called within that time before it counts as silent.
 ATTEMPTS = 6
 
 # One wait for messages, in wall-clock seconds; the graph and processes are looked at as often.
-TURN = 0.05
+SPIN_SECONDS = 0.05
 
 # Messages a test on a busy machine may fall behind before it loses any.
 QUEUE_DEPTH = 10_000
@@ -66,12 +66,12 @@ class Observer:
         self._executor.shutdown()
         self.context.try_shutdown()
 
-    def until(self, condition: Callable[[], object], what: str, timeout: float = PATIENCE) -> None:
+    def until(self, condition: Callable[[], object], what: str, timeout: float = TIMEOUT) -> None:
         """Take messages until ``condition`` holds; fail naming ``what`` if it never does."""
         deadline = time.monotonic() + timeout
         while not condition():
             assert time.monotonic() < deadline, f"waited {timeout:g} s in vain for {what}"
-            self._executor.spin_once(TURN)
+            self._executor.spin_once(SPIN_SECONDS)
 
     def result(self, future: Future, what: str) -> Any:
         """Wait for ``future`` and return its result."""
@@ -91,7 +91,7 @@ class Observer:
         self.until(publisher.get_subscription_count, f"a subscriber of {topic}")
         return publisher
 
-    def more(self, messages: list[Any], count: int, timeout: float = PATIENCE) -> list[Any]:
+    def more(self, messages: list[Any], count: int, timeout: float = TIMEOUT) -> list[Any]:
         """Wait for ``count`` further messages in a recorded list and return them."""
         start = len(messages)
         self.until(
@@ -112,12 +112,12 @@ class Observer:
         self.until(client.service_is_ready, f"service {service}")
         for _ in range(ATTEMPTS):
             future = client.call_async(kind.Request(**fields))
-            deadline = time.monotonic() + PATIENCE / ATTEMPTS
+            deadline = time.monotonic() + TIMEOUT / ATTEMPTS
             while not future.done() and time.monotonic() < deadline:
-                self._executor.spin_once(TURN)
+                self._executor.spin_once(SPIN_SECONDS)
             if future.done():
                 return future.result()
-        raise AssertionError(f"waited {PATIENCE:g} s in vain for an answer of {service}")
+        raise AssertionError(f"waited {TIMEOUT:g} s in vain for an answer of {service}")
 
     def parameters(self, node: str) -> AsyncParameterClient:
         """Return a client of the parameter services of ``node``."""

@@ -17,15 +17,15 @@ from std_msgs.msg import Float64
 
 from rodless_control import PidParameters, references
 from rodless_lab.bags.reader import Bag, Recording, read_bag
-from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
-from rodless_lab.domain import own_domain
-from rodless_lab.identification.bag_run import read_run
-from rodless_lab.in_process import closed_loop
-from rodless_lab.processes import RigProcesses
-from rodless_lab.replay_command import replay
+from rodless_lab.cli.replay import replay
+from rodless_lab.runs.from_bag import read_run
+from rodless_lab.session.domain import own_domain
+from rodless_lab.session.processes import RigProcesses
+from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters
-from rodless_sim.sensors import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET
 
 DURATION = 1.5
 SAMPLES = 1501
@@ -39,7 +39,7 @@ TOPICS = (
 )
 
 # Against hanging for ever; the run takes about a second, starting it a few.
-PATIENCE = 180.0
+TIMEOUT = 180.0
 
 
 @contextmanager
@@ -52,7 +52,7 @@ def loaded_cores() -> Iterator[None]:
                     [
                         sys.executable,
                         "-c",
-                        f"import time; e=time.time()+{PATIENCE}\nwhile time.time()<e: pass",
+                        f"import time; e=time.time()+{TIMEOUT}\nwhile time.time()<e: pass",
                     ]
                 )
             )
@@ -92,7 +92,7 @@ def record_run(
             Float64, "valve/voltage", lambda m: heard.append(m.data), 10_000
         )
         executor.add_node(listener)
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while len(heard) < SAMPLES:
             executor.spin_once(timeout_sec=0.1)
             rig.check()

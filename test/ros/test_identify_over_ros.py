@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from node_process import NodeProcess
-from observer import PATIENCE
+from observer import TIMEOUT
 
 from rodless_lab.bags.reader import read_bag
 from rodless_sim import RigParameters
@@ -51,17 +51,17 @@ def test_friction_is_found_again(rodless: Rodless, tmp_path: Path) -> None:
     rig = rodless("rig", *options)
     with rig, rodless("record", *TOPICS.split(), "--output", str(bag)) as recorder:
         with rodless("drive", "friction", "--recorders", "1") as driver:
-            assert driver.end(PATIENCE * 5.0) == 0, driver.output
+            assert driver.end(TIMEOUT * 5.0) == 0, driver.output
         recorder.signal(signal.SIGINT)
-        assert recorder.end(PATIENCE) == 0, recorder.output
+        assert recorder.end(TIMEOUT) == 0, recorder.output
         rig.signal(signal.SIGINT)
-        assert rig.end(PATIENCE) == 0, rig.output
+        assert rig.end(TIMEOUT) == 0, rig.output
     recorded = read_bag(bag)
     assert recorded["/joint_states"].log_time[0] == 0
     assert recorded["/valve/voltage"].fields["data"].ravel()[0] == 5.23
 
     with rodless("identify", "friction", str(bag), "--output", str(found)) as identify:
-        assert identify.end(PATIENCE) == 0, identify.output
+        assert identify.end(TIMEOUT) == 0, identify.output
     identified = RigParameters.from_file(found)
     lines = found.read_text(encoding="utf-8").splitlines()
     for name, hidden in HIDDEN.items():

@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_control import PidParameters
-from rodless_lab.processes import RigProcesses
+from rodless_lab.session.processes import RigProcesses
 
 PERIOD = 1_000_000
 

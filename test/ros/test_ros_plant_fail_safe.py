@@ -48,7 +48,7 @@ def test_without_a_command_nothing_moves(plant: PausedPlant) -> None:
     status = plant.diagnostic()
     if plant.count("overruns"):
         assert status.level == DiagnosticStatus.WARN
-        assert status.message == "has happened: overruns"
+        assert status.message == "since start: overruns"
     else:
         assert status.level == DiagnosticStatus.OK
         assert "waiting for commands" in status.message

@@ -5,19 +5,19 @@ from typing import cast
 from rclpy.executors import Executor
 from rclpy.task import Future
 
-from rodless_base.ros_process import SPIN_SECONDS, spin
+from rodless_base.ros.process import SPIN_SECONDS, spin
 from rodless_base.start import Stop
 
 
 def test_waiting_leaves_nothing_behind() -> None:
-    """Each turn waits for a future of its own, with a bound, until the process is to stop.
+    """Each spin waits for a future of its own, with a bound, until the process is to stop.
 
-    Executors other than the events executor leave a callback in the future at each turn: one
-    future for all turns would grow for as long as the node runs.
+    Executors other than the events executor leave a callback in the future at each spin: one
+    future for all spins would grow for as long as the node runs.
     """
 
     class FiveTurns:
-        """An executor that asks the process to stop at its fifth turn."""
+        """An executor that asks the process to stop at its fifth spin."""
 
         def spin_until_future_complete(self, future: Future, timeout: float) -> None:
             """Note what is waited for."""

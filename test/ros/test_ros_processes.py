@@ -13,8 +13,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from rodless_lab import processes
-from rodless_lab.processes import RigProcesses
+from rodless_lab.session import processes
+from rodless_lab.session.processes import RigProcesses
 
 ENDED_WELL = {"plant": 0, "controller": 0}
 

@@ -9,7 +9,7 @@ from node_process import NodeProcess
 from observer import Observer
 
 from rodless_sim import RigParameters
-from rodless_sim.sensors import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET
 
 Rodless = Callable[..., NodeProcess]
 

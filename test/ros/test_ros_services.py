@@ -6,13 +6,13 @@ from typing import cast
 
 import pytest
 from node_process import StartNode
-from observer import PATIENCE, Observer, nanoseconds
+from observer import TIMEOUT, Observer, nanoseconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_sim.engine import Engine
-from rodless_sim.realtime import Realtime
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.realtime import Realtime
 
 PERIOD = 5_000_000
 
@@ -85,7 +85,7 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
 
     def step() -> None:
         begun.set()
-        may_end.wait(PATIENCE)
+        may_end.wait(TIMEOUT)
         events.append("step")
 
     def pause() -> None:
@@ -93,12 +93,12 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
         events.append("paused")
 
     realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
-    assert begun.wait(PATIENCE)
+    assert begun.wait(TIMEOUT)
     pausing = threading.Thread(target=pause)
     pausing.start()
     pausing.join(0.2)
     may_end.set()
-    pausing.join(PATIENCE)
+    pausing.join(TIMEOUT)
     realtime.close()
     assert events == ["step", "paused"]
 
@@ -112,10 +112,10 @@ def test_a_plant_that_fails_does_not_look_alive() -> None:
         raise ArithmeticError("of the test's own")
 
     realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
-    assert failed.wait(PATIENCE)
+    assert failed.wait(TIMEOUT)
     realtime.close()
     with pytest.raises(ArithmeticError, match="of the test's own"):
-        realtime.look()
+        realtime.poll()
 
 
 def test_a_step_is_one_period(observer: Observer, samples: list[JointState]) -> None:

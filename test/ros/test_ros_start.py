@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from node_process import NodeProcess
-from observer import PATIENCE, Observer
+from observer import TIMEOUT, Observer
 
-from rodless_lab.processes import node_command
+from rodless_lab.session.processes import node_command
 
 
 def file_for(node: str, line: str) -> str:
@@ -103,7 +103,7 @@ def test_a_bad_start_ends_with_1_and_says_why(
         env={**os.environ, **domain},
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         check=False,
     )
     assert ended.returncode == 1, ended.stdout + ended.stderr

@@ -34,19 +34,19 @@ def test_a_command_waits_for_the_clock_message_it_has_overtaken() -> None:
     clock = BagClock()
     clock.put(arrival("clock", 0, clock=7000))
     assert clock.put(arrival("command", 150)) == []
-    assert clock.turn() == []
+    assert clock.poll() == []
     dated = clock.put(arrival("clock", 100, clock=8000)) + clock.finish()
     assert times(dated) == [("clock", 8000), ("command", 8000)]
 
 
 def test_a_paused_plant_does_not_hold_a_command_for_ever() -> None:
-    """When no further clock message comes, a command is dated by the last one after some turns."""
+    """When no further clock message comes, a command is dated by the last one after some polls."""
     clock = BagClock()
     clock.put(arrival("clock", 0, clock=7000))
     assert clock.put(arrival("command", 150)) == []
-    for _ in range(bag_clock.TURNS - 1):
-        assert clock.turn() == []
-    assert times(clock.turn()) == [("command", 7000)]
+    for _ in range(bag_clock.POLLS - 1):
+        assert clock.poll() == []
+    assert times(clock.poll()) == [("command", 7000)]
     assert clock.finish() == []
 
 
@@ -81,7 +81,7 @@ def test_nothing_is_dated_before_the_first_clock_message() -> None:
     clock = BagClock()
     assert clock.put(arrival("sample", 10, stamp=6900)) == []
     assert clock.put(arrival("command", 20)) == []
-    assert clock.turn() == []
+    assert clock.poll() == []
     dated = clock.put(arrival("clock", 30, clock=7000))
     assert times(dated) == [("sample", 6900), ("command", 7000), ("clock", 7000)]
 

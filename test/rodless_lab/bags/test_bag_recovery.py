@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
-from rodless_lab import recover_command
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.bags.writer import recover_bag
+from rodless_lab.cli import recover
 
 # Writes samples of 1 kB until the disk is full, then closes, and prints what it was told.
 FILL = """
 import resource, sys
-from rodless_lab import recover_command
+from rodless_lab.cli import recover
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.writer import BagWriter
 limit = int(sys.argv[2])
@@ -162,10 +162,10 @@ def test_the_command_says_what_it_saved_or_why_not(
 ) -> None:
     """`rodless recover` tells the number of messages, or the fault with exit code 2."""
     bag = cut(sample_bag.path, tmp_path / "cut", 30_000)
-    assert recover_command.main([str(bag)], None) == 0
+    assert recover.main([str(bag)], None) == 0
     count = sum(map(len, payloads(read_bag(bag)).values()))
     assert capsys.readouterr().out == f"{count} messages in {bag}\n"
-    assert recover_command.main([str(tmp_path / "nothing")], None) == 2
+    assert recover.main([str(tmp_path / "nothing")], None) == 2
     assert capsys.readouterr().err == f"{tmp_path / 'nothing'}: not the folder of a bag\n"
 
 
@@ -177,11 +177,11 @@ def test_a_bag_cut_after_it_was_closed_says_how_much_is_gone(
     bag = cut(sample_bag.path, tmp_path / "cut", 30_000)
     name = next(bag.glob("*.mcap")).name
     (bag / "metadata.yaml").write_text(description.replace("sample_0.mcap", name))
-    assert recover_command.main([str(bag)], None) == 0
+    assert recover.main([str(bag)], None) == 0
     count = sum(map(len, payloads(read_bag(bag)).values()))
     assert 0 < count < 600
     assert capsys.readouterr().out == f"{count} messages in {bag}, of 600 once recorded\n"
-    assert recover_command.main([str(bag)], None) == 0
+    assert recover.main([str(bag)], None) == 0
     assert capsys.readouterr().out == f"{count} messages in {bag}\n"
 
 

@@ -23,16 +23,16 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header, String
 
 from rodless_lab.bags.reader import Bag, read_bag
-from rodless_lab.bags.recorder import Recorder
+from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter, recover_bag
 
 # For whatever must come, so that a test fails instead of hanging, in wall-clock seconds.
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 # Ctrl-C promises 2 s on a machine that has nothing else to do.
 STOP_SECONDS = 5.0
 
-RECORD = "from rodless_lab.main import main; main()"
+RECORD = "from rodless_lab.cli.main import main; main()"
 
 # Deep enough for all that a test sends at once: a publisher forgets what is older, heard or not.
 RELIABLE = QoSProfile(depth=10_000)
@@ -82,7 +82,7 @@ class Plant:
     def until(self, condition: Callable[[], bool]) -> None:
         """Wait until ``condition`` holds."""
         # The graph is rclpy's own business in other threads; there is nothing to spin for.
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT
         turn = threading.Event()
         while not condition():
             assert time.monotonic() < deadline, "waited in vain"
@@ -98,8 +98,8 @@ class Plant:
 
     def delivered(self) -> bool:
         """Whether reliable subscribers have got everything sent so far."""
-        patience = Duration(seconds=PATIENCE)
-        return all(p.wait_for_all_acked(patience) for p in (self.clock, self.states, self.voltage))
+        timeout = Duration(seconds=TIMEOUT)
+        return all(p.wait_for_all_acked(timeout) for p in (self.clock, self.states, self.voltage))
 
 
 @pytest.fixture
@@ -134,7 +134,7 @@ class RecorderProcess:
     def __exit__(self, *_: object) -> None:
         self.process.kill()
         self.process.wait()
-        self._reader.join(PATIENCE)
+        self._reader.join(TIMEOUT)
 
     def _read(self) -> None:
         for line in self.process.stdout:
@@ -145,14 +145,14 @@ class RecorderProcess:
     def until_it_says(self, text: str) -> None:
         """Wait until its output holds ``text``."""
         with self._said:
-            assert self._said.wait_for(lambda: text in self.output, PATIENCE), self.output
+            assert self._said.wait_for(lambda: text in self.output, TIMEOUT), self.output
 
-    def end(self, number: int | None = None, timeout: float = PATIENCE) -> int:
+    def end(self, number: int | None = None, timeout: float = TIMEOUT) -> int:
         """Send a signal, if any; return the exit code and have all output."""
         if number is not None:
             self.process.send_signal(number)
         code = self.process.wait(timeout)
-        self._reader.join(PATIENCE)
+        self._reader.join(TIMEOUT)
         return code
 
 
@@ -208,7 +208,7 @@ def test_all_topics_are_found(domain: dict[str, str], plant: Plant, tmp_path: Pa
         plant.until_heard_by(late)
         late.publish(String(data="here"))
         plant.send(10)
-        assert late.wait_for_all_acked(Duration(seconds=PATIENCE))
+        assert late.wait_for_all_acked(Duration(seconds=TIMEOUT))
         assert plant.delivered()
         assert hidden.get_subscription_count() == 0
         assert recorder.end(signal.SIGINT) == 0, recorder.output
@@ -295,7 +295,7 @@ class Recording:
 
     def until(self, condition: Callable[[], object]) -> None:
         """Run the recorder until ``condition`` holds."""
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT
         while not condition():
             assert time.monotonic() < deadline, "waited in vain"
             self.executor.spin_once(0.05)
@@ -428,7 +428,7 @@ def test_messages_that_never_came_are_counted(
     plant: Plant, recording: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A queue too short for a burst of best-effort messages; the recorder knows what it missed."""
-    monkeypatch.setattr("rodless_lab.bags.qos.DEPTH", 5)
+    monkeypatch.setattr("rodless_lab.bags.ros.qos.DEPTH", 5)
     unreliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
     beat = plant.publisher(Float64, "beat", unreliable)
     recorder = recording.start("beat", wall_time=True)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
-from rodless_lab.bags.topic_discovery import TopicDiscovery
+from rodless_lab.bags.ros.topic_discovery import TopicDiscovery
 
 NUMBER = "std_msgs/msg/Float64"
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from rodless_base.start import Stop
-from rodless_lab.experiment_command import main
+from rodless_lab.cli.experiment import main
 from rodless_lab.experiments import catalogue
 from rodless_lab.experiments.catalogue import Experiment
-from rodless_lab.experiments.figure import label, panels
 from rodless_lab.experiments.result import Comparison, Limits, Picture
+from rodless_lab.figures.style import label, panels
 
 
 def drawn() -> object:

@@ -10,12 +10,12 @@ import pytest
 
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
-from rodless_lab.experiment_command import main, parsed
-from rodless_lab.experiments import fixed_chamber, ros_bench, step
-from rodless_lab.experiments.bench import IN_PROCESS, Bench
+from rodless_lab.cli.experiment import main, parsed
+from rodless_lab.experiments import fixed_chamber, ros_runner, step
 from rodless_lab.experiments.catalogue import EXPERIMENTS
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
 from rodless_lab.harness import NodeDiedError
-from rodless_lab.in_process import ClosedLoopTrace
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters, Trace
 
 UNPUBLISHED = {"mass_flow_a", "mass_flow_b"}
@@ -30,7 +30,7 @@ def runs() -> list[None]:
 @pytest.fixture
 def bench(runs: list[None]) -> Iterator[Bench]:
     """Return the bench of the nodes; at least one run must have been theirs."""
-    yield ros_bench.ros_bench(lambda: runs.append(None))
+    yield ros_runner.ros_bench(lambda: runs.append(None))
     assert runs
 
 
@@ -90,7 +90,7 @@ def test_voltages_beyond_the_valve_are_held_at_its_limits(bench: Bench) -> None:
 def test_only_steps_and_sines_can_be_asked_of_the_controller() -> None:
     """Other references are refused by name instead of being run as something else."""
     with pytest.raises(TypeError, match="Ramp"):
-        ros_bench.reference_parameters(references.ramp(0.0, 0.1, 0.05))
+        ros_runner.reference_parameters(references.ramp(0.0, 0.1, 0.05))
 
 
 @pytest.mark.parametrize("name", ["valve-area", "flow-coefficient", "errata"])
@@ -118,7 +118,7 @@ def test_the_command_hands_the_bench_of_the_nodes_to_the_experiment(
 
         return Bench(IN_PROCESS.open_loop, closed_loop)
 
-    monkeypatch.setattr(ros_bench, "ros_bench", stand_in)
+    monkeypatch.setattr(ros_runner, "ros_bench", stand_in)
     arguments = ["step", "--preset", "calibrated", "--output", str(tmp_path)]
     assert main([*arguments, "--ros"], Stop()) == 0
     assert "step ... ." in capsys.readouterr().out
@@ -134,7 +134,7 @@ def test_nodes_that_fail_end_the_command_with_1(
     def fail(*_: Any) -> Trace:
         raise NodeDiedError("the plant has ended with exit code 1")
 
-    monkeypatch.setattr(ros_bench, "ros_bench", lambda _: Bench(fail, fail))
+    monkeypatch.setattr(ros_runner, "ros_bench", lambda _: Bench(fail, fail))
     out = tmp_path / "out"
     assert main(["fixed-chamber", "--ros", "--output", str(out)], Stop()) == 1
     assert "the plant has ended with exit code 1" in capsys.readouterr().err

@@ -9,8 +9,8 @@ from rodless_lab.experiments.flow_coefficient import run_flow_coefficient
 from rodless_lab.experiments.valve_area import VOLTAGES, run_valve_area
 from rodless_lab.experiments.valve_stand import Stand, bare_flow, port_flow, systematic_share
 from rodless_sim import RigParameters
-from rodless_sim.plant import plant_constants
-from rodless_sim.sensors import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.physics.plant import plant_constants
 
 
 def test_bare_flow_by_hand() -> None:

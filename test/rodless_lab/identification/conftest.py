@@ -11,7 +11,7 @@ from std_msgs.msg import Float64, Header
 
 from rodless_lab.bags.metadata import BagTopic
 from rodless_lab.bags.writer import BagWriter
-from rodless_lab.identification.measured_run import MeasuredRun
+from rodless_lab.runs.measured_run import MeasuredRun
 
 PRESSURES = {
     "/chamber_a/pressure": "pressure_a",

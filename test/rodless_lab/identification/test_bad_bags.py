@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from rodless_base.start import Stop
-from rodless_lab import compare_command, identify_command
-from rodless_lab.identification.measured_run import MeasuredRun
+from rodless_lab.cli import compare, identify
+from rodless_lab.runs.measured_run import MeasuredRun
 
 
 class Quiet(Stop):
@@ -31,7 +31,7 @@ def refused(
 ) -> str:
     """Run the command, hold what every refusal must keep, and return the message."""
     output = folder / "out" / "found.yaml"
-    code = identify_command.main([subject, str(bag), "-o", str(output)], Quiet())
+    code = identify.main([subject, str(bag), "-o", str(output)], Quiet())
     error = capsys.readouterr().err
     assert code == 2
     assert "Traceback" not in error
@@ -166,7 +166,7 @@ def test_run_that_says_nothing_of_friction(tmp_path: Path, write_bag, capsys) ->
     run = a_run()
     resting = MeasuredRun(**{**vars(run), "position": np.full(len(run.time), 0.1)})
     bag, output = write_bag(tmp_path / "bag", resting), tmp_path / "found.yaml"
-    code = identify_command.main(["friction", str(bag), "-o", str(output)], Quiet())
+    code = identify.main(["friction", str(bag), "-o", str(output)], Quiet())
     assert code == 1
     assert "the carriage never moves" in capsys.readouterr().err
     assert not output.exists()
@@ -178,7 +178,7 @@ def test_run_that_says_nothing_of_the_chambers(
 ) -> None:
     """Pressures that stand still inform neither valve nor chambers: code 1, and no file."""
     bag, output = write_bag(tmp_path / "bag", a_run()), tmp_path / "found.yaml"
-    assert identify_command.main([subject, str(bag), "-o", str(output)], Quiet()) == 1
+    assert identify.main([subject, str(bag), "-o", str(output)], Quiet()) == 1
     assert "the pressures change by only 0 Pa" in capsys.readouterr().err
     assert not output.exists()
 
@@ -187,7 +187,7 @@ def test_unknown_base(tmp_path: Path, write_bag, capsys) -> None:
     """A base that is neither preset nor file is refused by name, before anything is written."""
     bag, output = write_bag(tmp_path / "bag", a_run()), tmp_path / "found.yaml"
     arguments = ["valve", str(bag), "-o", str(output), "--base", "papre"]
-    assert identify_command.main(arguments, Quiet()) == 2
+    assert identify.main(arguments, Quiet()) == 2
     assert "papre: neither a preset (calibrated, paper) nor a file" in capsys.readouterr().err
     assert not output.exists()
 
@@ -208,7 +208,7 @@ def test_output_that_cannot_be_written(tmp_path: Path, write_bag, capsys) -> Non
     bag = write_bag(tmp_path / "bag", sliding_run())
     output = tmp_path / "blocked" / "found.yaml"
     arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
-    assert identify_command.main(arguments, Quiet()) == 2
+    assert identify.main(arguments, Quiet()) == 2
     assert f"{output}: cannot be written" in capsys.readouterr().err
 
 
@@ -223,7 +223,7 @@ def test_disk_that_fills_up(tmp_path: Path, write_bag, capsys, monkeypatch) -> N
 
     monkeypatch.setattr(os, "fsync", full)
     arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
-    assert identify_command.main(arguments, Quiet()) == 2
+    assert identify.main(arguments, Quiet()) == 2
     assert "No space left on device" in capsys.readouterr().err
     assert output.read_text() == "earlier\n"
     assert list(output.parent.iterdir()) == [output]
@@ -237,6 +237,6 @@ def test_compare_refuses_the_same_bags(tmp_path: Path, write_bag, capsys) -> Non
         spoil=lambda _, k, time, good: (time, math.nan if k == 7 else good),
     )
     output = tmp_path / "compared"
-    assert compare_command.main(["paper", str(bag), "--output", str(output)], Quiet()) == 2
+    assert compare.main(["paper", str(bag), "--output", str(output)], Quiet()) == 2
     assert "/joint_states: message 7" in capsys.readouterr().err
     assert not output.exists()

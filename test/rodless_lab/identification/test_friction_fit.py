@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from rodless_lab.identification.auxiliary_lines import auxiliary_lines
-from rodless_lab.identification.friction_curve import (
+from rodless_lab.identification.friction.auxiliary_lines import auxiliary_lines
+from rodless_lab.identification.friction.curve import (
     Stribeck,
     friction_force,
     has_unstable_branch,
     turning_points,
 )
-from rodless_lab.identification.friction_fit import fit_friction
-from rodless_lab.identification.stick_slip import stick_slip_events
-from rodless_lab.identification.uniform_motion import position_noise, uniform_parts
+from rodless_lab.identification.friction.fit import fit_friction
+from rodless_lab.identification.friction.stick_slip import stick_slip_events
+from rodless_lab.identification.friction.uniform_motion import position_noise, uniform_parts
 from rodless_sim import RigParameters, simulate
 
 FORWARD = Stribeck(29.0, 12.0, 1.3e-3, 4500.0)

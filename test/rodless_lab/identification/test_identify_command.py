@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from rodless_base.start import Stop
-from rodless_lab import identify_command
+from rodless_lab.cli import identify
+from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.parameter_writer import Finding, parameter_text
-from rodless_lab.identification.round_trip import KNOWN, SUBJECTS, measured_run
 from rodless_sim import ParameterError, RigParameters
 
 
@@ -45,7 +45,7 @@ def test_hidden_rig_is_found_through_a_bag(tmp_path: Path, write_bag, subject: s
     run = measured_run(hidden, kind.voltages, generator)
     bag, output = write_bag(tmp_path / "bag", run), tmp_path / "found.yaml"
 
-    assert identify_command.main([subject, str(bag), "-o", str(output)], Quiet()) == 0
+    assert identify.main([subject, str(bag), "-o", str(output)], Quiet()) == 0
 
     found = RigParameters.from_file(output)
     said = intervals(output.read_text(encoding="utf-8"))
@@ -64,7 +64,7 @@ def test_area_curve_is_scaled_as_a_whole(tmp_path: Path, write_bag) -> None:
     hidden, truth = SUBJECTS["valve"].hide(generator)
     bag = write_bag(tmp_path / "bag", measured_run(hidden, SUBJECTS["valve"].voltages, generator))
     output = tmp_path / "found.yaml"
-    assert identify_command.main(["valve", str(bag), "-o", str(output)], Quiet()) == 0
+    assert identify.main(["valve", str(bag), "-o", str(output)], Quiet()) == 0
     ratio = np.divide(
         RigParameters.from_file(output).numbers("valve.area_coefficients"),
         KNOWN.numbers("valve.area_coefficients"),
@@ -107,7 +107,7 @@ def test_ideal_sensors_narrow_the_interval(tmp_path: Path, write_bag) -> None:
     widths = []
     for sensors in ("data-sheet", "ideal"):
         arguments = ["friction", str(bag), "-o", str(output), "--sensors", sensors]
-        assert identify_command.main(arguments, Quiet()) == 0
+        assert identify.main(arguments, Quiet()) == 0
         low, high = intervals(output.read_text(encoding="utf-8"))["friction.forward.coulomb"]
         widths.append(high - low)
     assert widths[1] < 0.2 * widths[0]

@@ -7,14 +7,14 @@ least 95 of 100 draws, and to be of use: what it may be as wide as is stated bes
 import numpy as np
 import pytest
 
-from rodless_lab.identification.friction_run import identify_friction
-from rodless_lab.identification.round_trip import (
+from rodless_lab.identification.coverage import (
     KNOWN,
     SUBJECTS,
     Coverage,
     measured_run,
     round_trips,
 )
+from rodless_lab.identification.friction.run import identify_friction
 
 # Median half width over the truth. F_s and F_c carry the bias of the pressure sensors: 0.5 % of
 # 1 MPa on each side of the piston is up to 4.9 N, however long one measures.

@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from rodless_lab.identification.area_curve import effective_area, fit_area_curve, three_sines
-from rodless_lab.identification.flow_coefficient import fit_flow_coefficient, flow_coefficient
+from rodless_lab.identification.valve_bench.area_curve import (
+    effective_area,
+    fit_area_curve,
+    three_sines,
+)
+from rodless_lab.identification.valve_bench.flow_coefficient import (
+    fit_flow_coefficient,
+    flow_coefficient,
+)
 from rodless_sim import RigParameters
 
 PAPER = RigParameters()

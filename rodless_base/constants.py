@@ -1,0 +1,29 @@
+"""Numbers and names that plant, controller and bench share; each is said here alone."""
+
+NANOSECONDS_PER_SECOND = 1_000_000_000
+
+# Name of the joint in joint_states.
+CARRIAGE = "carriage"
+
+# Standard atmosphere, Pa: what a gauge pressure counts from.
+STANDARD_ATMOSPHERE = 101325.0
+
+# Proportional valve MPYE-5-...-010-B (Festo data sheet): the range of its command, in V; it
+# saturates beyond.
+MINIMUM_VOLTAGE = 0.0
+MAXIMUM_VOLTAGE = 10.0
+
+# The command in V at which that valve is closed (Zhang et al. 2022, 3.5).
+CLOSED_VOLTAGE = 5.08
+
+# Stroke of the cylinder CY3R25-200 in m.
+STROKE = 0.2
+
+
+def absolute(gauge_pressure: float) -> float:
+    """Return the absolute pressure in Pa of a gauge pressure in Pa."""
+    return gauge_pressure + STANDARD_ATMOSPHERE
+
+
+# Supply of the paper's step and sine (6.2, 6.3), Pa absolute; its reading is taken as gauge.
+SUPPLY_PRESSURE = absolute(0.52e6)

@@ -1,0 +1,1 @@
+"""What both nodes need of ROS: topics, parameters, one process, publishers, diagnostics."""

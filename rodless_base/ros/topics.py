@@ -1,0 +1,20 @@
+"""What goes between the nodes: topic names, queues and stamps."""
+
+from builtin_interfaces.msg import Time
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+NANOSECONDS = 1_000_000_000
+
+JOINT_STATES = "joint_states"
+VALVE_VOLTAGE = "valve/voltage"
+
+# Samples a slow reader, such as a recorder on a busy disk, may fall behind before it loses any.
+QUEUE_DEPTH = 1000
+
+# A queue that never drops: a reader that falls behind holds the sender back instead.
+LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def stamp_nanoseconds(stamp: Time) -> int:
+    """Return a stamp in ns."""
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)

@@ -1,0 +1,1 @@
+"""MCAP, the storage format of rosbag2 bags."""

@@ -1,0 +1,168 @@
+"""Read an MCAP file from front to back, as far as it goes."""
+
+import mmap
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import NamedTuple
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, ChunkIndex, MessageIndex, Metadata, MetadataIndex, Schema
+from mcap.stream_reader import get_chunk_data_stream
+
+from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
+
+_HEAD = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
+
+
+class McapError(ValueError):
+    """The file is not MCAP, or is damaged where the text says."""
+
+
+class McapMessage(NamedTuple):
+    """A message as it was recorded, times in ns."""
+
+    channel: int
+    sequence: int
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+class _Record(NamedTuple):
+    opcode: int
+    start: int
+    content: bytes
+    end: int
+
+
+class McapReader:
+    """A file's messages in the order they were written, and its index when they have been read.
+
+    ``complete`` says that the file was ended properly; otherwise it has been cut after
+    ``index.end``, as a killed recording leaves it. ``last_chunk`` lists log time (ns) and place
+    of each message in the last chunk, by channel.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.index = McapIndex()
+        self.complete = False
+        self.last_chunk: dict[int, list[tuple[int, int]]] = {}
+
+    def messages(self) -> Iterator[McapMessage]:
+        """Yield every message; raises :class:`McapError` and OSError."""
+        with self._path.open("rb") as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                raise McapError("is not an MCAP file, or cut within its first bytes")
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+                yield from self._messages(content)
+
+    def _messages(self, content: mmap.mmap) -> Iterator[McapMessage]:
+        self.index.end = len(MAGIC)
+        for record in _records(content, len(MAGIC)):
+            if record.opcode == Opcode.DATA_END:
+                self.complete = content[-len(MAGIC) :] == MAGIC
+                return
+            try:
+                yield from self._messages_in(record)
+            except Exception as error:  # whatever a decoder trips over
+                raise McapError(f"is damaged at byte {record.start}: {error}") from error
+            self.index.end = record.end
+
+    def _messages_in(self, record: _Record) -> Iterator[McapMessage]:
+        if record.opcode == 0:
+            raise McapError("a record of no kind")
+        if record.opcode == Opcode.CHUNK:
+            yield from self._messages_in_chunk(record)
+        elif record.opcode == Opcode.MESSAGE:
+            message = _message(record.content)
+            self._count_loose(record.start, message)
+            yield message
+        elif record.opcode == Opcode.MESSAGE_INDEX:
+            self._add_message_index(record)
+        elif record.opcode == Opcode.METADATA:
+            name = Metadata.read(_stream(record.content)).name
+            length = record.end - record.start
+            self.index.metadata.append(MetadataIndex(record.start, length, name))
+        else:
+            self._add_definition(record)
+
+    def _messages_in_chunk(self, record: _Record) -> Iterator[McapMessage]:
+        chunk = Chunk.read(_stream(record.content))
+        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
+        content = stream.read(length)
+        entries: dict[int, list[tuple[int, int]]] = {}
+        for inner in _records(content, 0):
+            if inner.opcode == Opcode.MESSAGE:
+                message = _message(inner.content)
+                entries.setdefault(message.channel, []).append((message.log_time, inner.start))
+                yield message
+            else:
+                self._add_definition(inner)
+        index = ChunkIndex(
+            chunk_length=record.end - record.start,
+            chunk_start_offset=record.start,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            message_end_time=chunk.message_end_time,
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=chunk.message_start_time,
+            uncompressed_size=chunk.uncompressed_size,
+        )
+        counts = Counter({channel: len(listed) for channel, listed in entries.items()})
+        self.last_chunk = entries
+        self.index.stretches.append(
+            Stretch(record.start, index.message_start_time, index.message_end_time, counts, index)
+        )
+
+    def _add_message_index(self, record: _Record) -> None:
+        index = self.index.stretches[-1].index if self.index.stretches else None
+        if index is not None:
+            channel = MessageIndex.read(_stream(record.content)).channel_id
+            index.message_index_offsets[channel] = record.start
+            index.message_index_length += record.end - record.start
+
+    def _count_loose(self, start: int, message: McapMessage) -> None:
+        time, stretches = message.log_time, self.index.stretches
+        if not stretches or stretches[-1].index is not None:
+            stretches.append(Stretch(start, time, time, Counter()))
+        stretch = stretches[-1]
+        stretch.counts[message.channel] += 1
+        stretch.first_time = min(stretch.first_time, time)
+        stretch.last_time = max(stretch.last_time, time)
+
+    def _add_definition(self, record: _Record) -> None:
+        if record.opcode == Opcode.SCHEMA:
+            schema = Schema.read(_stream(record.content))
+            self.index.schemas[schema.id] = schema
+        elif record.opcode == Opcode.CHANNEL:
+            channel = Channel.read(_stream(record.content))
+            self.index.channels[channel.id] = channel
+
+
+def _records(content: mmap.mmap | bytes, start: int) -> Iterator[_Record]:
+    """Yield the whole records from offset ``start``; stop before one that is cut."""
+    size = len(content)
+    while start + _HEAD.size <= size:
+        opcode, length = _HEAD.unpack_from(content, start)
+        begin = start + _HEAD.size
+        end = begin + length
+        if end > size:
+            return
+        yield _Record(opcode, start, content[begin:end], end)
+        start = end
+
+
+def _message(content: bytes) -> McapMessage:
+    channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content)
+    return McapMessage(channel, sequence, log_time, publish_time, content[_MESSAGE.size :])
+
+
+def _stream(content: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(content))

@@ -1,0 +1,203 @@
+"""Write an MCAP file so that it can be ended wherever the writing stops."""
+
+import struct
+import zlib
+from collections import Counter
+from pathlib import Path
+from types import TracebackType
+
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Header,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+)
+
+from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
+
+# Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
+CHUNK_SIZE = 64 * 1024
+
+_MESSAGE = struct.Struct("<BQHIQQ")
+_MESSAGE_FIXED = _MESSAGE.size - 9
+
+# Log time (ns) and place in its chunk of each message, by channel.
+Entries = dict[int, list[tuple[int, int]]]
+
+
+class McapWriter:
+    """An MCAP file of the profile ``ros2`` under construction.
+
+    mcap's own writer cannot go on after a failed write. This one takes a write that failed back,
+    so that on a full disk everything before it can still be ended with a summary; :meth:`resume`
+    does the same for a file whose writer was killed.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Begin a new file; raises OSError."""
+        self._begin(path, "xb", McapIndex())
+        self._append(MAGIC + encoded([Header(profile="ros2", library="rodless_lab")]))
+
+    @classmethod
+    def resume(cls, path: Path, index: McapIndex, last_chunk: Entries) -> "McapWriter":
+        """Go on behind what ``index`` lists, throwing away what stands after it.
+
+        ``last_chunk`` lists the messages of the last chunk, whose own index may have been cut.
+        Raises OSError.
+        """
+        writer = cls.__new__(cls)
+        writer._begin(path, "r+b", index)
+        chunk = index.stretches[-1].index if index.stretches else None
+        if chunk is not None and chunk.message_index_offsets.keys() != last_chunk.keys():
+            index.end = chunk.chunk_start_offset + chunk.chunk_length
+            content, chunk.message_index_offsets = _message_indexes(index.end, last_chunk)
+            chunk.message_index_length = len(content)
+            writer._append(content)
+        return writer
+
+    def _begin(self, path: Path, mode: str, index: McapIndex) -> None:
+        self.name = path.name
+        self.index = index
+        self._file = path.open(mode, buffering=0)
+        self._chunk = bytearray()
+        self._entries: Entries = {}
+
+    def add_channel(
+        self, topic: str, schema_name: str, encoding: str, text: str, metadata: dict[str, str]
+    ) -> int:
+        """Add a topic of CDR messages; channels of one ``schema_name`` share its schema."""
+        schema = self._schema(schema_name, encoding, text)
+        channel = Channel(
+            id=len(self.index.channels) + 1,
+            topic=topic,
+            message_encoding="cdr",
+            metadata=metadata,
+            schema_id=schema.id,
+        )
+        self.index.channels[channel.id] = channel
+        self._chunk += encoded([channel])
+        return channel.id
+
+    def _schema(self, name: str, encoding: str, text: str) -> Schema:
+        for known in self.index.schemas.values():
+            if known.name == name:
+                return known
+        number = len(self.index.schemas) + 1
+        schema = Schema(id=number, data=text.encode(), encoding=encoding, name=name)
+        self.index.schemas[number] = schema
+        self._chunk += encoded([schema])
+        return schema
+
+    def add_message(
+        self, channel: int, log_time: int, publish_time: int, data: bytes, sequence: int = 0
+    ) -> None:
+        """Add a message, times in ns; raises OSError when a full chunk cannot be written."""
+        entry = (log_time, len(self._chunk))
+        self._entries.setdefault(channel, []).append(entry)
+        length = _MESSAGE_FIXED + len(data)
+        self._chunk += _MESSAGE.pack(
+            Opcode.MESSAGE, length, channel, sequence, log_time, publish_time
+        )
+        self._chunk += data
+        if len(self._chunk) >= CHUNK_SIZE:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything added so far to the operating system.
+
+        Raises OSError when that fails; the messages since the last flush are lost then, and
+        the file ends as it did before.
+        """
+        if not self._entries:
+            return
+        entries, self._entries = self._entries, {}
+        content, self._chunk = bytes(self._chunk), bytearray()
+        times = [time for listed in entries.values() for time, _ in listed]
+        chunk = Chunk(
+            compression="",
+            data=content,
+            message_start_time=min(times),
+            message_end_time=max(times),
+            uncompressed_crc=zlib.crc32(content),
+            uncompressed_size=len(content),
+        )
+        self._append_chunk(chunk, entries)
+
+    def _append_chunk(self, chunk: Chunk, entries: Entries) -> None:
+        start = self.index.end
+        content = encoded([chunk])
+        indexes, offsets = _message_indexes(start + len(content), entries)
+        self._append(content + indexes)
+        index = ChunkIndex(
+            chunk_length=len(content),
+            chunk_start_offset=start,
+            compression="",
+            compressed_size=len(chunk.data),
+            message_end_time=chunk.message_end_time,
+            message_index_length=len(indexes),
+            message_index_offsets=offsets,
+            message_start_time=chunk.message_start_time,
+            uncompressed_size=chunk.uncompressed_size,
+        )
+        counts = Counter({channel: len(listed) for channel, listed in entries.items()})
+        self.index.stretches.append(
+            Stretch(start, chunk.message_start_time, chunk.message_end_time, counts, index)
+        )
+
+    def add_metadata(self, name: str, text: dict[str, str]) -> None:
+        """Write a metadata record before the first message; raises OSError."""
+        record = encoded([Metadata(metadata=text, name=name)])
+        place = MetadataIndex(offset=self.index.end, length=len(record), name=name)
+        self._append(record)
+        self.index.metadata.append(place)
+
+    def finish(self, name: str, text: dict[str, str]) -> None:
+        """Write a last metadata record and the summary; may be repeated after an OSError."""
+        end = self.index.end
+        record = encoded([Metadata(metadata=text, name=name)])
+        place = MetadataIndex(offset=end, length=len(record), name=name)
+        self._append(record + self.index.tail(end + len(record), place))
+        # Should it have to be repeated, it goes to the same place, behind the messages.
+        self.index.end = end
+
+    def close(self) -> None:
+        """Close the file as it is."""
+        self._file.close()
+
+    def __enter__(self) -> "McapWriter":
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _append(self, data: bytes) -> None:
+        """Write all of ``data`` at the end, or raise OSError and leave the file as it was."""
+        self._file.seek(self.index.end)
+        self._file.truncate()
+        rest = memoryview(data)
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) or 0 :]
+        except OSError:
+            self._file.truncate(self.index.end)
+            raise
+        self.index.end += len(data)
+
+
+def _message_indexes(start: int, entries: Entries) -> tuple[bytes, dict[int, int]]:
+    """Return the message indexes that stand from offset ``start``, and their offsets."""
+    content, offsets = b"", {}
+    for channel, listed in entries.items():
+        offsets[channel] = start + len(content)
+        content += encoded([MessageIndex(channel_id=channel, records=listed)])
+    return content, offsets

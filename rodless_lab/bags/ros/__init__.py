@@ -1,0 +1,1 @@
+"""Recording topics of running nodes into a bag."""

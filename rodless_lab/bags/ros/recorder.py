@@ -1,0 +1,206 @@
+"""A ROS node that records topics into a bag."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+from rodless_base.ros.diagnostics import steady_clock
+from rodless_base.ros.message_info import Info, with_info
+from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
+from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
+from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
+from rodless_lab.bags.writer import BagWriter
+
+CLOCK_TOPIC = "/clock"
+
+# How often (s, wall clock) new topics are looked for and messages put out of a crash's reach.
+PERIOD = 0.1
+
+# A bag without a publisher of /clock for this long (ns, wall clock) gets wall-clock times.
+CLOCK_TIMEOUT = 2_000_000_000
+
+
+class Recorder:
+    """Records ``topics``, or all that are not hidden, until :meth:`close`.
+
+    It has a node rather than being one; whoever makes it spins :attr:`node`. Topics are taken up
+    as they appear, with the quality of service their publishers offer. Where somebody publishes
+    ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or with
+    ``wall_time``, they are those of the wall clock. :attr:`lost` counts, by topic, messages that
+    a publisher sent between two recorded ones and that never came.
+    """
+
+    def __init__(
+        self,
+        writer: BagWriter,
+        topics: Collection[str] = (),
+        *,
+        wall_time: bool = False,
+        on_topics: Callable[[list[str]], None] = lambda _: None,
+        on_failure: Callable[[], None] = lambda: None,
+        **node_options: object,
+    ) -> None:
+        """Start looking for topics.
+
+        ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
+        then on those that join them. ``on_failure`` is called when the
+        bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
+        """
+        self.node = Node(
+            "recorder", enable_rosout=False, start_parameter_services=False, **node_options
+        )
+        self._writer = writer
+        self._wanted = {self.node.resolve_topic_name(topic) for topic in topics}
+        needed = self._wanted | {CLOCK_TOPIC} if self._wanted and not wall_time else self._wanted
+        self._discovery = TopicDiscovery(self.node, needed)
+        self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
+        self._subscriptions: dict[str, Subscription] = {}
+        self._sequences: dict[str, int] = {}
+        self.lost: Counter[str] = Counter()
+        self._on_topics = on_topics
+        self._told: list[str] = []
+        self._on_failure = on_failure
+        self.node.create_timer(PERIOD, self._poll, clock=steady_clock())
+        self._subscribe_new()
+
+    @property
+    def topics(self) -> list[str]:
+        """Topics being recorded."""
+        return [topic for topic in self._subscriptions if self._is_recorded(topic)]
+
+    @property
+    def ready(self) -> bool:
+        """Whether every wanted topic (or, without a list, some topic) is being recorded.
+
+        A publisher may learn of it a moment later: it can see by ``get_subscription_count``.
+        """
+        topics = self._wanted or self._subscriptions.keys()
+        return bool(topics) and all(self._matched(topic) for topic in topics)
+
+    def _matched(self, topic: str) -> bool:
+        subscription = self._subscriptions.get(topic)
+        if subscription is None:
+            return False
+        publishers: int = self.node.count_publishers(topic)
+        matched: int = subscription.get_publisher_count()
+        return 0 < publishers <= matched
+
+    def close(self) -> None:
+        """Record what has arrived so far and destroy the node; the bag is still to be closed.
+
+        Take the node out of its executor first.
+        """
+        now = time.time_ns()
+        for subscription in self._subscriptions.values():
+            _take_sent(subscription, now)
+        self._write(self._clock.finish())
+        self.node.destroy_node()
+
+    def _poll(self) -> None:
+        self._subscribe_new()
+        if self._clock.base is TimeBase.UNKNOWN and self._clock_is_missing():
+            self._write(self._clock.finish())
+        self._write(self._clock.poll())
+        with self._stopping():
+            self._writer.flush()
+        self._tell()
+
+    def _tell(self) -> None:
+        new = [topic for topic in self.topics if topic not in self._told]
+        if new and (self._told or self.ready):
+            self._told += new
+            self._on_topics(new)
+
+    @property
+    def missing(self) -> list[str]:
+        """Wanted topics that nobody has published yet."""
+        return sorted(self._wanted.difference(self._subscriptions))
+
+    def _clock_is_missing(self) -> bool:
+        timed_out = self._clock.waits_since(time.time_ns() - CLOCK_TIMEOUT)
+        return timed_out and not self.node.count_publishers(CLOCK_TOPIC)
+
+    def _subscribe_new(self) -> None:
+        for offer in self._discovery.new_offers(self._subscriptions):
+            if self._is_recorded(offer.topic):
+                profiles = tuple(recorded_profile(profile) for profile in offer.profiles)
+                self._writer.add_topic(BagTopic(offer.topic, offer.type_name, qos=profiles))
+            self._subscriptions[offer.topic] = self.node.create_subscription(
+                offer.message_type,
+                offer.topic,
+                with_info(self._receiver(offer)),
+                matching_profile(offer.profiles),
+                raw=True,
+            )
+
+    def _is_recorded(self, topic: str) -> bool:
+        return not self._wanted or topic in self._wanted
+
+    def _receiver(self, offer: Offer) -> Callable[[bytes, Info], None]:
+        topic = offer.topic
+        is_clock = topic == CLOCK_TOPIC
+        recorded = self._is_recorded(topic)
+        first_field = next(iter(offer.message_type.get_fields_and_field_types().values()), "")
+        has_stamp = first_field == "std_msgs/Header"
+
+        def receive(data: bytes, info: Info) -> None:
+            received = info["received_timestamp"] or time.time_ns()
+            sent = info["source_timestamp"] or received
+            if is_clock and not recorded:
+                self._write(self._clock.tell(sent, leading_time(data)))
+                return
+            sequence = info["publication_sequence_number"] or 0
+            self._count_lost(topic, sequence)
+            arrival = Arrival(
+                topic,
+                data,
+                sent,
+                received,
+                sequence,
+                stamp=leading_time(data) if has_stamp else None,
+                clock=leading_time(data) if is_clock else None,
+            )
+            self._write(self._clock.put(arrival))
+
+        return receive
+
+    def _count_lost(self, topic: str, sequence: int) -> None:
+        before = self._sequences.get(topic, sequence)
+        self._sequences[topic] = sequence
+        # Publishers count each for itself: with several, a gap tells nothing.
+        if sequence > before + 1 and self.node.count_publishers(topic) <= 1:
+            self.lost[topic] += sequence - before - 1
+
+    def _write(self, messages: Iterable[Timed]) -> None:
+        with self._stopping():
+            for arrival, log_time, publish_time in messages:
+                self._writer.write(
+                    arrival.topic, arrival.data, log_time, publish_time, arrival.sequence
+                )
+
+    @contextmanager
+    def _stopping(self) -> Iterator[None]:
+        """Report the first failure to write; the writer refuses everything after it."""
+        failed_before = self._writer.failure is not None
+        try:
+            yield
+        except BagError:
+            if not failed_before:
+                self._on_failure()
+
+
+def _take_sent(subscription: Subscription, until: int) -> None:
+    """Hand the messages that wait in the queue and were sent ``until`` then to the callback."""
+    sent = 0
+    while sent <= until:
+        with subscription.handle:
+            taken = subscription.handle.take_message(subscription.msg_type, True)
+        if taken is None:
+            return
+        subscription.callback(*taken)
+        sent = taken[1]["source_timestamp"]

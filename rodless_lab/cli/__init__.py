@@ -1,0 +1,1 @@
+"""The `rodless` command: arguments in, text out, one verb per module."""

@@ -1,0 +1,160 @@
+"""`rodless experiment`: repeat an experiment of the paper, or all, beside what they report."""
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rodless_base.parameter_file import preset_names
+from rodless_base.start import Stop
+from rodless_lab.experiments import sine
+from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
+from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.reports.report import Performed, write_report
+from rodless_lab.reports.table import cells, verdict
+from rodless_sim import RigParameters
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
+    """Return 0 if every judged number keeps its limits, 1 if one leaves them, 2 for bad options.
+
+    1 too where the nodes do not finish a run.
+    """
+    options = parsed(arguments)
+    names = list(EXPERIMENTS) if options.name == "all" else [options.name]
+    folder = options.output or default_folder(options.name)
+    try:
+        bench = over_ros(options.name) if options.ros else IN_PROCESS
+        checked = chosen(options, bench)
+        check_writable(folder)
+        performed = perform(names, checked)
+        if len(names) == 1:
+            print_rows(performed[0])
+        report, summary = write_report(folder, performed)
+    except ValueError as error:
+        print(f"\n{error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"\n{error.filename or folder}: cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
+    except RuntimeError as error:
+        print(f"\n{error}", file=sys.stderr)
+        return 1
+    print(f"report: {report}, summary: {summary}")
+    holds = all(row.holds for one in performed for row in one.result.comparisons)
+    return 0 if holds else 1
+
+
+def check_writable(folder: Path) -> None:
+    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+    for place in made:
+        place.rmdir()
+
+
+def over_ros(name: str) -> Bench:
+    """Return the bench of the nodes, which shows a dot for each of its runs.
+
+    Raises ValueError for the name of an experiment that has nothing to drive.
+    """
+    if name != "all" and not EXPERIMENTS[name].moves:
+        able = ", ".join(other for other, one in EXPERIMENTS.items() if one.moves)
+        raise ValueError(f"--ros: {name} has no moving rig to drive; these have: {able}")
+    from rodless_lab.experiments.ros_runner import ros_bench  # noqa: PLC0415  needs ROS
+
+    return ros_bench(lambda: print(".", end="", flush=True))
+
+
+def chosen(options: argparse.Namespace, bench: Bench) -> Options:
+    """Return the options in SI; raises ValueError for one that no rig could follow."""
+    stroke = RigParameters().number("cylinder.stroke")
+    if not 0.0 <= options.position * 1e-3 <= stroke:
+        raise ValueError(
+            f"--position {options.position:g}: must be from 0 to {stroke * 1e3:g} mm, the stroke"
+        )
+    if options.seed < 0:
+        raise ValueError(f"--seed {options.seed}: must not be negative")
+    sine.check_within_stroke(options.amplitude * 1e-3, options.centre * 1e-3)
+    return Options(
+        tuple(options.preset or preset_names()[::-1]),
+        options.amplitude * 1e-3,
+        options.centre * 1e-3,
+        options.position * 1e-3,
+        options.seed,
+        bench,
+    )
+
+
+def perform(names: Sequence[str], options: Options) -> list[Performed]:
+    """Perform experiments one by one and say how far it is."""
+    performed = []
+    for count, name in enumerate(names, 1):
+        experiment = EXPERIMENTS[name]
+        still = options.bench is not IN_PROCESS and not experiment.moves
+        where = " (no moving rig: in process)" if still else ""
+        print(f"[{count}/{len(names)}] {name}{where} ... ", end="", flush=True)
+        start = time.monotonic()
+        performed.append(Performed(experiment, experiment.run(options)))
+        rows = performed[-1].result.comparisons
+        print(f"{time.monotonic() - start:.1f} s, {verdict(rows)}", flush=True)
+    return performed
+
+
+def parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    """Read the command line; lengths are in mm there."""
+    parser = argparse.ArgumentParser(
+        prog="rodless experiment",
+        description=__doc__,
+        epilog="\n".join(
+            f"  {name:17} {one.title} ({one.source})" for name, one in EXPERIMENTS.items()
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("name", choices=[*EXPERIMENTS, "all"], metavar="name", help="or all")
+    parser.add_argument(
+        "--preset",
+        action="append",
+        choices=preset_names(),
+        help="for step and sine (default: both, and the difference between them)",
+    )
+    parser.add_argument(
+        "--amplitude",
+        type=float,
+        default=sine.AMPLITUDE * 1e3,
+        help="of the sine, mm (%(default)g)",
+    )
+    parser.add_argument(
+        "--centre", type=float, default=sine.CENTRE * 1e3, help="of the sine, mm (%(default)g)"
+    )
+    parser.add_argument(
+        "--position", type=float, default=0.0, help="of the held piston, mm (%(default)g)"
+    )
+    parser.add_argument(
+        "--ros",
+        action="store_true",
+        help="let the nodes do what moves, over topics in lock-step (default: in process)",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise (%(default)d)")
+    parser.add_argument(
+        "--output", type=Path, help="folder (results/experiments, or results/experiments/NAME)"
+    )
+    return parser.parse_args(arguments)
+
+
+def default_folder(name: str) -> Path:
+    """Return where a report goes unless told otherwise."""
+    return Path("results/experiments") if name == "all" else Path("results/experiments") / name
+
+
+def print_rows(performed: Performed) -> None:
+    """Print what was obtained beside the paper's, one line each."""
+    for row in performed.result.comparisons:
+        quantity, obtained, paper, limits, holds, _ = cells(row)
+        print(f"  {quantity:62} {obtained:>16}   {limits:>20} {holds:4} paper: {paper}")
+    for remark in performed.result.remarks:
+        print(f"  - {remark}")

@@ -1,0 +1,44 @@
+"""The `rodless` command: one verb, one module with `main(arguments, stop) -> exit code`."""
+
+import argparse
+import importlib
+import sys
+
+from rodless_base.start import Stop
+
+# Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
+VERBS = {
+    "demo": ("rodless_lab.demo", "move the carriage over ROS, record a bag, measure and draw it"),
+    "rig": (
+        "rodless_lab.cli.rig",
+        "run plant and controller until Ctrl-C, without ros2 launch",
+    ),
+    "experiment": (
+        "rodless_lab.cli.experiment",
+        "repeat the paper's experiments beside what they report",
+    ),
+    "record": ("rodless_lab.cli.record", "record topics into a rosbag2 bag"),
+    "recover": ("rodless_lab.cli.recover", "end a bag whose recording was killed"),
+    "drive": ("rodless_lab.cli.drive", "give a rig the voltages an identification needs"),
+    "identify": ("rodless_lab.cli.identify", "find parameters of a rig from a recorded run"),
+    "compare": ("rodless_lab.cli.compare", "overlay two runs and report their differences"),
+    "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
+    "bench": ("rodless_lab.benchmark", "time the kernels and the nodes on this machine"),
+    "docs": ("rodless_lab.cli.docs", "write the generated pages and pictures of the docs"),
+}
+
+
+def main() -> None:
+    """Run the verb on the command line and exit with its code."""
+    stop = Stop()
+    parser = argparse.ArgumentParser(
+        prog="rodless",
+        description="A simulated pneumatic servo rig for ROS 2.",
+        epilog="\n".join(f"  {verb:10} {summary}" for verb, (_, summary) in VERBS.items()),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("verb", choices=VERBS, metavar="verb")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="see rodless VERB --help")
+    chosen = parser.parse_args()
+    module = importlib.import_module(VERBS[chosen.verb][0])
+    sys.exit(module.main(chosen.arguments, stop))

@@ -1,0 +1,78 @@
+"""`rodless replay`: feed a bag's voltages to the plant and tell how far it leaves the record."""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from rodless_base.parameter_file import preset_names
+from rodless_base.start import Stop
+from rodless_lab.atomic_write import atomic_write
+from rodless_lab.cli.compare import table
+from rodless_lab.figures.comparison import comparison_picture
+from rodless_lab.runs.comparison import QUANTITIES, difference
+from rodless_lab.runs.from_bag import read_run
+from rodless_lab.runs.measured_run import MeasuredRun, RunError
+from rodless_lab.runs.resimulate import resimulate
+from rodless_sim import ParameterError, RigParameters
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
+    """Return 0 once picture and numbers are written, 2 for a bag that cannot be replayed."""
+    options = _parser().parse_args(arguments)
+    try:
+        recorded = read_run(options.bag, options.namespace)
+        replayed = replay(_parameters(options), recorded)
+        _report(options, recorded, replayed)
+    except (RunError, ParameterError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rodless replay",
+        description="Feed a bag's voltages to the plant, from the recorded start on.",
+    )
+    parser.add_argument("bag", type=Path, metavar="BAG")
+    parser.add_argument("--preset", default="paper", choices=preset_names())
+    parser.add_argument("--parameters", type=Path, metavar="FILE", help="in place of a preset")
+    parser.add_argument("--output", type=Path, default=Path("results/replay"), help="folder")
+    parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
+    return parser
+
+
+def _parameters(options: argparse.Namespace) -> RigParameters:
+    if options.parameters is not None:
+        return RigParameters.from_file(options.parameters)
+    return RigParameters.preset(options.preset)
+
+
+def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
+    """Run the plant from the recorded start at rest, at the recorded voltages and mean supply.
+
+    Raises ParameterError for a supply pressure that no rig has.
+    """
+    pressures = (float(recorded.pressure_a[0]), float(recorded.pressure_b[0]))
+    return resimulate(parameters, recorded, pressures)
+
+
+def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:
+    labels = (options.bag.resolve().name, "replay")
+    found = {
+        name: difference(recorded.time, getattr(recorded, name), getattr(replayed, name))
+        for name in QUANTITIES
+    }
+    options.output.mkdir(parents=True, exist_ok=True)
+    picture = comparison_picture(labels, (recorded, replayed), recorded.time)
+    atomic_write(options.output / "replay.png", picture)
+    values = {name: asdict(value) for name, value in found.items()}
+    atomic_write(options.output / "replay.json", json.dumps(values, indent=2) + "\n")
+    print(table(labels, found))
+    print(f"replay.json and replay.png are in {options.output}")

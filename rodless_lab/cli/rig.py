@@ -1,0 +1,58 @@
+"""`rodless rig`: plant and controller until Ctrl-C, for machines without `ros2 launch`."""
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rodless_base.parameter_file import preset_names
+from rodless_base.start import Stop
+from rodless_lab.session.processes import RigProcesses
+from rodless_sim.instruments.instruments import DATA_SHEET
+
+# How soon the death of a node is seen.
+WATCH_SECONDS = 0.2
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Run the nodes; return 1 if one ends by itself."""
+    parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
+    parser.add_argument("--preset", default="paper", choices=preset_names())
+    parser.add_argument(
+        "--sensors",
+        choices=("ideal", "data-sheet"),
+        default="ideal",
+        help="ideal (default), or as accurate as those of the paper",
+    )
+    parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
+    parser.add_argument("--namespace", default="")
+    parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
+    parser.add_argument("--lockstep", action="store_true", help="one period for each command")
+    parser.add_argument("--without-controller", action="store_true", help="the plant alone")
+    parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
+    options = parser.parse_args(arguments)
+    pressure = options.supply_pressure
+    plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
+    if pressure is not None:
+        plant["supply.pressure"] = pressure
+    if options.lockstep:
+        plant["time.mode"] = "lockstep"
+    if options.parameters is not None and not options.parameters.is_file():
+        parser.error(f"--parameters {options.parameters}: no such file")
+    stop.from_now_on_wait()
+    with RigProcesses(
+        options.preset,
+        plant=plant,
+        namespace=options.namespace,
+        parameter_file=options.parameters,
+        one_process=options.one_process,
+        without_controller=options.without_controller,
+    ) as rig:
+        while not stop.requested:
+            try:
+                rig.check()
+            except RuntimeError as error:
+                print(error)
+                return 1
+            time.sleep(WATCH_SECONDS)
+    return 0

@@ -1,0 +1,48 @@
+"""What an experiment needs of a rig: open-loop and closed-loop runs, wherever they happen."""
+
+from typing import NamedTuple, Protocol
+
+import numpy.typing as npt
+
+from rodless_control import PidParameters
+from rodless_control.references import Reference
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
+from rodless_sim import RigParameters, Trace, simulate
+
+
+class OpenLoop(Protocol):
+    """Runs like :func:`rodless_sim.simulate`."""
+
+    def __call__(
+        self,
+        parameters: RigParameters,
+        voltages: npt.ArrayLike,
+        period: float,
+        position: float | None = None,
+    ) -> Trace:
+        """Drive a rig at rest with voltages (V, shape (n,)), each held for ``period`` s."""
+
+
+class ClosedLoop(Protocol):
+    """Runs like :func:`rodless_lab.closed_loop`."""
+
+    def __call__(
+        self,
+        rig_parameters: RigParameters,
+        pid_parameters: PidParameters,
+        reference: Reference,
+        duration: float,
+        period: float,
+        position: float | None = None,
+    ) -> ClosedLoopTrace:
+        """Control a rig at rest along ``reference`` for ``duration`` s."""
+
+
+class Bench(NamedTuple):
+    """Where runs happen."""
+
+    open_loop: OpenLoop
+    closed_loop: ClosedLoop
+
+
+IN_PROCESS = Bench(simulate, closed_loop)

@@ -1,0 +1,1 @@
+"""Friction of the carriage from uniform motion, breakaways and stops."""

@@ -1,0 +1,48 @@
+"""What a friction fit says of the plant's parameters."""
+
+from dataclasses import replace
+
+from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit
+from rodless_lab.identification.parameter_writer import Finding
+from rodless_sim import RigParameters
+
+LABELS = {
+    "static": "F_s",
+    "coulomb": "F_c",
+    "stribeck_velocity": "v_s",
+    "viscous": "B",
+}
+
+
+def friction_findings(fit: FrictionFit) -> list[Finding]:
+    """Return the friction parameters of both directions; F_s is never below F_c."""
+    return [
+        finding
+        for side, direction in (("forward", fit.forward), ("reverse", fit.reverse))
+        for finding in _direction(side, direction)
+    ]
+
+
+def _direction(side: str, fit: DirectionFit) -> list[Finding]:
+    estimates: dict[str, Estimate] = {
+        name: getattr(fit, name) for name in ("static", "coulomb", "stribeck_velocity", "viscous")
+    }
+    findings = []
+    for name, estimate in estimates.items():
+        value = max(estimate.value, 0.0) if estimate.informed else None
+        findings.append(Finding(f"friction.{side}.{name}", value, {LABELS[name]: estimate}))
+    if fit.coulomb.informed:
+        findings[0] = _not_below_coulomb(side, findings[0], fit)
+    return findings
+
+
+def _not_below_coulomb(side: str, static: Finding, fit: DirectionFit) -> Finding:
+    """Keep F_s at F_c or above: the plant refuses a smaller one, also its own default."""
+    coulomb = fit.coulomb.value
+    if isinstance(static.value, float):
+        return replace(static, value=max(static.value, coulomb))
+    if RigParameters().number(f"friction.{side}.static") >= coulomb:
+        return static
+    note = f"{fit.static.note}; set to F_c, which exceeds the default"
+    return replace(static, value=coulomb, estimates={"F_s": replace(fit.static, note=note)})

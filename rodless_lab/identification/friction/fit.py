@@ -1,0 +1,333 @@
+"""Friction parameters of eq. (29) from uniform motion, breakaways and stops, by direction."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import optimize, stats
+
+from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, unknown
+from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.friction.curve import (
+    Stribeck,
+    friction_force,
+    turning_points,
+)
+
+Array = npt.NDArray[np.float64]
+
+# Of F_s, F_c, v_s, B in this order: unit, natural size for the solver, and bounds, which are those
+# of the plant's declarations.
+UNITS = ("N", "N", "m/s", "N·s/m")
+_SCALE = np.array([10.0, 10.0, 1e-3, 1e3])
+_LOW = np.array([0.0, 0.0, 1e-4, 0.0])
+_HIGH = np.array([1e4, 1e4, 1.0, 1e5])
+
+# Stribeck velocities (m/s) the search starts from; the cost has a minimum of its own near many.
+_STARTS = np.geomspace(5e-4, 1.2e-2, 6)
+
+# Residuals beyond this many standard errors count linearly instead of squared.
+_ROBUST = 2.0
+
+# Parts this precise (N) are taken as no more precise: the equation itself is no better.
+_FINEST_FORCE = 1e-6
+
+# The curve is preferred to a straight line if chance would do as well in one case of ten: a drop
+# that is overlooked spoils F_c and B, one that is not there only widens their intervals.
+_SIGNIFICANCE = 0.1
+
+# The drop is over at this many Stribeck velocities. If the runs end before, what the curve follows
+# is something else.
+_FINISHED = 2.0
+
+UNSTABLE = (
+    "uniform runs lie right of the Stribeck minimum, where F_s and v_s have no effect; "
+    "needs breakaways and stops from a slow ramp or stick-slip"
+)
+UNFINISHED = (
+    "the points follow no straight line, and end before a Stribeck drop would: needs faster runs"
+)
+NO_RUNS = "fewer than three parts of uniform motion in this direction"
+WIDE = "the data leaves it open within half its value"
+
+
+@dataclass(frozen=True)
+class DirectionFit:
+    """Friction of one direction, magnitudes; the points it rests on, m/s and N, shape (n,).
+
+    ``auxiliary`` is the paper's construction on the same points. ``breakaways`` are the forces
+    at which the carriage let go, ``stops`` those at which it caught again (N).
+    """
+
+    static: Estimate
+    coulomb: Estimate
+    stribeck_velocity: Estimate
+    viscous: Estimate
+    auxiliary: AuxiliaryLines | None
+    speeds: Array
+    forces: Array
+    breakaways: Array
+    stops: Array
+
+    @property
+    def curve(self) -> Stribeck:
+        """The fitted values for :func:`friction_force`; a drop not informed is left out."""
+        coulomb = self.coulomb.value
+        static = self.static.value if self.static.informed else coulomb
+        velocity = self.stribeck_velocity.value
+        if not (self.stribeck_velocity.informed and math.isfinite(velocity)):
+            velocity, static = 1e-3, coulomb
+        return Stribeck(static, coulomb, velocity, self.viscous.value)
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """Friction of both directions of motion."""
+
+    forward: DirectionFit
+    reverse: DirectionFit
+
+
+class _Observations(NamedTuple):
+    """Magnitudes of one direction with standard errors; ``known`` if those were given."""
+
+    speeds: Array
+    forces: Array
+    speed_errors: Array
+    force_errors: Array
+    breakaways: Array
+    breakaway_errors: Array
+    stops: Array
+    stop_errors: Array
+    known: bool
+
+
+def fit_friction(
+    speeds: npt.ArrayLike,
+    forces: npt.ArrayLike,
+    *,
+    speed_errors: npt.ArrayLike | None = None,
+    force_errors: npt.ArrayLike | None = None,
+    breakaways: npt.ArrayLike = (),
+    breakaway_errors: npt.ArrayLike | None = None,
+    stops: npt.ArrayLike = (),
+    stop_errors: npt.ArrayLike | None = None,
+) -> FrictionFit:
+    """Fit eq. (29) to points of uniform motion by robust least squares, per direction.
+
+    ``speeds`` (m/s) and ``forces`` (N, eq. (30)), shape (n,), are signed like the motion.
+    ``breakaways`` and ``stops`` (N, signed, shapes (k,) and (l,)) are the forces at which the
+    carriage lets go and catches again in slow stick-slip (:func:`stick_slip_events`): maximum and
+    minimum of the curve's slow end, which uniform motion cannot reach. Standard errors, where
+    given, weight the points; otherwise scatter about the curve is all that is known of them, and
+    all are alike. Raises ValueError for shapes that differ or values that are not finite.
+    """
+    speed, force = _vector(speeds), _vector(forces)
+    given = speed_errors is not None or force_errors is not None
+    speed_error = _errors(speed_errors, speed, 0.0)
+    force_error = _errors(force_errors, force, 0.0 if given else 1.0)
+    away, stop = _vector(breakaways), _vector(stops)
+    default = float(np.median(force_error)) if len(force_error) else 1.0
+    away_error = _errors(breakaway_errors, away, default)
+    stop_error = _errors(stop_errors, stop, default)
+    if speed.shape != force.shape:
+        raise ValueError(f"{len(speed)} speeds and {len(force)} forces do not belong together")
+    fits = []
+    for sign in (1.0, -1.0):
+        here, go, halt = sign * speed > 0.0, sign * away > 0.0, sign * stop > 0.0
+        observations = _Observations(
+            sign * speed[here],
+            sign * force[here],
+            speed_error[here],
+            np.maximum(force_error[here], _FINEST_FORCE),
+            sign * away[go],
+            np.maximum(away_error[go], _FINEST_FORCE),
+            sign * stop[halt],
+            np.maximum(stop_error[halt], _FINEST_FORCE),
+            given,
+        )
+        fits.append(_fit_direction(observations))
+    return FrictionFit(*fits)
+
+
+def _vector(values: npt.ArrayLike) -> Array:
+    vector = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if vector.ndim != 1 or not np.all(np.isfinite(vector)):
+        raise ValueError("friction points must be finite numbers in one row")
+    return vector
+
+
+def _errors(errors: npt.ArrayLike | None, of: Array, default: float) -> Array:
+    if errors is None:
+        return np.full(len(of), default)
+    return np.array(np.broadcast_to(np.asarray(errors, dtype=np.float64), of.shape))
+
+
+def _fit_direction(points: _Observations) -> DirectionFit:
+    if len(points.speeds) < 3:
+        nothing = [unknown(unit, NO_RUNS) for unit in UNITS]
+        return _result(points, nothing)
+    line = _fit_line(points)
+    full = _fit_curve(points, line)
+    if full is None or not _curve_is_better(points, line, full):
+        if not _line_is_enough(points, line):
+            nothing = [unknown(unit, UNFINISHED) for unit in UNITS]
+            return _result(points, nothing)
+        return _result(points, _line_estimates(points, line))
+    return _result(points, _curve_estimates(points, full))
+
+
+def _result(points: _Observations, estimates: Sequence[Estimate]) -> DirectionFit:
+    lines = None
+    if len(points.speeds) >= 2:
+        breakaway = float(np.median(points.breakaways)) if len(points.breakaways) else None
+        lines = auxiliary_lines(points.speeds, points.forces, breakaway)
+    static, coulomb, stribeck_velocity, viscous = estimates
+    return DirectionFit(
+        static=static,
+        coulomb=coulomb,
+        stribeck_velocity=stribeck_velocity,
+        viscous=viscous,
+        auxiliary=lines,
+        speeds=points.speeds,
+        forces=points.forces,
+        breakaways=points.breakaways,
+        stops=points.stops,
+    )
+
+
+class _Solution(NamedTuple):
+    values: Array
+    jacobian: Array
+    residuals: Array
+
+    def variance(self, known: bool) -> float:
+        """Variance of a residual: no less than 1 where the errors were known beforehand."""
+        freedom = len(self.residuals) - len(self.values)
+        if freedom < 1:
+            return 1.0 if known else math.nan
+        found = _robust_sum(self.residuals) / freedom
+        return max(found, 1.0) if known else found
+
+    @property
+    def freedom(self) -> int:
+        return len(self.residuals) - len(self.values)
+
+
+def _robust_sum(residuals: Array) -> float:
+    """Sum of squares in which an outlier counts linearly (soft L1)."""
+    scaled = (residuals / _ROBUST) ** 2
+    return float(np.sum(2.0 * _ROBUST**2 * (np.sqrt(1.0 + scaled) - 1.0)))
+
+
+def _solved(
+    residuals: Callable[[Array], Array], start: Array, bounds: tuple[Array, Array], scale: Array
+) -> _Solution:
+    inside = np.clip(start, bounds[0] + 1e-9 * scale, bounds[1] - 1e-9 * scale)
+    found = optimize.least_squares(
+        residuals,
+        inside,
+        bounds=bounds,
+        x_scale=scale,
+        loss="soft_l1",
+        f_scale=_ROBUST,
+        xtol=1e-9,
+        ftol=1e-9,
+        gtol=1e-9,
+        max_nfev=100,
+    )
+    return _Solution(np.asarray(found.x), np.asarray(found.jac), residuals(found.x))
+
+
+def _fit_line(points: _Observations) -> _Solution:
+    """Fit F = F_c + B v, values in that order."""
+    slope, intercept, *_ = stats.theilslopes(points.forces, points.speeds)
+    error = np.hypot(points.force_errors, slope * points.speed_errors)
+
+    def residuals(values: Array) -> Array:
+        return np.asarray((points.forces - values[0] - values[1] * points.speeds) / error)
+
+    bounds = (np.full(2, -np.inf), np.full(2, np.inf))
+    return _solved(residuals, np.array([intercept, slope]), bounds, np.array([10.0, 1e3]))
+
+
+def _curve_residuals(points: _Observations, line: _Solution) -> Callable[[Array], Array]:
+    error = np.hypot(points.force_errors, line.values[1] * points.speed_errors)
+
+    def residuals(values: Array) -> Array:
+        curve = Stribeck(*values)
+        ends = turning_points(curve)
+        return np.concatenate(
+            [
+                (points.forces - friction_force(curve, points.speeds)) / error,
+                (points.breakaways - ends.hump) / points.breakaway_errors,
+                (points.stops - ends.valley) / points.stop_errors,
+            ]
+        )
+
+    return residuals
+
+
+def _fit_curve(points: _Observations, line: _Solution) -> _Solution | None:
+    """Fit eq. (29), values (F_s, F_c, v_s, B); None where there are no more points than values."""
+    if len(points.speeds) + len(points.breakaways) + len(points.stops) <= 4:
+        return None
+    residuals = _curve_residuals(points, line)
+    intercept, slope = max(line.values[0], 0.0), max(line.values[1], 0.0)
+    slowest = points.forces[np.argmin(points.speeds)]
+    top = np.median(points.breakaways) if len(points.breakaways) else max(slowest, intercept + 1.0)
+    solutions = [
+        _solved(residuals, np.array([top, intercept, velocity, slope]), (_LOW, _HIGH), _SCALE)
+        for velocity in _STARTS
+    ]
+    return min(solutions, key=lambda solution: _robust_sum(solution.residuals))
+
+
+def _curve_is_better(points: _Observations, line: _Solution, full: _Solution) -> bool:
+    """Whether the Stribeck drop shows in the data: by its own observations, or by an F test."""
+    if float(np.max(points.speeds)) < _FINISHED * full.values[2]:
+        return False
+    if len(points.breakaways) or len(points.stops):
+        return True
+    gain = _robust_sum(line.residuals) - _robust_sum(full.residuals)
+    statistic = gain / 2.0 / max(full.variance(points.known), 1e-300)
+    return bool(stats.f.sf(statistic, 2, full.freedom) < _SIGNIFICANCE)
+
+
+def _line_is_enough(points: _Observations, line: _Solution) -> bool:
+    """Whether a line misses the points by no more than their errors, where those are known."""
+    if not points.known or line.freedom < 1:
+        return True
+    # Without the worst tenth: a wild point or two does not make the curve another.
+    kept = np.sort(np.abs(line.residuals))[: -max(len(line.residuals) // 10, 1)]
+    return bool(stats.chi2.sf(_robust_sum(kept), line.freedom) > 1e-3)
+
+
+def _line_estimates(points: _Observations, line: _Solution) -> list[Estimate]:
+    errors = np.sqrt(np.diag(covariance(line.jacobian, line.variance(points.known))))
+    coulomb, viscous = (
+        symmetric(float(value), float(error), line.freedom, unit)
+        for value, error, unit in zip(line.values, errors, ("N", "N·s/m"), strict=True)
+    )
+    return [_static_alone(points), coulomb, unknown("m/s", UNSTABLE), viscous]
+
+
+def _static_alone(points: _Observations) -> Estimate:
+    """F_s from breakaways without the rest of the curve: never above them."""
+    if not len(points.breakaways):
+        return unknown("N", UNSTABLE)
+    mean = float(np.mean(points.breakaways))
+    error = float(np.max(points.breakaway_errors) / math.sqrt(len(points.breakaways)))
+    return symmetric(mean, error, len(points.breakaways) - 1, "N")
+
+
+def _curve_estimates(points: _Observations, full: _Solution) -> list[Estimate]:
+    errors = np.sqrt(np.diag(covariance(full.jacobian, full.variance(points.known))))
+    estimates = [
+        symmetric(float(value), float(error), full.freedom, unit)
+        for value, error, unit in zip(full.values, errors, UNITS, strict=True)
+    ]
+    return [judged(estimate, WIDE) for estimate in estimates]

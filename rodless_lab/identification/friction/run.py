@@ -1,0 +1,145 @@
+"""Friction of a measured run: points of eq. (30), stick-slip events, and the fit of both."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stick_slip_events
+from rodless_lab.identification.friction.uniform_motion import UniformPart, uniform_parts
+from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
+from rodless_sim import RigParameters
+from rodless_sim.instruments.instruments import PRESSURE_RANGE
+from rodless_sim.physics.plant import piston_area
+
+Array = npt.NDArray[np.float64]
+
+# Change of speed over a stretch, as a share, up to which it gives a point: the force of its own
+# acceleration is taken out.
+STEADY = 0.15
+
+# How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
+FINEST_FORCE = 0.03
+
+# How far the turn of the force is from the curve's own, in every event alike (N): inertia lets a
+# breakaway overshoot by 2.3 (m² r² / c)^(1/3) for a force rising at r over a curvature c, 0.1 N for
+# 10 N/s on this rig.
+EVENT_ACCURACY = 0.12
+
+# Two biases, each anywhere within ±b, differ by less than this many b in 98 of 100 cases.
+BIAS_DIFFERENCE = 2.0 * (1.0 - math.sqrt(0.02))
+
+
+@dataclass(frozen=True)
+class FrictionPoints:
+    """Uniform motion (m/s, N, with standard errors; shape (n,)) and stick-slip events of a run."""
+
+    speeds: Array
+    speed_errors: Array
+    forces: Array
+    force_errors: Array
+    events: StickSlipEvents
+    reason: str
+
+
+def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoints:
+    """Read uniform motion and stick-slip from ``run``.
+
+    Of ``parameters`` bore, moving mass and the lag of the pressure sensors are used; ``reason``
+    says why where there is no uniform motion. Raises ValueError for a run of no length.
+    """
+    area = piston_area(parameters)
+    lag = parameters.number("sensors.pressure_lag")
+    force = area * (run.pressure_a - run.pressure_b)
+    found = uniform_parts(run.time, run.position, tolerance=STEADY)
+    readings = [_force(run.time, force, part, lag) for part in found.parts]
+    mass = parameters.number("cylinder.moving_mass")
+    return FrictionPoints(
+        speeds=np.array([part.speed for part in found.parts]),
+        speed_errors=np.array([part.speed_error for part in found.parts]),
+        forces=np.array(
+            [
+                mean - mass * part.acceleration
+                for (mean, _), part in zip(readings, found.parts, strict=True)
+            ]
+        ),
+        force_errors=np.array([error for _, error in readings]),
+        events=stick_slip_events(run.time, run.position, force, lag),
+        reason=found.reason,
+    )
+
+
+def _force(time: Array, force: Array, part: UniformPart, lag: float) -> tuple[float, float]:
+    """Mean force over a part in N, the sensors' lag removed, and its standard error."""
+    local = time[part.first : part.last] - time[part.first : part.last].mean()
+    line = np.polynomial.Polynomial.fit(local, force[part.first : part.last], 1)
+    mean, slope = line.convert().coef
+    scatter = float(np.std(force[part.first : part.last] - line(local), ddof=2))
+    error = math.hypot(scatter / math.sqrt(len(local)), FINEST_FORCE)
+    return float(mean + lag * slope), error
+
+
+def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFit:
+    """Identify both directions' friction from one run.
+
+    The intervals hold the noise of the run and, by the ``sensors.*`` of ``parameters``, what its
+    noise cannot show: a bias of the pressure sensors moves F_s and F_c of both directions by one
+    force, a nonlinearity of the position sensor moves the slope B. Raises
+    :class:`UninformativeRunError` for a run without uniform motion.
+    """
+    points = friction_points(run, parameters)
+    nonlinearity = 0.5 * _stretch(parameters) * np.abs(points.speeds)
+    if not len(points.speeds):
+        raise UninformativeRunError(f"no uniform motion: {points.reason}")
+    events = points.events
+    fit = fit_friction(
+        points.speeds,
+        points.forces,
+        speed_errors=np.hypot(points.speed_errors, nonlinearity),
+        force_errors=points.force_errors,
+        breakaways=events.breakaways,
+        breakaway_errors=_alike(events.breakaways, events.breakaway_errors),
+        stops=events.stops,
+        stop_errors=_alike(events.stops, events.stop_errors),
+    )
+    return FrictionFit(
+        _with_accuracy(fit.forward, parameters), _with_accuracy(fit.reverse, parameters)
+    )
+
+
+def _alike(forces: Array, errors: Array) -> Array:
+    """Standard errors of events with a common part, which their number does not reduce."""
+    number = np.where(forces > 0.0, np.sum(forces > 0.0), np.sum(forces < 0.0))
+    return np.hypot(errors, EVENT_ACCURACY * np.sqrt(number))
+
+
+def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
+    area = piston_area(parameters)
+    bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
+    force = area * BIAS_DIFFERENCE * bias
+    stretch = _stretch(parameters)
+    return replace(
+        fit,
+        static=_widened(fit.static, force, "bias of the pressure sensors"),
+        coulomb=_widened(fit.coulomb, force, "bias of the pressure sensors"),
+        stribeck_velocity=_widened(
+            fit.stribeck_velocity,
+            stretch * fit.stribeck_velocity.value,
+            "nonlinearity of the scale",
+        ),
+        viscous=_widened(fit.viscous, stretch * fit.viscous.value, "nonlinearity of the scale"),
+    )
+
+
+def _stretch(parameters: RigParameters) -> float:
+    """Largest relative error of a speed from a nonlinearity that makes one wave along the range."""
+    return 2.0 * math.pi * parameters.number("sensors.position_linearity")
+
+
+def _widened(estimate: Estimate, systematic: float, cause: str) -> Estimate:
+    if not estimate.informed or systematic == 0.0:
+        return estimate
+    return estimate.widened(systematic, f"includes ±{systematic:.3g} {estimate.unit} for {cause}")

@@ -1,0 +1,1 @@
+"""Chambers and valve from the pressures of a run."""

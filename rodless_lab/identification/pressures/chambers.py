@@ -1,0 +1,52 @@
+"""Dead volumes, supply pressure and leak of the gap from a run's pressures; the valve is known."""
+
+from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.pressures.fit import (
+    SUPPLY,
+    PressureFit,
+    Unknown,
+    findings_of,
+    fit_pressures,
+)
+from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_sim import RigParameters
+from rodless_sim.physics.motion import Plant
+
+VOLUMES = ("cylinder.dead_volume_a", "cylinder.dead_volume_b")
+GAP = "valve.gap_height"
+
+
+def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
+    """Fit both dead volumes, the gap's effective height and the supply pressure.
+
+    Works on fixed chambers and on moving ones alike. Of ``parameters`` everything else is taken
+    as known, the valve's area above all: a valve that passes a tenth more makes the volumes look
+    a tenth smaller. Raises :class:`UninformativeRunError` where no pressure changes.
+    """
+    return fit_pressures(
+        run, parameters, [*(_volume(parameters, name) for name in VOLUMES), gap(parameters)]
+    )
+
+
+def chambers_findings(run: MeasuredRun, parameters: RigParameters) -> list[Finding]:
+    """Identify the chambers; return what that says of the plant's parameters."""
+    return findings_of(identify_chambers(run, parameters), (*VOLUMES, GAP, SUPPLY))
+
+
+def gap(parameters: RigParameters) -> Unknown:
+    """Return the effective height of the valve's gaps as an unknown."""
+
+    def apply(plant: Plant, value: float) -> Plant:
+        return plant._replace(valve=plant.valve._replace(gap_height=value))
+
+    return Unknown(GAP, "m", parameters.number(GAP), 1e-6, 0.0, 5e-5, apply)
+
+
+def _volume(parameters: RigParameters, name: str) -> Unknown:
+    def apply(plant: Plant, value: float) -> Plant:
+        cylinder = plant.cylinder
+        if name == VOLUMES[0]:
+            return plant._replace(cylinder=cylinder._replace(dead_volume_a=value))
+        return plant._replace(cylinder=cylinder._replace(dead_volume_b=value))
+
+    return Unknown(name, "m³", parameters.number(name), 1e-5, 2e-6, 1e-2, apply)

@@ -1,0 +1,66 @@
+"""Closed position, size of the openings and gap of the valve from a run's pressures."""
+
+from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.pressures.chambers import GAP, gap
+from rodless_lab.identification.pressures.fit import (
+    SUPPLY,
+    PressureFit,
+    Unknown,
+    findings_of,
+    fit_pressures,
+)
+from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_sim import RigParameters
+from rodless_sim.physics.motion import Plant
+
+CLOSED = "valve.closed_voltage"
+AREA = "valve.area_coefficients"
+AREA_FACTOR = "area factor"
+
+
+def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
+    """Fit the closed position, a factor on the whole area curve, and the gap's height.
+
+    Pressures in the cylinder show only the product of flow coefficient and area, so C_v is left
+    alone and the shape of the curve, eq. (5), is kept; a flow meter measures both
+    (:func:`fit_area_curve`, :func:`fit_flow_coefficient`). The dead volumes are taken as known
+    from ``parameters``: while the carriage rests, a factor on both looks like one on the area.
+    Raises :class:`UninformativeRunError` where no pressure changes.
+    """
+    unknowns = [_closed(parameters), _area(), gap(parameters)]
+    return fit_pressures(run, parameters, unknowns)
+
+
+def valve_findings(run: MeasuredRun, parameters: RigParameters) -> list[Finding]:
+    """Identify the valve; return what that says of the plant's parameters."""
+    fit = identify_valve(run, parameters)
+    factor = fit.estimates[AREA_FACTOR]
+    findings = findings_of(fit, (CLOSED, GAP, SUPPLY))
+    return [*findings, Finding(AREA, _scaled(parameters, factor), {AREA_FACTOR: factor})]
+
+
+def _scaled(parameters: RigParameters, factor: Estimate) -> tuple[float, ...] | None:
+    if not factor.informed:
+        return None
+    coefficients = parameters.numbers(AREA)
+    # Every third number, from the first, is the amplitude of a sine.
+    return tuple(
+        value if place % 3 else value * factor.value for place, value in enumerate(coefficients)
+    )
+
+
+def _closed(parameters: RigParameters) -> Unknown:
+    def apply(plant: Plant, value: float) -> Plant:
+        return plant._replace(valve=plant.valve._replace(closed_voltage=value))
+
+    return Unknown(CLOSED, "V", parameters.number(CLOSED), 0.1, 4.0, 6.0, apply)
+
+
+def _area() -> Unknown:
+    def apply(plant: Plant, value: float) -> Plant:
+        old = plant.valve.area_coefficients
+        new = tuple(number if place % 3 else number * value for place, number in enumerate(old))
+        return plant._replace(valve=plant.valve._replace(area_coefficients=new))  # type: ignore[arg-type]
+
+    return Unknown(AREA_FACTOR, "", 1.0, 0.1, 0.05, 20.0, apply)

@@ -1,0 +1,1 @@
+"""The valve from flows measured on a stand of its own."""

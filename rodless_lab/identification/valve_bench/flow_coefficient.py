@@ -1,0 +1,77 @@
+"""Flow coefficient of the valve from measured mass flow, eq. (23), and its polynomial, eq. (25)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_lab.identification.estimate import Estimate, covariance, symmetric
+from rodless_sim.physics.air import choked_nozzle_function
+
+Array = npt.NDArray[np.float64]
+
+# The polynomial of eq. (25) has degree 5.
+DEGREE = 5
+
+
+def flow_coefficient(
+    mass_flow: Array,
+    supply_pressure: Array,
+    area: Array,
+    temperature: float,
+    gas_constant: float = 287.05,
+    isentropic_index: float = 1.4,
+) -> Array:
+    """Flow coefficient C_v by eq. (23) from a choked mass flow in kg/s (Port 4 plus Port 5).
+
+    ``supply_pressure`` in Pa absolute, ``area`` in m², ``temperature`` in K; shapes (n,) or
+    scalars.
+    """
+    ideal = np.asarray(supply_pressure) * np.asarray(area) / np.sqrt(gas_constant * temperature)
+    return np.asarray(mass_flow / (ideal * choked_nozzle_function(isentropic_index)))
+
+
+@dataclass(frozen=True)
+class FlowCoefficientCurve:
+    """Polynomial of the deflection in V: coefficients in 1/V^k, constant first, and the scatter."""
+
+    coefficients: tuple[Estimate, ...]
+    scatter: float
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The coefficients as the parameter ``valve.flow_coefficients`` takes them."""
+        return tuple(estimate.value for estimate in self.coefficients)
+
+    def coefficient(self, deflection: Array) -> Array:
+        """C_v at ``deflection`` (V from the closed position, either side), shape (n,)."""
+        powers = np.vander(np.abs(deflection), DEGREE + 1, increasing=True)
+        return np.asarray(powers @ np.array(self.values))
+
+
+def fit_flow_coefficient(
+    deflections: npt.ArrayLike, coefficients: npt.ArrayLike, weights: npt.ArrayLike | None = None
+) -> FlowCoefficientCurve:
+    """Fit eq. (25) to C_v measured at ``deflections`` (V from the closed position), shape (n,).
+
+    The argument is the distance from the closed position, the same to either side. ``weights``
+    are reciprocal standard errors up to a common factor: near the closed position C_v divides two
+    small numbers. Raises ValueError for fewer points than coefficients.
+    """
+    distance = np.abs(np.asarray(deflections, dtype=np.float64))
+    values = np.asarray(coefficients, dtype=np.float64)
+    weight = np.ones(len(distance)) if weights is None else np.asarray(weights, dtype=np.float64)
+    if len(distance) <= DEGREE or distance.shape != values.shape:
+        raise ValueError(f"a polynomial of degree {DEGREE} needs more than {DEGREE} points")
+    base = np.vander(distance, DEGREE + 1, increasing=True) * weight[:, None]
+    found, *_ = np.linalg.lstsq(base, values * weight, rcond=None)
+    freedom = len(distance) - DEGREE - 1
+    residual = base @ found - values * weight
+    variance = float(residual @ residual) / max(freedom, 1)
+    errors = np.sqrt(np.diag(covariance(base, variance)))
+    units = [f"1/V^{power}" if power else "" for power in range(DEGREE + 1)]
+    estimates = tuple(
+        symmetric(float(value), float(error), freedom, unit)
+        for value, error, unit in zip(found, errors, units, strict=True)
+    )
+    return FlowCoefficientCurve(estimates, variance**0.5)

@@ -1,0 +1,1 @@
+"""Pages and reports written from what the code gives."""

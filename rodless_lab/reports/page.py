@@ -1,0 +1,45 @@
+"""One page of the docs per experiment, with its pictures, written from what the code gives."""
+
+from pathlib import Path
+
+from rodless_lab.experiments.catalogue import Experiment
+from rodless_lab.experiments.result import Result
+from rodless_lab.figures.style import png
+from rodless_lab.reports.table import markdown_table
+
+
+def page(experiment: Experiment, result: Result) -> str:
+    """Return the page in Markdown; pictures stand beside it."""
+    pictures = [f"![{shown.caption}]({shown.name}.png)" for shown in result.pictures]
+    captions = [f"*{shown.caption}.*" for shown in result.pictures]
+    shown = [line for pair in zip(pictures, captions, strict=True) for line in pair]
+    parts = [
+        f"# {experiment.title}",
+        f"Zhang et al., *Actuators* 2022, 11(2), 50: {experiment.source}.",
+        experiment.summary,
+        f"```sh\nrodless experiment {experiment.name}\n```",
+        *over_ros(experiment),
+        *shown,
+        markdown_table(result.comparisons),
+        "\n".join(f"- {remark}" for remark in result.remarks),
+        "This page is written by `rodless docs`; pressures named 0.4 to 0.6 MPa are gauge.",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def over_ros(experiment: Experiment) -> tuple[str, ...]:
+    """Say that the nodes can do it too, where there is a rig to drive."""
+    if not experiment.moves:
+        return ()
+    return (
+        "With `--ros` the running nodes do the same over topics, in lock-step, each run in a ROS "
+        "domain of its own; every number is the same.",
+    )
+
+
+def write_page(folder: Path, experiment: Experiment, result: Result) -> None:
+    """Write the page and its pictures into ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for shown in result.pictures:
+        (folder / f"{shown.name}.png").write_bytes(png(shown.draw()))
+    (folder / f"{experiment.name}.md").write_text(page(experiment, result), encoding="utf-8")

@@ -1,0 +1,107 @@
+"""One report of several experiments: a self-contained HTML file and a Markdown summary."""
+
+import base64
+import re
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import NamedTuple
+
+from rodless_lab.atomic_write import atomic_write
+from rodless_lab.experiments.catalogue import Experiment
+from rodless_lab.experiments.result import Comparison, Result
+from rodless_lab.figures.style import png
+from rodless_lab.reports.table import HEADINGS, cells, markdown_table, verdict
+
+TITLE = "The paper's experiments, reproduced"
+SOURCE = "Zhang et al., Actuators 2022, 11(2), 50"
+STYLE = """
+body { font: 16px/1.5 sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; font-size: 14px; }
+td, th { border: 1px solid #ccc; padding: 0.2rem 0.5rem; text-align: left; vertical-align: top; }
+td:nth-child(2) { white-space: nowrap; }
+tr.leaves { background: #fdd; }
+img { max-width: 100%; }
+figure { margin: 1rem 0; }
+"""
+
+
+class Performed(NamedTuple):
+    """An experiment and what it gave."""
+
+    experiment: Experiment
+    result: Result
+
+
+def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Path]:
+    """Write ``report.html``, ``summary.md`` and the pictures into ``folder``; return the two."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures = {
+        shown.name: png(shown.draw()) for _, result in performed for shown in result.pictures
+    }
+    report, summary = folder / "report.html", folder / "summary.md"
+    for name, image in pictures.items():
+        atomic_write(folder / f"{name}.png", image)
+    atomic_write(summary, markdown_summary(performed))
+    atomic_write(report, html_report(performed, pictures))
+    return report, summary
+
+
+def markdown_summary(performed: Sequence[Performed]) -> str:
+    """Return all tables and pictures in Markdown."""
+    parts = [f"# {TITLE}", f"{SOURCE}."]
+    for experiment, result in performed:
+        parts += [f"## {experiment.title}", f"{experiment.source}: {verdict(result.comparisons)}"]
+        parts.append(markdown_table(result.comparisons))
+        parts += [f"![{shown.caption}]({shown.name}.png)" for shown in result.pictures]
+        parts.append("\n".join(f"- {remark}" for remark in result.remarks))
+    return "\n\n".join(parts) + "\n"
+
+
+def html_report(performed: Sequence[Performed], pictures: dict[str, bytes]) -> str:
+    """Return one HTML file with ``pictures`` (PNG by name) inside."""
+    contents = "".join(
+        f'<li><a href="#{experiment.name}">{escape(experiment.title)}</a>: '
+        f"{escape(verdict(result.comparisons))}</li>"
+        for experiment, result in performed
+    )
+    sections = "".join(section(one, pictures) for one in performed)
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(TITLE)}</title>'
+        f"<style>{STYLE}</style></head><body><h1>{escape(TITLE)}</h1><p>{escape(SOURCE)}.</p>"
+        f"<ul>{contents}</ul>{sections}</body></html>\n"
+    )
+
+
+def section(performed: Performed, pictures: dict[str, bytes]) -> str:
+    """Return the part of one experiment."""
+    experiment, result = performed
+    figures = "".join(
+        f'<figure><img alt="{escape(shown.caption)}" src="data:image/png;base64,'
+        f'{base64.b64encode(pictures[shown.name]).decode()}"><figcaption>{escape(shown.caption)}'
+        "</figcaption></figure>"
+        for shown in result.pictures
+    )
+    remarks = "".join(f"<li>{html_text(remark)}</li>" for remark in result.remarks)
+    return (
+        f'<h2 id="{experiment.name}">{escape(experiment.title)}</h2>'
+        f"<p>{escape(experiment.source)}. {escape(experiment.summary)}</p>{figures}"
+        f"{html_table(result.comparisons)}<ul>{remarks}</ul>"
+    )
+
+
+def html_text(text: str) -> str:
+    """Return Markdown text of ours as HTML: code is all the markup it has."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
+
+
+def html_table(rows: Sequence[Comparison]) -> str:
+    """Return the table of comparisons; rows that leave their limits stand out."""
+    head = "".join(f"<th>{heading}</th>" for heading in HEADINGS)
+    body = "".join(
+        f"<tr{'' if row.holds else ' class=leaves'}>"
+        + "".join(f"<td>{escape(cell)}</td>" for cell in cells(row))
+        + "</tr>"
+        for row in rows
+    )
+    return f"<table><tr>{head}</tr>{body}</table>"

@@ -1,0 +1,1 @@
+"""Runs as arrays: read from bags, resimulated, compared, measured."""

@@ -1,0 +1,41 @@
+"""End the processes of a session whose own process was killed.
+
+Run as a program of its own: it reads process IDs, each the leader of a process group, from
+standard input, ``+`` before one to watch and ``-`` before one that has ended. Standard input ends
+with the process that holds the other side of it, however that ends; what is still watched then
+is asked to stop, and killed where it does not.
+"""
+
+import contextlib
+import os
+import select
+import signal
+import sys
+
+# From the request to stop to the end by force, in s.
+TIMEOUT = 5.0
+
+
+def end(group: int) -> None:
+    """Stop a process group: SIGINT first, as Ctrl-C does, then SIGKILL."""
+    with contextlib.suppress(ProcessLookupError):
+        leader = os.pidfd_open(group)
+        # Only what runs can act on a signal.
+        os.killpg(group, signal.SIGCONT)
+        os.killpg(group, signal.SIGINT)
+        select.select([leader], [], [], TIMEOUT)
+        os.killpg(group, signal.SIGKILL)
+
+
+def main() -> None:
+    """Watch until standard input ends."""
+    groups: set[int] = set()
+    for line in sys.stdin:
+        change = groups.add if line[0] == "+" else groups.discard
+        change(int(line[1:]))
+    for group in groups:
+        end(group)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,162 @@
+"""Processes of a session: started in groups of their own, their output kept, never left behind."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rodless_lab.session import guard
+from rodless_lab.session.errors import HarnessError
+
+# The nodes promise to end within 2 s of wall clock; a crowded machine may need longer.
+STOP_SECONDS = 10.0
+
+
+class Guard:
+    """Another process, which ends those of the session should this one be killed."""
+
+    def __init__(self) -> None:
+        """Start it."""
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", guard.__file__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            text=True,
+        )
+
+    def tell(self, word: str) -> None:
+        """Say that a process has started (``+`` and its ID) or ended (``-``)."""
+        assert self._process.stdin is not None
+        # A guard that somebody has killed must not fail a test.
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.write(f"{word}\n")
+            self._process.stdin.flush()
+
+    def close(self) -> None:
+        """End it; whatever it still watches ends too."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.close()
+        self._process.wait()
+
+
+class NodeProcess:
+    """One process and whatever it starts; what they print goes to a file."""
+
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        output: Path,
+        guard: Guard,
+    ) -> None:
+        """Prepare ``command``; nothing starts yet."""
+        self.name = name
+        self._command = list(command)
+        self._environment = dict(environment)
+        self._output = output
+        self._guard = guard
+        self._process: subprocess.Popen[bytes] | None = None
+        self._meant_to_run = False
+        self._over = True
+        output.touch()
+
+    def start(self) -> None:
+        """Start it; its output is appended to that of an earlier start."""
+        with self._output.open("ab") as output:
+            self._process = subprocess.Popen(
+                self._command,
+                env=self._environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                # Ctrl-C in a terminal is for the test, which then ends the nodes in order.
+                start_new_session=True,
+            )
+        self._meant_to_run = True
+        self._over = False
+        self._guard.tell(f"+{self._process.pid}")
+
+    @property
+    def output(self) -> str:
+        """What it has printed so far, on both streams."""
+        return self._output.read_text(encoding="utf-8", errors="replace")
+
+    @property
+    def pid(self) -> int:
+        """Its process ID; raises HarnessError before the first start."""
+        if self._process is None:
+            raise HarnessError(f"the {self.name} has not been started")
+        return self._process.pid
+
+    @property
+    def exit_code(self) -> int | None:
+        """Its exit code, negative for a signal, or None while it runs."""
+        if self._process is None:
+            return None
+        if self._process.poll() is not None:
+            self._end_what_it_left()
+        return self._process.returncode
+
+    @property
+    def has_died(self) -> bool:
+        """Whether it has ended without having been asked to."""
+        return self._meant_to_run and self.exit_code is not None
+
+    def signal(self, number: int) -> None:
+        """Send a signal to it and all it has started, if it still runs."""
+        if self.exit_code is None:
+            # Not the process alone: `ros2 run`, for one, passes no signal on.
+            self._signal_group(number)
+
+    def freeze(self) -> None:
+        """Hold it where it is; it answers nothing until :meth:`thaw`."""
+        self.signal(signal.SIGSTOP)
+
+    def thaw(self) -> None:
+        """Let it go on."""
+        self.signal(signal.SIGCONT)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._meant_to_run = False
+        self.signal(signal.SIGKILL)
+        self._wait()
+
+    def ask_to_stop(self) -> None:
+        """Interrupt it, as Ctrl-C does."""
+        self._meant_to_run = False
+        if self._process is not None:
+            self.thaw()
+            self.signal(signal.SIGINT)
+
+    def end(self) -> None:
+        """Wait for it to stop, and kill what does not stop in time."""
+        if self._process is None:
+            return
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(STOP_SECONDS)
+        self.signal(signal.SIGKILL)
+        self._wait()
+
+    def _wait(self) -> None:
+        assert self._process is not None
+        self._process.wait()
+        self._end_what_it_left()
+
+    def _end_what_it_left(self) -> None:
+        """Kill what it has started and not ended, at once: its ID may soon be another's."""
+        if not self._over:
+            self._over = True
+            self._signal_group(signal.SIGKILL)
+            self._guard.tell(f"-{self.pid}")
+
+    def _signal_group(self, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, number)

@@ -1,0 +1,1 @@
+"""Rig and control law without ROS."""

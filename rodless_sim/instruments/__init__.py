@@ -1,0 +1,1 @@
+"""The rig's instruments: what they make of the true state."""

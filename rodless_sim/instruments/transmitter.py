@@ -1,0 +1,92 @@
+"""One instrument: what it makes of a true value. Table 1 of the paper."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.kernels import kernel
+
+Array = npt.NDArray[np.float64]
+
+# Volts that stand for nothing and for the range, and the converter's input range.
+OUTPUT_LOW = 1.0
+OUTPUT_SPAN = 4.0
+CONVERTER_SPAN = 20.0
+
+
+class Transmitter(NamedTuple):
+    """One instrument with 1-5 V output, with the fixed errors of this specimen.
+
+    ``span`` is what 4 V stand for, in the unit measured. ``nonlinearity`` (that unit) is the
+    largest deviation from a straight line, over one wave along the range; ``offset`` and
+    ``gain_error`` are constant, ``noise`` is the standard deviation of a sample, ``lag`` a time
+    constant in s. ``bits`` of the converter: 0 means no rounding.
+    """
+
+    span: float
+    offset: float = 0.0
+    gain_error: float = 0.0
+    nonlinearity: float = 0.0
+    noise: float = 0.0
+    lag: float = 0.0
+    bits: int = 0
+
+    def measure(self, values: Array, period: float, generator: np.random.Generator) -> Array:
+        """Return what is read of the true ``values``, shape (n,), sampled every ``period`` s."""
+        true = np.asarray(values, dtype=np.float64)
+        return read_all(self, true, period, generator.standard_normal(true.shape))
+
+
+@kernel
+def followed(behind: float, before: float, true: float, period: float, lag: float) -> float:
+    """Return where a first-order lag is that was ``behind`` a ``period`` ago, at ``before`` then.
+
+    The true value is held between samples; without a lag it is ``true`` at once.
+    """
+    if lag <= 0.0:
+        return true
+    keep = math.exp(-period / lag)
+    return keep * behind + (1.0 - keep) * before
+
+
+@kernel
+def lagged(values: Array, period: float, lag: float) -> Array:
+    """First-order lag of time constant ``lag`` (s), settled at the first sample; shape (n,)."""
+    late: Array = values.copy()
+    for k in range(1, values.size):
+        late[k] = followed(late[k - 1], values[k - 1], values[k], period, lag)
+    return late
+
+
+@kernel
+def converted(value: float, span: float, bits: int) -> float:
+    """Round to the steps of a converter of ``bits`` over ±10 V; 305 µV for 16 bits."""
+    if bits <= 0:
+        return value
+    step = CONVERTER_SPAN / 2.0**bits
+    volts = OUTPUT_LOW + OUTPUT_SPAN / span * value
+    return (round(volts / step) * step - OUTPUT_LOW) * span / OUTPUT_SPAN
+
+
+@kernel
+def read(instrument: Transmitter, true: float, late: float, noise: float) -> float:
+    """Return one reading of ``true``, which the lag shows as ``late``.
+
+    ``noise`` is a standard normal number.
+    """
+    seen = late * (1.0 + instrument.gain_error) + instrument.offset
+    seen += instrument.nonlinearity * math.sin(2.0 * math.pi * true / instrument.span)
+    seen += instrument.noise * noise
+    return converted(seen, instrument.span, instrument.bits)
+
+
+@kernel
+def read_all(instrument: Transmitter, values: Array, period: float, noise: Array) -> Array:
+    """Return the readings of ``values`` with the noise of ``noise``; all of shape (n,)."""
+    late = lagged(values, period, instrument.lag)
+    readings = np.empty(values.size)
+    for k in range(values.size):
+        readings[k] = read(instrument, values[k], late[k], noise[k])
+    return readings

@@ -1,0 +1,52 @@
+"""The voltage the valve takes: the last good command, or closed where there is none."""
+
+import math
+
+from rodless_sim.physics.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+
+
+class CommandInput:
+    """Commands as they arrive, made safe: late or not finite closes the valve.
+
+    Times are plant times in ns. The counters only grow, so that a fault stays visible after
+    the run has recovered.
+    """
+
+    def __init__(self, closed_voltage: float, timeout: float) -> None:
+        """Give ``closed_voltage`` (V) whenever no command came for ``timeout`` (s)."""
+        self.configure(closed_voltage, timeout)
+        self.received = self.clamped = self.not_finite = self.timeouts = 0
+        self.reset()
+
+    def configure(self, closed_voltage: float, timeout: float) -> None:
+        """Change what is given when no command counts, and after how long (V, s)."""
+        self._closed_voltage = closed_voltage
+        self._timeout = round(timeout * 1e9)
+
+    def reset(self) -> None:
+        """Forget the last command; keep the counters."""
+        self._voltage: float | None = None
+        self._time = 0
+
+    def receive(self, voltage: float, time: int) -> None:
+        """Take a command that arrived at ``time`` (ns)."""
+        self.received += 1
+        self._time = time
+        if not math.isfinite(voltage):
+            self.not_finite += 1
+            self._voltage = None
+            return
+        self._voltage = min(max(voltage, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
+        self.clamped += self._voltage != voltage
+
+    def voltage(self, time: int) -> float:
+        """Return the voltage the valve takes at ``time`` (ns)."""
+        if self._voltage is not None and time - self._time > self._timeout:
+            self._voltage = None
+            self.timeouts += 1
+        return self._closed_voltage if self._voltage is None else self._voltage
+
+    @property
+    def present(self) -> bool:
+        """Whether the valve follows a command now."""
+        return self._voltage is not None

@@ -1,0 +1,77 @@
+"""The rig, its command and its samples: what every way of keeping time shares."""
+
+import threading
+from collections.abc import Callable
+
+from rodless_sim.instruments.sampling import Sensing
+from rodless_sim.node.command import CommandInput
+from rodless_sim.parameters import RigParameters
+from rodless_sim.rig import Rig, State
+
+# Takes each sample as the instruments read it: plant time in ns, state, supply pressure in Pa.
+Publish = Callable[[int, State, float], None]
+
+
+class Engine:
+    """A rig that steps by one period at a time and hands out each sample.
+
+    Everything happens under one lock, the handing out too: a reset cannot overtake the sample
+    before it.
+    """
+
+    def __init__(self, parameters: RigParameters, publish: Publish) -> None:
+        """Build, compile and settle the rig; nothing is handed out yet."""
+        self._publish = publish
+        self._lock = threading.RLock()
+        self._period = parameters.number("time.period")
+        self._duration = round(parameters.number("time.duration") * 1e9)
+        self.rig = Rig(parameters)
+        self.rig.advance(self.rig.state.voltage, self._period)
+        self.rig.reset()
+        self._sensing = Sensing(parameters)
+        self.command = CommandInput(*_command_settings(parameters))
+
+    def configure(self, parameters: RigParameters) -> None:
+        """Change the parameters; the state stays as it is."""
+        with self._lock:
+            self.rig.configure(parameters)
+            self._sensing.configure(parameters)
+            self.command.configure(*_command_settings(parameters))
+
+    def receive(self, voltage: float) -> None:
+        """Take a command (V)."""
+        with self._lock:
+            self.command.receive(voltage, self.rig.nanoseconds)
+
+    @property
+    def ended(self) -> bool:
+        """Whether ``time.duration`` is over."""
+        return 0 < self._duration <= self.rig.nanoseconds
+
+    def offer(self) -> None:
+        """Hand out the present state."""
+        with self._lock:
+            self._hand_out(self.rig.state)
+
+    def step(self) -> None:
+        """Advance by one period at the command in force, and hand out the sample."""
+        with self._lock:
+            voltage = self.command.voltage(self.rig.nanoseconds)
+            state = self.rig.advance(voltage, self._period)
+            self._sensing.step()
+            self._hand_out(state)
+
+    def reset(self) -> None:
+        """Return to the start, forget the command, hand out sample 0."""
+        with self._lock:
+            self.command.reset()
+            self._sensing.start()
+            self._hand_out(self.rig.reset())
+
+    def _hand_out(self, state: State) -> None:
+        supply = self.rig.parameters.number("supply.pressure")
+        self._publish(self.rig.nanoseconds, *self._sensing.read(state, supply))
+
+
+def _command_settings(parameters: RigParameters) -> tuple[float, float]:
+    return parameters.number("valve.closed_voltage"), parameters.number("valve.command_timeout")

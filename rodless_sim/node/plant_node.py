@@ -1,0 +1,215 @@
+"""The plant as a ROS node: samples out, valve voltage in, parameters changeable while running."""
+
+from functools import partial
+from typing import Protocol
+
+from rclpy.logging import get_logger
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import FluidPressure, JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_base.ros.diagnostics import (
+    ERROR,
+    OK,
+    PERIOD,
+    WARN,
+    diagnostic,
+    diagnostics_publisher,
+    steady_clock,
+)
+from rodless_base.ros.parameters import RosParameters
+from rodless_base.ros.process import run_node
+from rodless_base.ros.publish import OnDemand, send
+from rodless_base.ros.topics import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.start import Stop
+from rodless_sim.node import messages
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.lockstep import Lockstep
+from rodless_sim.node.realtime import POLL_PERIOD, Realtime
+from rodless_sim.node.simulation_interfaces import Simulation, offer_standard_services
+from rodless_sim.parameters import RigParameters
+from rodless_sim.rig import Rig, State
+from rodless_sim.timing import nanoseconds
+
+
+class TimeKeeper(Simulation, Protocol):
+    """A way of keeping time: :class:`Realtime` or :class:`Lockstep`."""
+
+    @property
+    def overruns(self) -> int:
+        """Periods that the machine could not keep."""
+
+    @property
+    def problem(self) -> str | None:
+        """What keeps the plant from following commands now."""
+
+    def receive(self, voltage: float) -> None:
+        """Take a command (V)."""
+
+    def poll(self) -> None:
+        """Do what no command triggers; called every ``POLL_PERIOD``."""
+
+    def close(self) -> None:
+        """End what runs by itself."""
+
+
+class PlantNode:
+    """A rig in plant time, which the wall clock or the commands drive."""
+
+    def __init__(self, **node_options: object) -> None:
+        """Settle and start; raises ParameterError for parameters that are no rig's."""
+        self.node = Node(
+            "plant", automatically_declare_parameters_from_overrides=True, **node_options
+        )
+        self._parameters = RosParameters(self.node, RigParameters, self._configure)
+        self._make_publishers()
+        self._pressure_variance = pressure_variance(self._parameters.values)
+        self._engine = Engine(self._parameters.values, self._publish)
+        self._commands = self.node.create_subscription(
+            Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
+        )
+        self._time = self._make_time_keeper(self._parameters.values)
+        self._make_services()
+
+    def close(self) -> None:
+        """Stop the plant and destroy the node."""
+        self._time.close()
+        self.node.destroy_node()
+
+    def _make_publishers(self) -> None:
+        # Real time waits for nobody; lock-step loses nothing.
+        lockstep = self._parameters.values.text("time.mode") == "lockstep"
+        publisher = partial(
+            self.node.create_publisher, qos_profile=LOSSLESS if lockstep else QUEUE_DEPTH
+        )
+        self._joint_states = publisher(JointState, JOINT_STATES)
+        self._pressures = {
+            frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
+            for frame in ("chamber_a", "chamber_b", "supply")
+        }
+        self._clock = (
+            OnDemand(publisher(Clock, "/clock"), messages.clock)
+            if self._parameters.values["time.publish_clock"]
+            else None
+        )
+        self._on_demand = [*self._pressures.values(), *([self._clock] if self._clock else [])]
+        self._diagnostics = diagnostics_publisher(self.node)
+
+    def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
+        if values.text("time.mode") == "lockstep":
+            timeout = values.number("time.command_timeout")
+            return Lockstep(self._engine, timeout, self._ready, self._commanders)
+        wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
+        return Realtime(self._engine, wall_period, self._ready)
+
+    def _make_services(self) -> None:
+        self.node.create_service(Trigger, "~/reset", self._reset)
+        self.node.create_service(SetBool, "~/pause", self._pause)
+        self.node.create_service(Trigger, "~/step", self._step)
+        offer_standard_services(self.node, self._time)
+        self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+        self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
+
+    def _ready(self) -> bool:
+        """Whether everybody listens whom the run must not start without."""
+        recorders = int(self._parameters.values.number("time.recorders"))
+        lockstep = self._parameters.values.text("time.mode") == "lockstep"
+        others = min([publisher.poll() for publisher in self._on_demand])
+        if not recorders and not lockstep:
+            return True
+        return others >= recorders and self._joint_states.get_subscription_count() > recorders
+
+    def _commanders(self) -> int:
+        return int(self.node.count_publishers(self._commands.topic_name))
+
+    def _poll(self) -> None:
+        for publisher in self._on_demand:
+            publisher.poll()
+        self._time.poll()
+
+    def _configure(self, values: RigParameters) -> None:
+        self._pressure_variance = pressure_variance(values)
+        self._engine.configure(values)
+
+    def _take_command(self, message: Float64) -> None:
+        self._time.receive(message.data)
+
+    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        response.message = self._time.reset()
+        return response
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._time.pause(request.data)
+        response.success = True
+        response.message = "paused" if request.data else "running"
+        return response
+
+    def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        obstacle = self._time.step()
+        response.success = obstacle is None
+        response.message = obstacle or ""
+        return response
+
+    def _publish(self, time: int, state: State, supply: float) -> None:
+        if self._clock is not None:
+            self._clock.publish(time)
+        variance = self._pressure_variance
+        self._pressures["chamber_a"].publish(state.pressure_a, variance, "chamber_a", time)
+        self._pressures["chamber_b"].publish(state.pressure_b, variance, "chamber_b", time)
+        self._pressures["supply"].publish(supply, variance, "supply", time)
+        send(self._joint_states, messages.joint_state(state, time))
+
+    def _publish_diagnostics(self) -> None:
+        command = self._engine.command
+        faults = {
+            "commands lost": command.timeouts,
+            "commands not finite": command.not_finite,
+            "commands clamped": command.clamped,
+            "overruns": self._time.overruns,
+        }
+        level, message = self._judge(faults)
+        flow = self._engine.rig.free_air_flow * 6e4
+        self._diagnostics.publish(
+            diagnostic(
+                self.node,
+                messages.stamp(self._engine.rig.nanoseconds),
+                level,
+                message,
+                {
+                    "commands received": command.received,
+                    **faults,
+                    "free-air supply flow (L/min)": f"{flow:.2f}",
+                },
+            )
+        )
+
+    def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
+        """Level and message: an error now, a warning for past faults, or all well."""
+        if self._time.problem is not None:
+            return ERROR, self._time.problem
+        seen = [name for name, count in faults.items() if count]
+        if seen:
+            return WARN, "since start: " + ", ".join(seen)
+        if not self._engine.command.received:
+            return OK, "waiting for commands, valve closed"
+        return OK, "ended" if self._engine.ended else "running"
+
+
+def pressure_variance(values: RigParameters) -> float:
+    """Variance in Pa² of what differs from reading to reading; 0 for ideal instruments."""
+    return values.number("sensors.pressure_noise") ** 2
+
+
+def load() -> None:
+    """Load the compiled plant, so that the first sample does not wait for it."""
+    get_logger("plant").info("loading the compiled plant (the first start compiles it)")
+    Rig().advance(0.0, 1e-3)
+
+
+def main(stop: Stop) -> int:
+    """Run the plant until ``stop``."""
+    load()
+    return run_node(PlantNode, stop)

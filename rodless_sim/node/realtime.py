@@ -1,0 +1,107 @@
+"""Plant time paced by the wall clock."""
+
+import threading
+from collections.abc import Callable
+
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.pacing import Pacer
+
+# How often, in s, the plant looks whether it may start.
+POLL_PERIOD = 0.02
+
+
+class Realtime:
+    """Steps the engine from a thread of its own, once a period."""
+
+    def __init__(self, engine: Engine, wall_period: int, ready: Callable[[], bool]) -> None:
+        """Step every ``wall_period`` ns of wall clock as soon as ``ready`` says so."""
+        self._engine = engine
+        self._ready = ready
+        self._pacer = Pacer(wall_period)
+        self._stepping = threading.Lock()
+        self._paused = False
+        self._started = False
+        self._failure: Exception | None = None
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="plant", daemon=True)
+        self._thread.start()
+
+    @property
+    def overruns(self) -> int:
+        """Periods that the machine could not keep."""
+        return self._pacer.overruns
+
+    @property
+    def problem(self) -> str | None:
+        """What keeps the plant from following commands now."""
+        if not self._started:
+            return "waiting for subscribers"
+        command = self._engine.command
+        if command.received and not command.present:
+            return "no valid command: valve closed"
+        return None
+
+    @property
+    def paused(self) -> bool:
+        """Whether plant time stands still by request."""
+        return self._paused
+
+    @property
+    def at_start(self) -> bool:
+        """Whether plant time is zero."""
+        return self._engine.rig.nanoseconds == 0
+
+    @property
+    def steps_by_itself(self) -> bool:
+        """Whether several steps can be taken at once, without an answer to each."""
+        return True
+
+    def receive(self, voltage: float) -> None:
+        """Take a command (V)."""
+        self._engine.receive(voltage)
+
+    def pause(self, paused: bool) -> None:
+        """Stop plant time, or let it run on; a step under way ends before this does."""
+        self._paused = paused
+        with self._stepping:
+            pass
+
+    def step(self) -> str | None:
+        """Advance by one period; return what is in the way, if anything."""
+        if not self._paused:
+            return "pause the plant first"
+        self._engine.step()
+        return None
+
+    def reset(self) -> str:
+        """Return to the start; say when."""
+        self._engine.reset()
+        return "done"
+
+    def poll(self) -> None:
+        """Raise what has ended the thread: a node without it must not look alive."""
+        if self._failure is not None:
+            raise self._failure
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closing.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            self._keep_time()
+        except Exception as failure:
+            self._failure = failure
+
+    def _keep_time(self) -> None:
+        while not self._ready():
+            if self._closing.wait(POLL_PERIOD):
+                return
+        self._started = True
+        self._engine.offer()
+        self._pacer.restart()
+        while self._pacer.wait(self._closing.is_set):
+            with self._stepping:
+                if not self._paused and not self._engine.ended:
+                    self._engine.step()

@@ -1,0 +1,1 @@
+"""The rig's equations, one physical thing per module."""

@@ -1,0 +1,31 @@
+"""Chamber pressures of a held carriage once the flows through the valve balance."""
+
+from collections.abc import Callable
+
+from scipy.optimize import brentq
+
+from rodless_sim.physics.air import Air
+from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.ports import flow_into_a, flow_into_b
+from rodless_sim.physics.valve import Lands, lands
+
+ChamberFlow = Callable[[Air, Lands, float, float, float], float]
+
+
+def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
+    """Return P_a and P_b in Pa at which no net air enters either chamber at ``voltage`` (V).
+
+    A valve that seals perfectly leaves both at ambient pressure.
+    """
+    edges = lands(plant.air, plant.valve, voltage)
+    supply, ambient = plant.supply_pressure, plant.ambient_pressure
+
+    def balance(chamber_flow: ChamberFlow) -> float:
+        def net(pressure: float) -> float:
+            return chamber_flow(plant.air, edges, supply, pressure, ambient)
+
+        if net(ambient) <= 0.0:
+            return ambient
+        return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
+
+    return balance(flow_into_a), balance(flow_into_b)

@@ -1,0 +1,165 @@
+"""Compiled kernels: kept between processes, and never kept too long."""
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from rodless_base import kernels
+from rodless_control import Pid, PidParameters
+
+INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
+IMPORT = "from rodless_base.kernels import kernel\n"
+OUTER = IMPORT + (
+    "from rodless_probe.deep.inner import deep\nfrom rodless_probe.inner import near\n\n\n"
+    "@kernel\ndef outer(x):\n    return near(x) + deep(x)\n"
+)
+ASK = (
+    "from rodless_probe.outer import outer\nprint(outer(1.0), sum(outer.stats.cache_hits.values()))"
+)
+SAMPLES = [(0.002 * math.sin(k), 0.01, 0.001 * math.cos(k), 0.01) for k in range(50)]
+
+
+def environment(**changes: str) -> dict[str, str]:
+    """Return this process's environment with ``changes``, without measuring coverage.
+
+    Bytecode would be taken for fresh when a source changes twice within a second.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
+    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **changes}
+
+
+def output(code: str, variables: dict[str, str], folder: Path | None = None) -> str:
+    """Run ``code`` in another Python, in ``folder``, and return what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=variables,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+class Probe:
+    """A small package of kernels beside a copy of the decorator, changed between processes."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        base = Path(kernels.__file__).parent
+        (folder / "rodless_probe" / "deep").mkdir(parents=True)
+        (folder / "rodless_base").mkdir()
+        for name in ("__init__.py", "kernels.py"):
+            shutil.copy(base / name, folder / "rodless_base")
+        for package in ("rodless_probe", "rodless_probe/deep"):
+            (folder / package / "__init__.py").touch()
+        (folder / "rodless_probe" / "outer.py").write_text(OUTER, encoding="utf-8")
+        self.write("inner.py", "near", 2.0)
+        self.write("deep/inner.py", "deep", 10.0)
+
+    def write(self, file: str, name: str, factor: float) -> None:
+        """Let the kernel ``name`` in ``file`` multiply by ``factor``."""
+        text = IMPORT + "\n\n" + INNER.format(name=name, factor=factor)
+        (self._folder / "rodless_probe" / file).write_text(text, encoding="utf-8")
+
+    def ask(self, **variables: str) -> tuple[float, int]:
+        """What a new process gets from the outer kernel, and how much of it came from a cache."""
+        found = environment(PYTHONPATH=str(self._folder), **variables)
+        result, hits = output(ASK, found, self._folder).split()
+        return float(result), int(hits)
+
+
+@pytest.fixture
+def probe(tmp_path: Path) -> Probe:
+    """Return kernels of which one calls two others, in a folder and in a folder below."""
+    return Probe(tmp_path)
+
+
+def test_a_second_process_reuses_the_result_until_a_source_changes(
+    probe: Probe, tmp_path: Path
+) -> None:
+    """A change of a called function, in a folder or below, is seen by the next process."""
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    assert probe.ask(**cache) == (12.0, 0)
+    assert probe.ask(**cache) == (12.0, 1)
+    probe.write("inner.py", "near", 3.0)
+    assert probe.ask(**cache) == (13.0, 0)
+    probe.write("deep/inner.py", "deep", 20.0)
+    assert probe.ask(**cache) == (23.0, 0)
+
+
+def test_results_are_kept_in_the_user_s_cache(probe: Probe, tmp_path: Path) -> None:
+    """XDG_CACHE_HOME is where they go, nothing is written beside the sources."""
+    where = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / "user")}
+    assert probe.ask(**where) == (12.0, 0)
+    assert any((tmp_path / "user" / "rodless_sim").rglob("*.nbi"))
+    assert not any((tmp_path / "rodless_probe").rglob("*.nbi"))
+
+
+def test_other_users_of_numba_keep_their_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Decorating leaves numba's own setting alone, whatever it was, and when it fails too."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "/somewhere/else")
+
+    @kernels.kernel
+    def half(x: float) -> float:
+        return x / 2.0
+
+    assert numba.config.CACHE_DIR == "/somewhere/else"
+    assert half(3.0) == 1.5
+    with pytest.raises(Exception, match="not a function"):
+        kernels.kernel(3)  # type: ignore[type-var]
+    assert numba.config.CACHE_DIR == "/somewhere/else"
+
+
+def test_the_plain_python_function_is_at_hand() -> None:
+    """The uncompiled original gives the same, and divides by zero as compiled code does."""
+
+    @kernels.kernel
+    def share(x: float, y: float) -> float:
+        return x / y
+
+    assert share.py_func(1.0, 4.0) == share(1.0, 4.0) == 0.25  # type: ignore[attr-defined]
+    assert share(1.0, 0.0) == math.inf
+
+
+def test_a_direct_call_is_the_same_function_for_one_set_of_types() -> None:
+    """It gives what the kernel gives, takes integers for reals, and None for no number."""
+
+    @kernels.kernel
+    def fraction(x: float, y: float) -> float:
+        return x / y
+
+    quick = kernels.specialise(fraction, 1.0, 1.0)
+    assert quick(1.0, 3.0) == fraction(1.0, 3.0) == 1.0 / 3.0
+    assert quick(1, 4) == 0.25
+    with pytest.raises(TypeError):
+        quick(None, 4.0)
+    assert fraction.signatures == [(numba.float64, numba.float64)]  # type: ignore[attr-defined]
+
+
+def test_a_plain_function_needs_no_direct_call() -> None:
+    """Uncompiled kernels are passed through."""
+    assert kernels.specialise(math.hypot, 1.0, 1.0) is math.hypot
+
+
+def test_everything_runs_uncompiled() -> None:
+    """With NUMBA_DISABLE_JIT the controller is plain Python and gives the same commands."""
+    code = (
+        "import json, sys, types\n"
+        "from rodless_control import Pid, PidParameters\nfrom rodless_control.laws import pid\n"
+        "assert isinstance(pid.update, types.FunctionType)\n"
+        "law = Pid(PidParameters())\n"
+        f"print(json.dumps([law.update(*s) for s in {SAMPLES!r}]))"
+    )
+    plain = json.loads(output(code, environment(NUMBA_DISABLE_JIT="1")))
+    law = Pid(PidParameters())
+    for sample, expected in zip(SAMPLES, plain, strict=True):
+        assert list(law.update(*sample)) == pytest.approx(expected, rel=1e-12, abs=1e-15)

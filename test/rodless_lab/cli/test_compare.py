@@ -1,0 +1,195 @@
+"""Two runs compared: numbers by hand, and the command end to end."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import FluidPressure, JointState
+from std_msgs.msg import Float64, Header
+
+from rodless_base.start import Stop
+from rodless_control import PidParameters, references
+from rodless_lab import closed_loop
+from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.writer import BagWriter
+from rodless_lab.cli import compare, replay
+from rodless_lab.runs.comparison import common_time, difference
+from rodless_sim import RigParameters, Trace, simulate
+
+SUPPLY = 0.52e6 + 101325.0
+
+
+class Quiet(Stop):
+    """A stop nobody requests, which leaves the test's own signal handlers alone."""
+
+    def __init__(self) -> None:
+        self.requested = False
+
+
+def record(path: Path, run: Trace, target: float | None = None, late: float = 0.0) -> Path:
+    """Write a run as a bag, begun ``late`` s earlier on the clock, with a set-point at 0.2 s."""
+    topics = {
+        "/joint_states": ("sensor_msgs/msg/JointState", run.position),
+        "/chamber_a/pressure": ("sensor_msgs/msg/FluidPressure", run.pressure_a),
+        "/chamber_b/pressure": ("sensor_msgs/msg/FluidPressure", run.pressure_b),
+        "/supply/pressure": ("sensor_msgs/msg/FluidPressure", np.full(len(run.time), SUPPLY)),
+        "/valve/voltage": ("std_msgs/msg/Float64", run.voltage),
+    }
+    with BagWriter(path) as writer:
+        for topic, (kind, _) in topics.items():
+            writer.add_topic(BagTopic(topic, kind))
+        writer.add_topic(BagTopic("/setpoint", "std_msgs/msg/Float64"))
+        for k, time in enumerate((run.time + late).tolist()):
+            now = round(time * 1e9)
+            header = Header(stamp=Time(sec=now // 10**9, nanosec=now % 10**9))
+            for topic, (kind, values) in topics.items():
+                value = float(values[k])
+                message: object
+                if kind.endswith("JointState"):
+                    message = JointState(header=header, name=["carriage"], position=[value])
+                elif kind.endswith("FluidPressure"):
+                    message = FluidPressure(header=header, fluid_pressure=value)
+                else:
+                    message = Float64(data=value)
+                writer.write(topic, serialize_message(message), now, now)
+        if target is not None:
+            at = round((0.2 + late) * 1e9)
+            writer.write("/setpoint", serialize_message(Float64(data=target)), at, at)
+    return path
+
+
+def step_run(preset: str, at: float = 0.2) -> Trace:
+    """Return a step of section 6.2, 1.5 s of it."""
+    return closed_loop(
+        RigParameters.preset(preset),
+        PidParameters.preset(preset),
+        references.step(0.0, 0.058, at=at),
+        duration=1.5,
+        period=1e-3,
+    )
+
+
+def compared(*arguments: str | Path, output: Path) -> dict[str, dict[str, float]]:
+    """Run the command and return the differences it wrote."""
+    code = compare.main([*map(str, arguments), "--output", str(output)], Quiet())
+    assert code == 0
+    assert (output / "compare.png").read_bytes().startswith(b"\x89PNG")
+    written = json.loads((output / "compare.json").read_text(encoding="utf-8"))
+    return written["differences"]
+
+
+def test_differences_by_hand() -> None:
+    """Ten seconds apart by 1 mm, but for 3 mm at 4 s and 0.2 mm over the last second."""
+    time = np.linspace(0.0, 10.0, 1001)
+    apart = np.full(1001, 1e-3)
+    apart[400] = -3e-3
+    apart[time > 9.0] = 2e-4
+    found = difference(time, np.zeros(1001), apart)
+    assert found.steady == pytest.approx(2e-4)
+    assert found.largest == pytest.approx(3e-3)
+    assert found.time == pytest.approx(4.0)
+    # 900 samples of 1 mm, one of 3 mm, 100 of 0.2 mm.
+    assert found.rms == pytest.approx(np.sqrt((900 * 1.0 + 9.0 + 100 * 0.04) / 1001) * 1e-3)
+
+
+def test_common_time_is_the_overlap_of_both_on_the_coarser_base() -> None:
+    """0 to 2 s in ms and 1 to 3 s in steps of 10 ms have 1 to 2 s in common: 101 samples."""
+    time = common_time(np.arange(2001) * 1e-3, 1.0 + np.arange(201) * 1e-2)
+    assert time == pytest.approx(1.0 + np.arange(101) * 1e-2)
+
+
+def test_a_preset_driven_by_a_bags_voltages_repeats_the_bag(tmp_path: Path) -> None:
+    """The same preset, supply and voltages give the recorded run, to the last digit."""
+    voltages = np.repeat([5.6, 4.7, 5.3], 400)
+    run = simulate(RigParameters(), voltages, 1e-3, position=0.08)
+    found = compared("paper", record(tmp_path / "bag", run), output=tmp_path / "out")
+    assert found["position"]["largest"] < 1e-9
+    assert found["pressure_a"]["largest"] < 1e-3
+
+
+def test_what_drives_a_run_is_no_difference(tmp_path: Path) -> None:
+    """The last voltage of a bag acts on nothing in it; fed to the plant it is still the same."""
+    run = simulate(RigParameters(), np.repeat([5.6, 4.7], 400), 1e-3, position=0.08)
+    run = replace(run, voltage=np.append(run.voltage[:-1], 6.2))
+    bag = record(tmp_path / "bag", run)
+    found = compared("paper", bag, output=tmp_path / "out")
+    assert found["voltage"]["largest"] < 1e-9
+    replayed = ["--output", str(tmp_path / "replay")]
+    assert replay.main([str(bag), *replayed], Quiet()) == 0
+    written = json.loads((tmp_path / "replay" / "replay.json").read_text(encoding="utf-8"))
+    assert written["voltage"]["largest"] < 1e-9
+    assert written["position"]["largest"] < 1e-9
+
+
+def test_a_preset_cannot_stand_second(tmp_path: Path, capsys) -> None:
+    """The message says what may stand where."""
+    arguments = ["paper", "paper", "--output", str(tmp_path / "out")]
+    assert compare.main(arguments, Quiet()) == 2
+    assert "a preset can only stand first" in capsys.readouterr().err
+
+
+def test_a_preset_driven_by_set_points_repeats_the_bag(tmp_path: Path) -> None:
+    """The preset's own controller on the recorded set-points repeats a run in closed loop."""
+    bag = record(tmp_path / "bag", step_run("paper", at=0.2), target=0.058)
+    run = compared("calibrated", bag, "--drive", "setpoint", output=tmp_path / "other")
+    assert run["position"]["largest"] > 5e-3
+    flat = step_run("paper", at=0.0)
+    bag = record(tmp_path / "flat", flat, target=0.058)
+    same = compared("paper", bag, "--drive", "setpoint", output=tmp_path / "same")
+    assert same["position"]["largest"] < 1e-9
+
+
+def test_difference_of_two_presets_is_that_of_their_runs(tmp_path: Path) -> None:
+    """Two bags: the largest difference is that of the arrays they were written from."""
+    first, second = step_run("paper"), step_run("calibrated")
+    found = compared(
+        record(tmp_path / "first", first),
+        record(tmp_path / "second", second),
+        output=tmp_path / "out",
+    )
+    apart = second.position - first.position
+    assert found["position"]["largest"] == pytest.approx(np.abs(apart).max())
+    assert found["position"]["time"] == pytest.approx(first.time[np.argmax(np.abs(apart))])
+    assert found["position"]["steady"] == pytest.approx(apart[-151:].mean(), rel=0.02)
+
+
+def test_bags_begun_at_different_times_are_aligned_by_their_set_points(tmp_path: Path) -> None:
+    """One recording began 0.1 s earlier before its step: with set-points they still agree."""
+    run = step_run("paper")
+    cut = Trace(**{name: values[100:] for name, values in vars(run).items() if name in FIELDS})
+    found = compared(
+        record(tmp_path / "whole", run, target=0.058),
+        record(tmp_path / "cut", cut, target=0.058),
+        output=tmp_path / "out",
+    )
+    assert found["position"]["largest"] < 1e-9
+
+
+FIELDS = tuple(Trace.__dataclass_fields__)
+
+
+def test_set_points_that_were_not_recorded(tmp_path: Path, capsys) -> None:
+    """Asked to drive by set-points a bag does not hold: said, code 2, nothing written."""
+    bag = record(tmp_path / "bag", simulate(RigParameters(), [5.3] * 100, 1e-3))
+    output = tmp_path / "out"
+    arguments = ["paper", str(bag), "--drive", "setpoint", "--output", str(output)]
+    assert compare.main(arguments, Quiet()) == 2
+    assert "no set-points were recorded" in capsys.readouterr().err
+    assert not output.exists()
+
+
+def test_table_shows_the_papers_two_numbers(tmp_path: Path, capsys) -> None:
+    """The table names both runs, and gives steady-state and largest difference in mm."""
+    run = simulate(RigParameters(), [5.4] * 600, 1e-3, position=0.05)
+    shifted = Trace(**{**vars(run), "position": run.position + 1.5e-4})
+    first, second = record(tmp_path / "model", run), record(tmp_path / "rig", shifted)
+    compared(first, second, output=tmp_path / "out")
+    shown = capsys.readouterr().out
+    assert "rig minus model" in shown
+    row = next(line for line in shown.splitlines() if line.startswith("position"))
+    assert row.split()[1:3] == ["0.150", "0.150"]
+    assert row.endswith("mm")

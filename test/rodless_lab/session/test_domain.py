@@ -1,0 +1,143 @@
+"""ROS domains of one's own: never shared, never left behind."""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from rodless_lab.session.domain import DOMAINS, own_domain
+
+HOLD = """
+import sys
+from rodless_lab.session.domain import own_domain
+with own_domain() as environment:
+    print(environment["ROS_DOMAIN_ID"], flush=True)
+    sys.stdin.readline()
+"""
+
+NODE = """
+import rclpy
+rclpy.init()
+rclpy.create_node("quiet").destroy_node()
+rclpy.shutdown()
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the claims of these tests apart from those of real runs on this machine."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+
+
+@contextmanager
+def other_process() -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """Another process that holds a domain, and which."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    try:
+        yield process, int(process.stdout.readline())
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def claimed(environment: dict[str, str]) -> int:
+    """The domain of an environment."""
+    return int(environment["ROS_DOMAIN_ID"])
+
+
+def test_a_domain_comes_with_what_keeps_it_on_this_machine() -> None:
+    """The environment names the domain, loopback only, and DDS settings that DDS understands."""
+    with own_domain() as environment:
+        assert claimed(environment) in DOMAINS
+        assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+        (profiles,) = (value for name, value in environment.items() if "PROFILES" in name)
+        assert Path(profiles).is_file()
+        node = subprocess.run(
+            [sys.executable, "-c", NODE],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert node.stdout + node.stderr == ""
+
+
+def test_settings_that_dds_does_not_understand_would_be_seen(tmp_path: Path) -> None:
+    """With a setting misspelt, the same node complains, which the test above would notice."""
+    with own_domain() as environment:
+        name, value = next(pair for pair in environment.items() if "PROFILES" in pair[0])
+        bad = tmp_path / "bad.xml"
+        bad.write_text(re.sub("heartbeat_?[pP]eriod", "heartbeatperiod", Path(value).read_text()))
+        node = subprocess.run(
+            [sys.executable, "-c", NODE],
+            env={**os.environ, **environment, name: str(bad)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert "heartbeatperiod" in node.stdout + node.stderr
+
+
+def test_domains_stay_off_the_default_and_the_ephemeral_ports() -> None:
+    """UDP ports of a domain start at 7400 + 250·domain; those from 32768 on are Linux's own."""
+    assert 0 not in DOMAINS
+    # The last port of the first participants: 7400 + 250·d + 11 + 2·p.
+    assert 7400 + 250 * max(DOMAINS) + 11 + 2 * 50 < 32768
+
+
+def test_two_claims_in_one_process_differ() -> None:
+    """Nested or side by side, each block has a domain of its own."""
+    with own_domain() as one, own_domain() as two, own_domain() as three:
+        assert len({claimed(one), claimed(two), claimed(three)}) == 3
+
+
+def test_claims_of_two_processes_differ() -> None:
+    """Test runs side by side do not hear each other."""
+    with other_process() as (_, theirs), own_domain() as ours:
+        assert claimed(ours) != theirs
+
+
+def test_a_claim_ends_with_its_block() -> None:
+    """Its domain is the first to be given again, also after an error inside the block."""
+    with own_domain() as first:
+        pass
+    with pytest.raises(KeyError), own_domain():
+        raise KeyError
+    with own_domain() as second:
+        assert claimed(second) == claimed(first)
+
+
+def test_a_killed_process_leaves_no_claim() -> None:
+    """The kernel drops the lock: the domain is free again without any tidying up."""
+    with other_process() as (process, theirs):
+        process.kill()
+        process.wait()
+        with own_domain() as ours:
+            assert claimed(ours) == theirs
+
+
+def test_when_all_are_taken_it_says_so() -> None:
+    """The 102nd claim is refused with the range in the message; one given back can be taken."""
+    with ExitStack() as stack:
+        taken = {claimed(stack.enter_context(own_domain())) for _ in DOMAINS}
+        assert taken == set(range(1, 102))
+        with pytest.raises(RuntimeError, match="all ROS domains 1-101 are in use"):
+            stack.enter_context(own_domain())
+    with own_domain() as environment:
+        assert claimed(environment) == 1
+
+
+def test_lock_files_belong_to_their_user(tmp_path: Path) -> None:
+    """Their names carry the user: nobody's lock file, closed to others, is in another's way."""
+    with own_domain():
+        assert [f"-{os.getuid()}-" in path.name for path in tmp_path.iterdir()] == [True]

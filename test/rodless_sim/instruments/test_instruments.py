@@ -1,0 +1,91 @@
+"""Instruments against what their data sheets say of them."""
+
+import numpy as np
+import pytest
+
+from rodless_sim import RigParameters, simulate
+from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, measured
+from rodless_sim.instruments.transmitter import Transmitter, converted, lagged
+
+SHEET = RigParameters(DATA_SHEET)
+RUN = simulate(RigParameters(), [5.6] * 300, 1e-3, position=0.1)
+
+
+def test_ideal_instruments_read_the_truth() -> None:
+    """By default nothing is added: the measured run is the run, bit for bit."""
+    seen = measured(RUN, RigParameters(), np.random.default_rng(1))
+    for name in ("time", "position", "pressure_a", "pressure_b", "voltage"):
+        assert np.array_equal(getattr(seen, name), getattr(RUN, name)), name
+
+
+def test_what_no_instrument_measures_is_nan() -> None:
+    """The rig has no speed sensor and no mass-flow meter in the lines: those columns are NaN."""
+    seen = measured(RUN, SHEET, np.random.default_rng(1))
+    for name in ("velocity", "mass_flow_a", "mass_flow_b"):
+        assert np.isnan(getattr(seen, name)).all()
+
+
+def test_force_is_that_of_the_pressures_read() -> None:
+    """Eq. (30) on the readings, with the bore's area: 25 mm is 4.9087e-4 m²."""
+    seen = measured(RUN, SHEET, np.random.default_rng(1))
+    assert seen.force == pytest.approx(4.908739e-4 * (seen.pressure_a - seen.pressure_b))
+
+
+def test_noise_has_the_stated_size() -> None:
+    """20 µm and 200 Pa, over 20 000 samples within 3 %; the converter adds its own steps."""
+    generator = np.random.default_rng(2)
+    tools = Instruments.drawn(SHEET, generator)
+    position = tools.position.measure(np.full(20_000, 0.1), 1e-3, generator)
+    pressure = tools.pressure_a.measure(np.full(20_000, 4e5), 1e-3, generator)
+    # Rounding to steps d adds d²/12: 15.3 µm and 76 Pa per bit.
+    assert np.std(position) == pytest.approx(np.hypot(20e-6, 15.26e-6 / 12**0.5), rel=0.03)
+    assert np.std(pressure) == pytest.approx(np.hypot(200.0, 76.3 / 12**0.5), rel=0.03)
+
+
+def test_converter_rounds_to_305_microvolt() -> None:
+    """16 bits over 20 V; 4 V stand for the range, so a step is 15.26 µm of 200 mm."""
+    values = np.linspace(0.0, 0.2, 40_001)
+    steps = np.diff(np.unique([converted(value, 0.2, 16) for value in values]))
+    assert steps == pytest.approx(20.0 / 65536 / 4.0 * 0.2, rel=1e-6)
+
+
+def test_fixed_errors_stay_within_the_data_sheet_and_use_it() -> None:
+    """Bias 0.5 % of 1 MPa, nonlinearity 0.05 % of 200 mm: never more, often near it."""
+    specimens = [Instruments.drawn(SHEET, np.random.default_rng(seed)) for seed in range(300)]
+    biases = np.array([tools.pressure_a.offset for tools in specimens])
+    nonlinearities = np.array([tools.position.nonlinearity for tools in specimens])
+    assert 4.8e3 < np.abs(biases).max() <= 5e3
+    assert 0.95e-4 < np.abs(nonlinearities).max() <= 1e-4
+    assert abs(np.mean(biases)) < 600.0
+
+
+def test_sensors_of_a_rig_differ_from_each_other() -> None:
+    """Each of the three pressure sensors has a bias of its own."""
+    tools = Instruments.drawn(SHEET, np.random.default_rng(3))
+    offsets = {tools.pressure_a.offset, tools.pressure_b.offset, tools.supply_pressure.offset}
+    assert len(offsets) == 3
+
+
+def test_lag_follows_a_ramp_one_time_constant_late() -> None:
+    """A first-order lag of 5 ms reads a ramp of 1 Pa/ms 5 Pa low (5.5 with a held sample)."""
+    ramp = np.arange(200.0)
+    late = ramp - lagged(ramp, 1e-3, 5e-3)
+    # Discrete: 1 / (1 - exp(-1/5)) = 5.517 samples.
+    assert late[-1] == pytest.approx(5.517, rel=1e-3)
+    assert late[0] == 0.0
+
+
+def test_same_seed_same_reading() -> None:
+    """The generator is the only source of chance."""
+    first, second = (measured(RUN, SHEET, np.random.default_rng(7)) for _ in range(2))
+    assert np.array_equal(first.position, second.position)
+    assert np.array_equal(first.pressure_b, second.pressure_b)
+
+
+def test_flow_meter_reads_within_its_gain_error() -> None:
+    """Without noise a reading of 100 L/min is within 1 % of it, the same for every sample."""
+    tools = Instruments.drawn(SHEET, np.random.default_rng(5))
+    quiet = Transmitter(tools.volume_flow.span, gain_error=tools.volume_flow.gain_error)
+    seen = quiet.measure(np.full(10, 100.0 / 6e4), 1e-3, np.random.default_rng(0)) * 6e4
+    assert np.ptp(seen) == 0.0
+    assert 0.0 < abs(seen[0] - 100.0) <= 1.0

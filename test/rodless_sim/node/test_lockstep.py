@@ -1,0 +1,221 @@
+"""Lock-step time without ROS: one sample per command, and what happens when that breaks."""
+
+import numpy as np
+import pytest
+
+from rodless_sim import RigParameters, simulate
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.lockstep import Lockstep
+from rodless_sim.rig import State
+
+TIMEOUT = 1.0
+
+
+class Bench:
+    """A lock-step plant with its surroundings: who listens, who commands, what time it is."""
+
+    def __init__(self, **values: object) -> None:
+        self.samples: list[tuple[int, State]] = []
+        self.listeners = True
+        self.commanders = 1
+        self.clock = 0.0
+        parameters = RigParameters(
+            {f"time.{name}": value for name, value in values.items()} | {"time.mode": "lockstep"}
+        )
+        self.engine = Engine(parameters, lambda time, state, _: self.samples.append((time, state)))
+        self.plant = Lockstep(
+            self.engine,
+            TIMEOUT,
+            lambda: self.listeners,
+            lambda: self.commanders,
+            lambda: self.clock,
+        )
+
+    @property
+    def times(self) -> list[int]:
+        """Plant times of the samples handed out, in periods."""
+        return [time // 1_000_000 for time, _ in self.samples]
+
+
+def test_nothing_moves_before_there_is_a_listener_and_one_commander() -> None:
+    """Without a listener, with no commander or with two, not even sample 0 is offered."""
+    bench = Bench()
+    for listeners, commanders in ((False, 1), (True, 0), (True, 2)):
+        bench.listeners, bench.commanders = listeners, commanders
+        bench.plant.poll()
+        bench.plant.receive(6.0)
+        assert bench.samples == []
+        assert bench.plant.problem is not None
+    bench.commanders = 1
+    bench.plant.poll()
+    assert bench.times == [0]
+    assert bench.plant.problem is None
+
+
+def test_each_command_gives_the_next_sample_and_the_open_loop_trace() -> None:
+    """N commands give samples 0 to N, bit for bit those of the open-loop simulation."""
+    bench = Bench()
+    voltages = 5.08 + np.sin(np.arange(200) / 20.0)
+    bench.plant.poll()
+    for voltage in voltages:
+        bench.plant.receive(float(voltage))
+    trace = simulate(RigParameters(), voltages, 1e-3)
+    assert bench.times == list(range(201))
+    assert [state.position for _, state in bench.samples] == trace.position.tolist()
+    assert [state.pressure_b for _, state in bench.samples] == trace.pressure_b.tolist()
+
+
+def test_pause_keeps_the_answer_back_until_it_ends() -> None:
+    """While paused the answer waits; a step lets one take effect; the end of the pause too."""
+    bench = Bench()
+    bench.plant.poll()
+    assert bench.plant.step() == "pause the plant first"
+    bench.plant.pause(True)
+    assert "no command" in str(bench.plant.step())
+    bench.plant.receive(6.0)
+    assert bench.times == [0]
+    assert bench.plant.step() is None
+    assert bench.times == [0, 1]
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1]
+    bench.plant.pause(False)
+    assert bench.times == [0, 1, 2]
+    bench.plant.pause(False)
+    assert bench.times == [0, 1, 2]
+
+
+def test_reset_drops_the_answer_under_way() -> None:
+    """The command that answers the last sample before a reset is not taken for sample 0's."""
+    bench = Bench()
+    bench.plant.poll()
+    for _ in range(5):
+        bench.plant.receive(9.0)
+    assert bench.plant.reset() != "done"
+    bench.plant.receive(9.0)
+    assert bench.times == [0, 1, 2, 3, 4, 5, 0]
+    bench.plant.receive(5.08)
+    assert bench.times[-1] == 1
+    assert bench.samples[-1][1].position == bench.samples[0][1].position
+
+
+def test_reset_does_not_wait_for_ever() -> None:
+    """With nobody answering, a reset happens once the timeout is over."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(9.0)
+    bench.plant.reset()
+    bench.plant.poll()
+    assert bench.times == [0, 1]
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 0]
+
+
+def test_reset_of_a_paused_plant_with_its_answer_at_hand_is_immediate() -> None:
+    """A paused plant whose answer has come drops it and offers sample 0 at once."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(9.0)
+    bench.plant.pause(True)
+    bench.plant.receive(9.0)
+    assert bench.plant.reset() == "done"
+    assert bench.times == [0, 1, 0]
+    bench.plant.receive(5.08)
+    assert bench.times == [0, 1, 0]
+    bench.plant.pause(False)
+    assert bench.times == [0, 1, 0, 1]
+
+
+def test_second_commander_is_refused_until_it_is_gone() -> None:
+    """While two publish commands the plant holds and says so; then the last sample comes again."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    bench.commanders = 2
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1]
+    assert "more than one publisher" in str(bench.plant.problem)
+    bench.commanders = 1
+    bench.plant.poll()
+    assert bench.plant.problem is None
+    assert bench.times == [0, 1, 1]
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_controller_that_is_started_again_takes_up_the_run() -> None:
+    """The sample that the old controller left unanswered is offered to the new one."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    bench.commanders = 0
+    bench.plant.poll()
+    assert "waiting" in str(bench.plant.problem)
+    bench.listeners, bench.commanders = False, 1
+    bench.plant.poll()
+    assert bench.times == [0, 1]
+    bench.listeners = True
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_reset_without_a_controller_is_immediate() -> None:
+    """With nobody to answer, a reset happens at once, and the run starts from sample 0 later."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(9.0)
+    bench.commanders = 0
+    bench.plant.poll()
+    assert bench.plant.reset() == "done"
+    bench.commanders = 1
+    bench.plant.poll()
+    bench.plant.receive(5.08)
+    assert bench.times == [0, 1, 0, 0, 1]
+
+
+def test_silence_is_reported_and_the_run_goes_on_afterwards() -> None:
+    """Without a command for the timeout the plant holds and says so, then takes up the run."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert "no command" in str(bench.plant.problem)
+    assert bench.times == [0, 1]
+    bench.plant.receive(6.0)
+    assert bench.plant.problem is None
+    assert bench.times == [0, 1, 2]
+
+
+def test_first_sample_is_offered_again_while_nobody_ever_answered() -> None:
+    """A first answer that was lost on the way does not leave the loop standing for good."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 0]
+
+
+def test_run_of_a_given_duration_ends_with_its_last_sample() -> None:
+    """After time.duration the plant holds, content, whatever commands still come."""
+    bench = Bench(duration=0.003)
+    bench.plant.poll()
+    for _ in range(10):
+        bench.plant.receive(6.0)
+    bench.clock += 10.0 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 2, 3]
+    assert bench.plant.problem is None
+
+
+@pytest.mark.parametrize("voltage", [float("nan"), float("inf"), -float("inf")])
+def test_command_that_is_not_finite_steps_with_a_closed_valve(voltage: float) -> None:
+    """The loop goes on with the closed valve's voltage, and the fault is counted."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(voltage)
+    assert bench.times == [0, 1]
+    assert bench.samples[-1][1].voltage == 5.08
+    assert bench.engine.command.not_finite == 1
