@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from rodless_base.atomic_write import atomic_write
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_control import PidParameters
-from rodless_lab.atomic_write import atomic_write
 from rodless_lab.figures.comparison import comparison_picture
 from rodless_lab.runs.comparison import QUANTITIES, Difference, common_time, difference
 from rodless_lab.runs.from_bag import Setpoint, read_run_and_setpoint

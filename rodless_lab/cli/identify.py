@@ -5,9 +5,9 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import atomic_write
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.atomic_write import atomic_write
 from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding, parameter_text

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from rodless_base.atomic_write import atomic_write
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.atomic_write import atomic_write
 from rodless_lab.cli.compare import table
 from rodless_lab.figures.comparison import comparison_picture
 from rodless_lab.runs.comparison import QUANTITIES, difference

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from rodless_lab.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write
 from rodless_lab.experiments.catalogue import Experiment
 from rodless_lab.experiments.result import Comparison, Result
 from rodless_lab.figures.style import png
