@@ -1,6 +1,6 @@
 """Read a run from a rosbag2 bag of the rig's topics, this simulator's or a real rig's."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ from rodless_base.constants import CARRIAGE
 from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
-from rodless_lab.runs.measured_run import MeasuredRun, RunError
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 
 Array = npt.NDArray[np.float64]
 
@@ -19,14 +19,6 @@ PRESSURES = ("chamber_a/pressure", "chamber_b/pressure", "supply/pressure")
 
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
-
-
-@dataclass(frozen=True)
-class Setpoint:
-    """Set-points and when each was given, on the time base of the run; shapes (k,)."""
-
-    time: Array  # s
-    position: Array  # m
 
 
 def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:

@@ -80,6 +80,14 @@ class MeasuredRun(Columns):
                 )
 
 
+@dataclass(frozen=True)
+class Setpoint:
+    """Set-points and when each was given, on the time base of the run; shapes (k,)."""
+
+    time: Array  # s
+    position: Array  # m
+
+
 def run_of_trace(trace: Trace, supply_pressure: float) -> MeasuredRun:
     """Return a trace, true or measured, as a run with a constant reading of the supply (Pa)."""
     return MeasuredRun(

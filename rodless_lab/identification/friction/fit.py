@@ -16,15 +16,17 @@ from rodless_lab.identification.friction.curve import (
     friction_force,
     turning_points,
 )
+from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
 
-# Of F_s, F_c, v_s, B in this order: unit, natural size for the solver, and bounds, which are those
-# of the plant's declarations.
-UNITS = ("N", "N", "m/s", "N·s/m")
+# Of F_s, F_c, v_s, B: natural size for the solver; unit and bounds as the plant declares them,
+# the same for both directions.
 _SCALE = np.array([10.0, 10.0, 1e-3, 1e3])
-_LOW = np.array([0.0, 0.0, 1e-4, 0.0])
-_HIGH = np.array([1e4, 1e4, 1.0, 1e5])
+_DECLARED = [RigParameters.DECLARATIONS[f"friction.forward.{name}"] for name in Stribeck._fields]
+UNITS = [parameter.unit for parameter in _DECLARED]
+_LOW = np.array([parameter.minimum for parameter in _DECLARED])
+_HIGH = np.array([parameter.maximum for parameter in _DECLARED])
 
 # Stribeck velocities (m/s) the search starts from; the cost has a minimum of its own near many.
 _STARTS = np.geomspace(5e-4, 1.2e-2, 6)

@@ -12,7 +12,7 @@ from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stic
 from rodless_lab.identification.friction.uniform_motion import UniformPart, uniform_parts
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import PRESSURE_RANGE
+from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
 from rodless_sim.physics.plant import piston_area
 
 Array = npt.NDArray[np.float64]
@@ -91,7 +91,7 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     :class:`UninformativeRunError` for a run without uniform motion.
     """
     points = friction_points(run, parameters)
-    nonlinearity = 0.5 * _stretch(parameters) * np.abs(points.speeds)
+    nonlinearity = 0.5 * speed_stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
         raise UninformativeRunError(f"no uniform motion: {points.reason}")
     events = points.events
@@ -117,10 +117,7 @@ def _alike(forces: Array, errors: Array) -> Array:
 
 
 def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
-    area = piston_area(parameters)
-    bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
-    force = area * BIAS_DIFFERENCE * bias
-    stretch = _stretch(parameters)
+    force, stretch = bias_force(parameters), speed_stretch(parameters)
     return replace(
         fit,
         static=_widened(fit.static, force, "bias of the pressure sensors"),
@@ -134,7 +131,23 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit
     )
 
 
-def _stretch(parameters: RigParameters) -> float:
+def bias_force(parameters: RigParameters) -> float:
+    """Force in N by which a bias of the pressure sensors moves F_s and F_c, in 98 of 100 cases."""
+    bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
+    return piston_area(parameters) * BIAS_DIFFERENCE * bias
+
+
+def bias_note() -> str:
+    """Say in a line what a bias within the data sheet does to identified friction."""
+    sheet = RigParameters(DATA_SHEET)
+    bias = sheet.number("sensors.pressure_bias") * PRESSURE_RANGE
+    return (
+        f"friction holds the bias of the pressure sensors, by data sheet ±{bias * 1e-3:g} kPa each "
+        f"or {bias_force(sheet):.1f} N; compare over its intervals (docs/identification.md)"
+    )
+
+
+def speed_stretch(parameters: RigParameters) -> float:
     """Largest relative error of a speed from a nonlinearity that makes one wave along the range."""
     return 2.0 * math.pi * parameters.number("sensors.position_linearity")
 

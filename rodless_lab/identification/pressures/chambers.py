@@ -39,7 +39,7 @@ def gap(parameters: RigParameters) -> Unknown:
     def apply(plant: Plant, value: float) -> Plant:
         return plant._replace(valve=plant.valve._replace(gap_height=value))
 
-    return Unknown(GAP, "m", parameters.number(GAP), 1e-6, 0.0, 5e-5, apply)
+    return Unknown.parameter(GAP, parameters, 1e-6, apply)
 
 
 def _volume(parameters: RigParameters, name: str) -> Unknown:
@@ -49,4 +49,4 @@ def _volume(parameters: RigParameters, name: str) -> Unknown:
             return plant._replace(cylinder=cylinder._replace(dead_volume_a=value))
         return plant._replace(cylinder=cylinder._replace(dead_volume_b=value))
 
-    return Unknown(name, "m³", parameters.number(name), 1e-5, 2e-6, 1e-2, apply)
+    return Unknown.parameter(name, parameters, 1e-5, apply)

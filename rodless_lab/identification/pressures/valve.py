@@ -54,7 +54,7 @@ def _closed(parameters: RigParameters) -> Unknown:
     def apply(plant: Plant, value: float) -> Plant:
         return plant._replace(valve=plant.valve._replace(closed_voltage=value))
 
-    return Unknown(CLOSED, "V", parameters.number(CLOSED), 0.1, 4.0, 6.0, apply)
+    return Unknown.parameter(CLOSED, parameters, 0.1, apply)
 
 
 def _area() -> Unknown:
