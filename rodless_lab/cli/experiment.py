@@ -42,7 +42,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     except RuntimeError as error:
         print(f"\n{error}", file=sys.stderr)
         return 1
-    print(f"report: {report}, summary: {summary}")
+    print(f"report: {report}, summary: {summary}, pictures as PNG, PDF and CSV beside them")
     holds = all(row.holds for one in performed for row in one.result.comparisons)
     return 0 if holds else 1
 
@@ -71,12 +71,12 @@ def chosen(options: argparse.Namespace, runner: Runner) -> Options:
         raise ValueError(f"--seed {options.seed}: must not be negative")
     sine.check_within_stroke(options.amplitude * 1e-3, options.centre * 1e-3)
     return Options(
-        tuple(options.preset or preset_names()[::-1]),
-        options.amplitude * 1e-3,
-        options.centre * 1e-3,
-        options.position * 1e-3,
-        options.seed,
-        runner,
+        presets=tuple(options.preset or preset_names()[::-1]),
+        amplitude=options.amplitude * 1e-3,
+        centre=options.centre * 1e-3,
+        position=options.position * 1e-3,
+        seed=options.seed,
+        runner=runner,
     )
 
 

@@ -48,8 +48,8 @@ def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
 
     Examples
     --------
-    >>> run = read_run("run1")  # doctest: +SKIP
-    >>> run.save("run1.csv")  # doctest: +SKIP
+    >>> run = read_run("run1")
+    >>> run.save("run1.csv")
     """
     return read_run_and_setpoint(path, namespace)[0]
 

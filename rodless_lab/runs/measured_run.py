@@ -89,7 +89,15 @@ class Setpoint:
 
 
 def run_of_trace(trace: Trace, supply_pressure: float) -> MeasuredRun:
-    """Return a trace, true or measured, as a run with a constant reading of the supply (Pa)."""
+    """Return a trace, true or measured, as a run with a constant reading of the supply (Pa).
+
+    Examples
+    --------
+    >>> from rodless_sim import RigParameters, simulate
+    >>> run = run_of_trace(simulate(RigParameters(), [5.6] * 100, 1e-3), 6e5)
+    >>> float(run.supply_pressure.mean())
+    600000.0
+    """
     return MeasuredRun(
         trace.time,
         trace.position,

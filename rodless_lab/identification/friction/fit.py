@@ -120,12 +120,35 @@ def fit_friction(
 ) -> FrictionFit:
     """Fit eq. (29) to points of uniform motion by robust least squares, per direction.
 
-    ``speeds`` (m/s) and ``forces`` (N, eq. (30)), shape (n,), are signed like the motion.
-    ``breakaways`` and ``stops`` (N, signed, shapes (k,) and (l,)) are the forces at which the
-    carriage lets go and catches again in slow stick-slip (:func:`stick_slip_events`): maximum and
-    minimum of the curve's slow end, which uniform motion cannot reach. Standard errors, where
-    given, weight the points; otherwise scatter about the curve is all that is known of them, and
-    all are alike. Raises ValueError for shapes that differ or values that are not finite.
+    Standard errors, where given, weight the points; otherwise scatter about the curve is all that
+    is known of them, and all are alike.
+
+    Parameters
+    ----------
+    speeds, forces
+        Uniform motion in m/s and N (eq. (30)), shape (n,), signed like the motion.
+    speed_errors, force_errors
+        Standard errors, shape (n,) or one for all.
+    breakaways, stops
+        Forces in N, signed, shapes (k,) and (l,), at which the carriage lets go and catches again
+        in slow stick-slip (:func:`stick_slip_events`): maximum and minimum of the curve's slow end,
+        which uniform motion cannot reach.
+    breakaway_errors, stop_errors
+        Their standard errors.
+
+    Raises
+    ------
+    ValueError
+        For shapes that differ or values that are not finite.
+
+    Examples
+    --------
+    >>> speeds = np.linspace(4e-3, 40e-3, 12)
+    >>> fit = fit_friction(speeds, 12.0 + 4500.0 * speeds, force_errors=0.1)
+    >>> round(fit.forward.coulomb.value, 3), round(fit.forward.viscous.value, 3)
+    (12.0, 4500.0)
+    >>> fit.forward.static.informed, fit.reverse.viscous.informed
+    (False, False)
     """
     speed, force = _vector(speeds), _vector(forces)
     given = speed_errors is not None or force_errors is not None

@@ -50,6 +50,17 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
 
     Of ``parameters`` bore, moving mass and the lag of the pressure sensors are used; ``reason``
     says why where there is no uniform motion. Raises ValueError for a run of no length.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters()
+    >>> run = run_of_trace(simulate(rig, [5.6] * 2000, 1e-3, position=0.01), 621325.0)
+    >>> points = friction_points(run, rig)
+    >>> friction = 12.0 + 4500.0 * points.speeds  # Table 2
+    >>> bool(np.allclose(points.forces, friction, atol=0.1))
+    True
     """
     area = piston_area(parameters)
     lag = parameters.number("sensors.pressure_lag")
@@ -83,12 +94,34 @@ def _force(time: Array, force: Array, part: UniformPart, lag: float) -> tuple[fl
 
 
 def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFit:
-    """Identify both directions' friction from one run.
+    """Identify both directions' friction, eq. (29), from one run.
 
     The intervals hold the noise of the run and, by the ``sensors.*`` of ``parameters``, what its
     noise cannot show: a bias of the pressure sensors moves F_s and F_c of both directions by one
-    force, a nonlinearity of the position sensor moves the slope B. Raises
-    :class:`UninformativeRunError` for a run without uniform motion.
+    force, a nonlinearity of the position sensor moves the slope B.
+
+    Parameters
+    ----------
+    run
+        The measured run.
+    parameters
+        What is taken as known: bore, moving mass and ``sensors.*``.
+
+    Raises
+    ------
+    UninformativeRunError
+        For a run without uniform motion.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters()
+    >>> voltages = np.repeat([5.4, 5.5, 5.6, 5.7], 1500)
+    >>> run = run_of_trace(simulate(rig, voltages, 1e-3, position=0.01), 621325.0)
+    >>> fit = identify_friction(run, rig)
+    >>> fit.forward.viscous.covers(rig.number("friction.forward.viscous"))
+    True
     """
     points = friction_points(run, parameters)
     nonlinearity = 0.5 * speed_stretch(parameters) * np.abs(points.speeds)

@@ -22,6 +22,17 @@ def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFi
     Works on fixed chambers and on moving ones alike. Of ``parameters`` everything else is taken
     as known, the valve's area above all: a valve that passes a tenth more makes the volumes look
     a tenth smaller. Raises :class:`UninformativeRunError` where no pressure changes.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters({"cylinder.locked": True})
+    >>> voltages = [5.7] * 500 + [4.6] * 500
+    >>> run = run_of_trace(simulate(rig, voltages, 1e-3, position=0.06), 621325.0)
+    >>> fit = identify_chambers(run, rig)
+    >>> round(fit.estimates["cylinder.dead_volume_a"].value * 1e6, 1)
+    15.0
     """
     return fit_pressures(
         run, parameters, [*(_volume(parameters, name) for name in VOLUMES), gap(parameters)]
