@@ -1,5 +1,6 @@
 """Every experiment by name, in the order of the paper: one module of this folder each."""
 
+from collections.abc import Sequence
 from importlib import import_module
 
 from rodless_lab.experiments.experiment import Experiment
@@ -15,9 +16,10 @@ MODULES = (
 )
 
 
-def _experiment(module: str) -> Experiment:
-    found: Experiment = import_module(f"{__package__}.{module}").EXPERIMENT
-    return found
+def experiments_of(modules: Sequence[str]) -> dict[str, Experiment]:
+    """Return the ``EXPERIMENT`` of each module of this folder, by its name."""
+    found = (import_module(f"{__package__}.{module}").EXPERIMENT for module in modules)
+    return {experiment.name: experiment for experiment in found}
 
 
-EXPERIMENTS = {one.name: one for one in map(_experiment, MODULES)}
+EXPERIMENTS = experiments_of(MODULES)

@@ -59,7 +59,7 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
     >>> run = run_of_trace(simulate(rig, [5.6] * 2000, 1e-3, position=0.01), 621325.0)
     >>> points = friction_points(run, rig)
     >>> friction = 12.0 + 4500.0 * points.speeds  # Table 2
-    >>> bool(np.allclose(points.forces, friction, atol=0.1))
+    >>> bool(np.allclose(points.forces, friction, atol=0.3))
     True
     """
     area = piston_area(parameters)

@@ -59,8 +59,8 @@ def test_a_bias_makes_identified_friction_worse_than_the_preset(tmp_path: Path) 
     """Sensors 5 kPa high in A and low in B: F_c is off by 4.9 N, and a replay by 7 mm.
 
     Replayed is the very run that it was identified from. The preset has the rig's own friction, and
-    misses the record by 1 mm, because it starts at the pressures as read. A file from sensors zeroed
-    against each other misses it by less.
+    misses the record by 1 mm, because it starts at the pressures as read. A file from sensors
+    zeroed against each other misses it by less.
     """
     distances = {}
     for name, bias in (("biased", BIAS), ("zeroed", 0.0)):
