@@ -1,10 +1,12 @@
 """A run of the rig as arrays, computed in one compiled loop."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.columns import Columns
 from rodless_base.kernels import kernel
 from rodless_sim.physics.motion import Motion, Plant, advance, chamber_flows
 from rodless_sim.timing import sample_times
@@ -13,22 +15,22 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Trace:
+class Trace(Columns):
     """Arrays named like :class:`~rodless_sim.rig.State`, one entry per sample, SI.
 
     Sample 0 is the start. ``voltage[k]`` is held from sample k to sample k+1, and flows are
     those just after it is applied; the last entry has no sample after it.
     """
 
-    time: Array
-    position: Array
-    velocity: Array
-    pressure_a: Array
-    pressure_b: Array
-    voltage: Array
-    force: Array
-    mass_flow_a: Array
-    mass_flow_b: Array
+    time: Annotated[Array, "s"]
+    position: Annotated[Array, "m"]
+    velocity: Annotated[Array, "m/s"]
+    pressure_a: Annotated[Array, "Pa"]
+    pressure_b: Annotated[Array, "Pa"]
+    voltage: Annotated[Array, "V"]
+    force: Annotated[Array, "N"]
+    mass_flow_a: Annotated[Array, "kg/s"]
+    mass_flow_b: Annotated[Array, "kg/s"]
 
 
 # The plant's part of a recorded sample, in the order of the columns.

@@ -12,6 +12,7 @@ from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import send
@@ -24,7 +25,7 @@ from rodless_base.ros.topics import (
     stamp_nanoseconds,
 )
 from rodless_base.start import Stop
-from rodless_lab.identification.excitation import CLOSED_VOLTAGE, EXCITATIONS, PERIOD
+from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 
 # How often, in wall-clock s, the driver looks whether it is heard.
 POLL_PERIOD = 0.02

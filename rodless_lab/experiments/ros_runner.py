@@ -1,4 +1,4 @@
-"""The bench over ROS: the same runs by the nodes, over topics, in lock-step."""
+"""The runner over ROS: the same runs by the nodes, over topics, in lock-step."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,7 +9,7 @@ from rodless_base.parameters import Value
 from rodless_base.ros.parameters import ros_value
 from rodless_control import PidParameters
 from rodless_control.references import Reference, Sine, Step
-from rodless_lab.experiments.runner import Bench
+from rodless_lab.experiments.runner import Runner
 from rodless_lab.session.samples import Sample, Samples
 from rodless_lab.session.session import RigSession
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
@@ -33,15 +33,15 @@ OF_THE_SESSION = (
 )
 
 
-def ros_bench(ran: Callable[[], None] = lambda: None) -> Bench:
-    """Return a bench whose runs are those of the nodes; ``ran`` is called after each.
+def nodes_runner(ran: Callable[[], None] = lambda: None) -> Runner:
+    """Return a runner whose runs are those of the nodes; ``ran`` is called after each.
 
-    A run's mass flows, which nobody publishes, are NaN. All else is what the bench in process
+    A run's mass flows, which nobody publishes, are NaN. All else is what the runner in process
     gives. Runs raise RuntimeError, with what the nodes have printed, where a node ends by itself
     or nothing comes from it.
     """
     runs = RosRuns(ran)
-    return Bench(runs.open_loop, runs.closed_loop)
+    return Runner(runs.open_loop, runs.closed_loop)
 
 
 class RosRuns:

@@ -99,7 +99,7 @@ class Stand:
     generator: np.random.Generator
 
     @classmethod
-    def drawn(cls, parameters: RigParameters, seed: int) -> "Stand":
+    def specimen(cls, parameters: RigParameters, seed: int) -> "Stand":
         """Draw the instruments that the ``sensors.*`` of ``parameters`` describe."""
         generator = np.random.default_rng(seed)
         return cls(Instruments.drawn(parameters, generator), generator)

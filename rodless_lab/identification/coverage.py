@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import absolute
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.identification.friction.run import identify_friction
@@ -85,7 +86,7 @@ def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]
 
 
 def _supply(generator: np.random.Generator) -> float:
-    return 101325.0 + float(generator.uniform(0.4e6, 0.6e6))
+    return absolute(float(generator.uniform(0.4e6, 0.6e6)))
 
 
 def _rig(values: Mapping[str, object]) -> RigParameters:

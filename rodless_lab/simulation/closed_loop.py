@@ -1,6 +1,7 @@
 """Rig and PID in one compiled loop, without ROS."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +28,8 @@ class ClosedLoopTrace(Trace):
     true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones.
     """
 
-    reference: Array
-    error: Array
+    reference: Annotated[Array, "m"]
+    error: Annotated[Array, "m"]
 
 
 @kernel

@@ -16,7 +16,7 @@ from rclpy.experimental import EventsExecutor
 from std_msgs.msg import Float64
 
 from rodless_control import PidParameters, references
-from rodless_lab.bags.reader import Bag, Recording, read_bag
+from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.cli.replay import replay
@@ -118,7 +118,7 @@ def participant(environment: Mapping[str, str]) -> Iterator[Context]:
         context.try_shutdown()
 
 
-def recordings(bag: Bag) -> dict[str, Recording]:
+def recordings(bag: Bag) -> dict[str, TopicMessages]:
     """What ``bag`` holds, by topic."""
     return {topic: bag[topic] for topic in bag.topics}
 

@@ -63,9 +63,9 @@ ROBUST = 3.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """A quantity to fit: its name, unit, natural size, bounds, and how it changes the plant.
+    """A quantity to fit, in ``unit``, and how it changes the plant.
 
-    ``start`` is where the search begins.
+    ``start`` is where the search begins, ``scale`` the natural size, ``low`` and ``high`` bound it.
     """
 
     name: str
@@ -75,6 +75,19 @@ class Unknown:
     low: float
     high: float
     apply: Callable[[Plant, float], Plant]
+
+    @classmethod
+    def parameter(
+        cls,
+        name: str,
+        parameters: RigParameters,
+        scale: float,
+        apply: Callable[[Plant, float], Plant],
+    ) -> "Unknown":
+        """Return a parameter of the rig as an unknown, within the range it is declared with."""
+        declared = RigParameters.DECLARATIONS[name]
+        start, low, high = parameters.number(name), declared.minimum, declared.maximum
+        return cls(name, declared.unit, start, scale, low, high, apply)
 
 
 @dataclass(frozen=True)

@@ -6,21 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Float64, Header
+import rig_bag
 
+from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
-from rodless_lab.bags.metadata import BagTopic
-from rodless_lab.bags.writer import BagWriter
 from rodless_lab.cli import compare, replay
 from rodless_lab.runs.comparison import common_time, difference
+from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, Trace, simulate
-
-SUPPLY = 0.52e6 + 101325.0
 
 
 class Quiet(Stop):
@@ -32,34 +27,8 @@ class Quiet(Stop):
 
 def record(path: Path, run: Trace, target: float | None = None, late: float = 0.0) -> Path:
     """Write a run as a bag, begun ``late`` s earlier on the clock, with a set-point at 0.2 s."""
-    topics = {
-        "/joint_states": ("sensor_msgs/msg/JointState", run.position),
-        "/chamber_a/pressure": ("sensor_msgs/msg/FluidPressure", run.pressure_a),
-        "/chamber_b/pressure": ("sensor_msgs/msg/FluidPressure", run.pressure_b),
-        "/supply/pressure": ("sensor_msgs/msg/FluidPressure", np.full(len(run.time), SUPPLY)),
-        "/valve/voltage": ("std_msgs/msg/Float64", run.voltage),
-    }
-    with BagWriter(path) as writer:
-        for topic, (kind, _) in topics.items():
-            writer.add_topic(BagTopic(topic, kind))
-        writer.add_topic(BagTopic("/setpoint", "std_msgs/msg/Float64"))
-        for k, time in enumerate((run.time + late).tolist()):
-            now = round(time * 1e9)
-            header = Header(stamp=Time(sec=now // 10**9, nanosec=now % 10**9))
-            for topic, (kind, values) in topics.items():
-                value = float(values[k])
-                message: object
-                if kind.endswith("JointState"):
-                    message = JointState(header=header, name=["carriage"], position=[value])
-                elif kind.endswith("FluidPressure"):
-                    message = FluidPressure(header=header, fluid_pressure=value)
-                else:
-                    message = Float64(data=value)
-                writer.write(topic, serialize_message(message), now, now)
-        if target is not None:
-            at = round((0.2 + late) * 1e9)
-            writer.write("/setpoint", serialize_message(Float64(data=target)), at, at)
-    return path
+    measured = run_of_trace(replace(run, time=run.time + late), SUPPLY_PRESSURE)
+    return rig_bag.write(path, measured, setpoint=target and (0.2 + late, target))
 
 
 def step_run(preset: str, at: float = 0.2) -> Trace:

@@ -31,7 +31,7 @@ def test_port_flow_of_the_printed_assembly_carries_its_coefficient() -> None:
 
 def test_instruments_without_errors_read_the_truth() -> None:
     """With every sensors.* at zero the stand shows flow and pressure as they are."""
-    stand = Stand.drawn(RigParameters(), seed=3)
+    stand = Stand.specimen(RigParameters(), seed=3)
     assert stand.flow(np.array([1e-3])) == pytest.approx([1e-3 / 1.185])
     assert stand.supply(5e5, 2) == pytest.approx([5e5, 5e5])
     assert systematic_share(RigParameters()) == 0.0
