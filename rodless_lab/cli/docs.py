@@ -16,7 +16,7 @@ from rodless_lab.reports.page import write_page
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.settled import settled_pressures
 
 
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
 def blocked_piston_force(assembly: str, voltages: Sequence[float]) -> list[float]:
     """Force in N on a held piston once its chambers have settled, at 0.5 MPa gauge supply."""
     parameters = RigParameters({"valve.assembly": assembly, "supply.pressure": 0.5e6 + 101325.0})
-    plant = plant_constants(parameters)
+    plant = Plant.of(parameters)
     pressures = (settled_pressures(plant, voltage) for voltage in voltages)
     return [plant.cylinder.piston_area * (a - b) for a, b in pressures]
 

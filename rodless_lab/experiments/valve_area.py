@@ -26,8 +26,7 @@ from rodless_lab.identification.valve_bench.area_curve import (
 )
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -207,14 +206,14 @@ class ValveAreaResult:
 def run_valve_area(seed: int = 1) -> ValveAreaResult:
     """Sweep 0 → 10 → 0 V at 0.4 MPa gauge three times, noise from ``seed``, and fit eq. (5)."""
     parameters = RigParameters({"supply.pressure": SUPPLY_GAUGE + AMBIENT})
-    plant = plant_constants(parameters)
+    plant = Plant.of(parameters)
     exact = effective_area(
         bare_flow(plant, VOLTAGES) / FREE_AIR_DENSITY,
         np.array(plant.supply_pressure),
         np.array(plant.air.temperature),
     )
     instruments = parameters.with_values(DATA_SHEET)
-    areas = measured_areas(plant, Stand.drawn(instruments, seed))
+    areas = measured_areas(plant, Stand.specimen(instruments, seed))
     truth = np.array(parameters.numbers("valve.area_coefficients"))
     assemblies = {name: assembled(name) for name in ("reconciled", "printed")}
     return ValveAreaResult(
@@ -231,7 +230,7 @@ def run_valve_area(seed: int = 1) -> ValveAreaResult:
 
 def assembled(assembly: str) -> Plant:
     """Return the constants of an assembly of the valve at 0.4 MPa gauge."""
-    return plant_constants(
+    return Plant.of(
         RigParameters({"valve.assembly": assembly, "supply.pressure": SUPPLY_GAUGE + AMBIENT})
     )
 
