@@ -23,7 +23,7 @@ from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
 from rodless_lab.identification.valve_bench.area_curve import effective_area as area_of_flow
 from rodless_sim import RigParameters, simulate
 from rodless_sim.physics.cylinder import pressure_rate
-from rodless_sim.physics.flow import LAMINAR_RATIO, gap_flow, gap_flow_printed, orifice_flow
+from rodless_sim.physics.flow import LAMINAR_RATIO, gap_flow, orifice_flow
 from rodless_sim.physics.friction import sliding_friction
 from rodless_sim.physics.valve import (
     SPOOL_GAIN,
@@ -32,6 +32,7 @@ from rodless_sim.physics.valve import (
     flow_coefficient,
     spool_displacement,
 )
+from rodless_sim.physics.valve_assemblies.printed import gap_flow_printed
 
 ARROW = " → "
 

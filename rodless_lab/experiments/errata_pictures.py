@@ -13,18 +13,20 @@ from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
 from rodless_lab.figures.style import label, panels
 from rodless_lab.identification.valve_bench.area_curve import LITRES_PER_MINUTE
 from rodless_sim import RigParameters
-from rodless_sim.physics.flow import gap_conductance, gap_flow, gap_flow_printed
+from rodless_sim.physics.flow import gap_conductance, gap_flow
 from rodless_sim.physics.friction import sliding_friction
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.settled import settled_pressures
 from rodless_sim.physics.valve import (
     SPOOL_GAIN,
     centred_area,
     effective_area,
     flow_coefficient,
-    flow_coefficient_printed,
     spool_displacement,
+)
+from rodless_sim.physics.valve_assemblies.printed import (
+    flow_coefficient_printed,
+    gap_flow_printed,
 )
 
 Array = npt.NDArray[np.float64]
@@ -38,7 +40,7 @@ PRINTED_OFFSET = 0.000108499
 
 def assembled(assembly: str, supply_gauge: float = 0.5e6) -> Plant:
     """Return the constants of an assembly of the valve."""
-    return plant_constants(
+    return Plant.of(
         RigParameters({"valve.assembly": assembly, "supply.pressure": absolute(supply_gauge)})
     )
 

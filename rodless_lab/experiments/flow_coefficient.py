@@ -25,8 +25,7 @@ from rodless_lab.identification.valve_bench.flow_coefficient import (
 )
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.valve import centred_area
 
 Array = npt.NDArray[np.float64]
@@ -169,7 +168,7 @@ def run_flow_coefficient(seed: int = 1) -> FlowCoefficientResult:
     parameters = RigParameters(
         {"supply.pressure": absolute(SUPPLY_GAUGE), "supply.temperature": TEMPERATURE}
     )
-    plant = plant_constants(parameters)
+    plant = Plant.of(parameters)
     instruments = parameters.with_values(DATA_SHEET)
     stand = Stand.specimen(instruments, seed)
     deflections = np.concatenate([-DEFLECTIONS[::-1], DEFLECTIONS])

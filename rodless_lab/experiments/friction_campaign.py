@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,8 @@ from rodless_lab.identification.friction.run import (
 from rodless_lab.identification.friction.uniform_motion import uniform_parts
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, Trace
-from rodless_sim.instruments.instruments import Instruments, measured
-from rodless_sim.physics.plant import piston_area
+from rodless_sim.instruments.instruments import Instruments, read_trace
+from rodless_sim.physics.cylinder import piston_area
 
 Array = npt.NDArray[np.float64]
 
@@ -104,7 +104,7 @@ def ramp_run(rig: RigParameters, end: float, runner: Runner = IN_PROCESS) -> Tra
 
 def cut(run: Trace, count: int) -> Trace:
     """Return the first ``count`` samples."""
-    return replace(run, **{field.name: getattr(run, field.name)[:count] for field in fields(run)})
+    return type(run)(**{name: values[:count] for name, values in run.columns().items()})
 
 
 def identified(
@@ -112,10 +112,10 @@ def identified(
 ) -> Identification:
     """Measure the traces with one set of instruments and fit eq. (29) to all of them."""
     generator = np.random.default_rng(seed)
-    tools = Instruments.drawn(sensors, generator)
+    tools = Instruments.specimen(sensors, generator)
     runs = []
     for voltage, ramp, trace in traces:
-        seen = measured(trace, sensors, generator, tools)
+        seen = read_trace(trace, sensors, generator, tools)
         runs.append(FrictionRun(voltage, ramp, seen, read_off(seen, sensors)))
     found = [run.points for run in runs]
     return Identification(tuple(runs), fitted(found, sensors, False), fitted(found, sensors, True))

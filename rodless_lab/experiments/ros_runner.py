@@ -98,7 +98,7 @@ class RosRuns:
         self._ran()
         run = trace(samples, samples.voltage, span)
         wanted = np.array([reference.sample(k * span * 1e-9)[0] for k in range(len(samples))])
-        return ClosedLoopTrace(**vars(run), reference=wanted, error=wanted - run.position)
+        return ClosedLoopTrace(**run.columns(), reference=wanted, error=wanted - run.position)
 
 
 def trace(samples: Samples, voltage: Array, period: int) -> Trace:

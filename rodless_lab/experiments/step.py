@@ -14,7 +14,7 @@ from rodless_lab.figures.style import PRESET_COLOURS, label, panels
 from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 TARGET = 0.058
 STEP_TIME = 0.5
@@ -125,7 +125,7 @@ class StepResult:
 
 def top_speed() -> float:
     """Speed in m/s at which Table 2's forward friction takes all the force of the supply."""
-    plant = plant_constants(RigParameters.preset("paper"))
+    plant = Plant.of(RigParameters.preset("paper"))
     force = plant.cylinder.piston_area * (plant.supply_pressure - plant.ambient_pressure)
     return (force - plant.friction.forward.coulomb) / plant.friction.forward.viscous
 

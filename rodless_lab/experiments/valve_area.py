@@ -28,8 +28,7 @@ from rodless_lab.identification.valve_bench.area_curve import (
 )
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -215,7 +214,7 @@ class ValveAreaResult:
 def run_valve_area(seed: int = 1) -> ValveAreaResult:
     """Sweep 0 → 10 → 0 V at 0.4 MPa gauge three times, noise from ``seed``, and fit eq. (5)."""
     parameters = RigParameters({"supply.pressure": absolute(SUPPLY_GAUGE)})
-    plant = plant_constants(parameters)
+    plant = Plant.of(parameters)
     exact = effective_area(
         bare_flow(plant, VOLTAGES) / FREE_AIR_DENSITY,
         np.array(plant.supply_pressure),
@@ -239,7 +238,7 @@ def run_valve_area(seed: int = 1) -> ValveAreaResult:
 
 def assembled(assembly: str) -> Plant:
     """Return the constants of an assembly of the valve at 0.4 MPa gauge."""
-    return plant_constants(
+    return Plant.of(
         RigParameters({"valve.assembly": assembly, "supply.pressure": absolute(SUPPLY_GAUGE)})
     )
 

@@ -10,6 +10,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
     ERROR,
     OK,
@@ -30,7 +31,8 @@ from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.realtime import POLL_PERIOD, Realtime
 from rodless_sim.node.simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.parameters import RigParameters
-from rodless_sim.rig import Rig, State
+from rodless_sim.physics.state import State
+from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
 
 
@@ -87,7 +89,7 @@ class PlantNode:
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._pressures = {
             frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
-            for frame in ("chamber_a", "chamber_b", "supply")
+            for frame in messages.PRESSURE_FRAMES.values()
         }
         self._clock = (
             OnDemand(publisher(Clock, "/clock"), messages.clock)
@@ -153,14 +155,15 @@ class PlantNode:
         response.message = obstacle or ""
         return response
 
-    def _publish(self, time: int, state: State, supply: float) -> None:
+    def _publish(self, measurement: Measurement, state: State) -> None:
+        time = measurement.stamp
         if self._clock is not None:
             self._clock.publish(time)
-        variance = self._pressure_variance
-        self._pressures["chamber_a"].publish(state.pressure_a, variance, "chamber_a", time)
-        self._pressures["chamber_b"].publish(state.pressure_b, variance, "chamber_b", time)
-        self._pressures["supply"].publish(supply, variance, "supply", time)
-        send(self._joint_states, messages.joint_state(state, time))
+        for name, frame in messages.PRESSURE_FRAMES.items():
+            value = getattr(measurement, name)
+            self._pressures[frame].publish(value, self._pressure_variance, frame, time)
+        area = self._engine.rig.plant.cylinder.piston_area
+        send(self._joint_states, messages.joint_state(measurement, state.velocity, area))
 
     def _publish_diagnostics(self) -> None:
         command = self._engine.command

@@ -13,7 +13,7 @@ from rodless_lab.identification.friction.uniform_motion import UniformPart, unif
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
-from rodless_sim.physics.plant import piston_area
+from rodless_sim.physics.cylinder import piston_area
 
 Array = npt.NDArray[np.float64]
 

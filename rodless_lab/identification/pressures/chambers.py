@@ -10,7 +10,7 @@ from rodless_lab.identification.pressures.fit import (
 )
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.plant import Plant
 
 VOLUMES = ("cylinder.dead_volume_a", "cylinder.dead_volume_b")
 GAP = "valve.gap_height"

@@ -25,8 +25,7 @@ from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import POSITION_RANGE, PRESSURE_RANGE
 from rodless_sim.instruments.transmitter import lagged
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -215,7 +214,7 @@ class _Problem:
     ) -> None:
         self._run = run
         self._unknowns = unknowns
-        self._plant = plant_constants(parameters)
+        self._plant = Plant.of(parameters)
         self._lag = parameters.number("sensors.pressure_lag")
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self._accuracy = max(bias * WITHIN_BOUND, 1.0)

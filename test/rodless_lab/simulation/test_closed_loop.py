@@ -85,7 +85,7 @@ def test_it_repeats_bit_for_bit() -> None:
     first = run("paper", STEP, 1.0)
     run("calibrated", MOVE, 0.5)
     again = run("paper", STEP, 1.0)
-    for name, values in vars(first).items():
+    for name, values in first.columns().items():
         assert values.tobytes() == getattr(again, name).tobytes()
 
 
@@ -115,7 +115,7 @@ def test_reference_and_error_belong_to_the_samples() -> None:
     assert [MOVE.sample(k * 1_000_000 * 1e-9)[0] for k in range(2001)] == found.reference.tolist()
     assert (found.error == found.reference - found.position).all()
     np.testing.assert_allclose(found.time, 1e-3 * np.arange(2001), rtol=1e-15, atol=0.0)
-    assert {len(values) for values in vars(found).values()} == {2001}
+    assert {len(values) for values in found.columns().values()} == {2001}
 
 
 def test_the_force_is_that_of_the_pressures() -> None:
