@@ -1,4 +1,4 @@
-"""Deadlines on the wall clock, held by sleeping; lateness is counted, never made up."""
+"""Deadlines on the wall clock, kept by sleeping; lateness is counted, never made up."""
 
 import time
 from collections.abc import Callable
