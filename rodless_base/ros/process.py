@@ -3,13 +3,16 @@
 import gc
 import sys
 from collections.abc import Callable, Sequence
+from io import UnsupportedOperation
 from typing import Protocol
 
 import rclpy
+from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from rclpy.utilities import remove_ros_args
 
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
@@ -31,13 +34,15 @@ class RunningNode(Protocol):
         """Stop that work and destroy the node."""
 
 
-def make_executor() -> Executor:
+def make_executor(context: Context | None = None) -> Executor:
     """Return the events executor, a quarter of the cost of the default one, where there is one."""
     try:
         from rclpy.experimental import EventsExecutor  # noqa: PLC0415  absent before jazzy
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
+
+        return EventsExecutor(context=context)
+    except (ImportError, UnsupportedOperation):
+        # It wants the file descriptor of stderr, which pytest with --capture=sys has hidden.
+        return SingleThreadedExecutor(context=context)
 
 
 def spin(executor: Executor, stop: Stop) -> None:
@@ -64,6 +69,11 @@ def leave_ros() -> None:
     Ctrl-C would then kill the process on its way out.
     """
     rclpy.get_default_context().try_shutdown()
+
+
+def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments that are not for ROS (``--ros-args …``)."""
+    return list(remove_ros_args(["", *arguments])[1:])
 
 
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:

@@ -1,0 +1,252 @@
+"""Parameters through the services of the running nodes: described, changed, refused as a whole."""
+
+import math
+from collections.abc import Iterator
+
+import pytest
+from paused_plant import PausedPlant, positions
+from rcl_interfaces.msg import ParameterType, SetParametersResult
+from rclpy.parameter import Parameter
+from running import StartProcess
+from sensor_msgs.msg import FluidPressure
+
+from rodless_base.parameters import ParameterSet
+from rodless_control import PidParameters
+from rodless_lab.session.errors import RefusedError
+from rodless_lab.session.observer import Observer
+from rodless_sim import Rig, RigParameters
+
+SETS: dict[str, type[ParameterSet]] = {"/plant": RigParameters, "/other/controller": PidParameters}
+NODES = pytest.mark.parametrize("node", SETS)
+
+PERIOD = 0.01
+
+
+@pytest.fixture(scope="module", autouse=True)
+def nodes(start_node: StartProcess) -> Iterator[None]:
+    """Run both nodes, in namespaces apart, so that the controller does not command the plant."""
+    with (
+        start_node("plant", {"time.period": PERIOD, "valve.command_timeout": 60.0}),
+        start_node("controller", namespace="other"),
+    ):
+        yield
+
+
+@pytest.fixture(autouse=True)
+def unchanged(observer: Observer, nodes: None) -> Iterator[None]:  # noqa: ARG001
+    """Give each test the parameters as they were."""
+    before = {node: observer.get_parameters(node, changeable(node)) for node in SETS}
+    yield
+    for node, values in before.items():
+        observer.set_parameters(node, values)
+
+
+def set_one_by_one(
+    observer: Observer, node: str, values: dict[str, float]
+) -> list[SetParametersResult]:
+    """Set parameters as `ros2 param load` does; return the result of each."""
+    client = observer.parameter_client(node)
+    parameters = [Parameter(name, value=value) for name, value in values.items()]
+    return observer.result(lambda: client.set_parameters(parameters), "an answer").results
+
+
+def changeable(node: str) -> list[str]:
+    """Names of the parameters that may change while the node runs."""
+    return [name for name, declared in SETS[node].DECLARATIONS.items() if not declared.fixed]
+
+
+TYPES = {
+    bool: ParameterType.PARAMETER_BOOL,
+    int: ParameterType.PARAMETER_INTEGER,
+    float: ParameterType.PARAMETER_DOUBLE,
+    str: ParameterType.PARAMETER_STRING,
+    tuple: ParameterType.PARAMETER_DOUBLE_ARRAY,
+}
+
+
+@NODES
+def test_every_parameter_is_declared_and_no_other(observer: Observer, node: str) -> None:
+    """The node lists the declared parameters, and besides them only what rclpy gives it."""
+    response = observer.result(observer.parameter_client(node).list_parameters, "a list")
+    others = set(response.result.names) - set(SETS[node].DECLARATIONS)
+    assert set(SETS[node].DECLARATIONS) <= set(response.result.names)
+    assert others <= {"use_sim_time", "start_type_description_service"}
+
+
+@NODES
+def test_every_descriptor_tells_meaning_unit_source_and_range(
+    observer: Observer, node: str
+) -> None:
+    """A user of `ros2 param describe` reads there what the declaration says."""
+    names = list(SETS[node].DECLARATIONS)
+    client = observer.parameter_client(node)
+    response = observer.result(lambda: client.describe_parameters(names), "descriptors")
+    assert [descriptor.name for descriptor in response.descriptors] == names
+    for descriptor in response.descriptors:
+        declared = SETS[node].DECLARATIONS[descriptor.name]
+        assert descriptor.type == TYPES[type(declared.default)]
+        assert descriptor.read_only == declared.fixed
+        assert not descriptor.dynamic_typing
+        assert declared.meaning in descriptor.description
+        assert declared.source in descriptor.description
+        assert not declared.unit or f"[{declared.unit}]" in descriptor.description
+        bounds = (declared.minimum, declared.maximum)
+        if type(declared.default) is int:
+            (range_,) = descriptor.integer_range
+            assert (range_.from_value, range_.to_value) == bounds
+        elif type(declared.default) is float:
+            (range_,) = descriptor.floating_point_range
+            assert (range_.from_value, range_.to_value) == bounds
+            assert all(math.isfinite(bound) for bound in bounds)
+        elif type(declared.default) is tuple:
+            assert all(f"{bound:g}" in descriptor.additional_constraints for bound in bounds)
+        for choice in declared.choices:
+            assert choice in descriptor.additional_constraints
+
+
+@NODES
+def test_values_are_the_defaults_until_something_is_said(observer: Observer, node: str) -> None:
+    """What no file and no command line names has its declared default."""
+    given = {"time.period", "valve.command_timeout"}
+    defaults = {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in SETS[node]().items()
+        if name not in given
+    }
+    found = observer.get_parameters(node, defaults)
+    assert {
+        name: list(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
+        for name, value in found.items()
+    } == defaults
+
+
+def test_supply_pressure_takes_effect_while_the_plant_runs(observer: Observer) -> None:
+    """A new supply pressure shows on supply/pressure."""
+    pressures = observer.collect(FluidPressure, "/supply/pressure")
+    observer.set_parameters("/plant", {"supply.pressure": 4e5})
+    observer.wait(
+        lambda: pressures and pressures[-1].fluid_pressure == pytest.approx(4e5),
+        "the new supply pressure",
+    )
+
+
+def test_friction_takes_effect_in_mid_move(observer: Observer) -> None:
+    """Friction that changes between two steps acts as on a rig without ROS, to the last digit."""
+    plant = PausedPlant(observer)
+    plant.reset()
+    plant.command(8.0)
+    rig = Rig()
+    assert positions(plant.steps(10)) == [rig.advance(8.0, PERIOD).position for _ in range(10)]
+    change = {"friction.forward.viscous": 1500.0, "friction.form": "saturating"}
+    observer.set_parameters("/plant", change)
+    rig.configure(RigParameters(change))
+    expected = [rig.advance(8.0, PERIOD).position for _ in range(10)]
+    assert positions(plant.steps(10)) == expected
+    plant.pause(False)
+
+
+@pytest.mark.parametrize(
+    ("node", "name", "given", "taken"),
+    [
+        ("/plant", "supply.pressure", 700_000, 700_000.0),
+        ("/plant", "friction.forward.static", 30, 30.0),
+        ("/other/controller", "controller.kp", 250, 250.0),
+        (
+            "/plant",
+            "valve.flow_coefficients",
+            [1, 0, 0, 0, 0, 0],
+            [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ),
+    ],
+)
+def test_an_integer_is_taken_for_a_real(
+    observer: Observer, node: str, name: str, given: object, taken: object
+) -> None:
+    """A user who leaves the point out gets what was meant, and the type stays real."""
+    observer.set_parameters(node, {name: given})
+    value = observer.get_parameters(node, [name])[name]
+    assert (list(value) if isinstance(taken, list) else value) == taken  # type: ignore[call-overload]
+    client = observer.parameter_client(node)
+    types = observer.result(lambda: client.get_parameter_types([name]), "types").types
+    assert list(types) in ([TYPES[float]], [TYPES[tuple]])
+
+
+REFUSED = [
+    ("/plant", "supply.pressure", math.nan, "nan"),
+    ("/plant", "supply.pressure", math.inf, "inf"),
+    ("/plant", "supply.pressure", -math.inf, "-inf"),
+    ("/plant", "supply.pressure", 2e6, "2000000"),
+    ("/plant", "supply.pressure", 9e4, "below atmosphere.pressure"),
+    ("/plant", "supply.pressure", "high", "'high' refused, must be a number (Pa)"),
+    ("/plant", "supply.pressure", True, "must be a number (Pa)"),
+    ("/plant", "supply.pressure", None, "must be a number (Pa)"),
+    ("/plant", "supply.presure", 6e5, "did you mean supply.pressure?"),
+    ("/plant", "no.such.thing.at.all", 1.0, "no such parameter"),
+    ("/plant", "cylinder.moving_mass", 0.0, "0.0"),
+    ("/plant", "cylinder.locked", 1, "must be true or false"),
+    ("/plant", "friction.forward.viscous", -1.0, "-1.0"),
+    ("/plant", "friction.forward.static", 5.0, "below friction.forward.coulomb"),
+    ("/plant", "friction.reverse.coulomb", 100.0, "friction.reverse.static"),
+    ("/plant", "friction.form", "coulomb", "one of stribeck, saturating"),
+    ("/plant", "valve.flow_coefficients", [1.0, 2.0], "6 numbers"),
+    ("/plant", "valve.flow_coefficients", [math.nan] * 6, "nan"),
+    ("/plant", "time.period", 0.02, "read-only"),
+    ("/plant", "time.mode", "realtime", "read-only"),
+    ("/other/controller", "controller.kp", math.nan, "nan"),
+    ("/other/controller", "controller.kp", -1.0, "-1.0"),
+    ("/other/controller", "controller.kp", "much", "must be a number (V/m)"),
+    ("/other/controller", "controller.kpp", 1.0, "did you mean controller.kp?"),
+    ("/other/controller", "controller.minimum_voltage", 6.0, "controller.neutral_voltage"),
+    ("/other/controller", "reference.type", "steps", "one of setpoint"),
+]
+
+
+@pytest.mark.parametrize(
+    ("node", "name", "value", "words"), REFUSED, ids=[f"{n}={v}" for _, n, v, _ in REFUSED]
+)
+def test_a_bad_value_is_refused_by_name_and_changes_nothing(
+    observer: Observer, node: str, name: str, value: object, words: str
+) -> None:
+    """The answer names the parameter and what is wrong; alone or within a change, nothing changes.
+
+    The change sets a good value too, which must not be taken either.
+    """
+    good = {"/plant": "atmosphere.temperature", "/other/controller": "reference.velocity"}[node]
+    before = observer.get_parameters(node, SETS[node].DECLARATIONS)
+    bad = Parameter(name, Parameter.Type.NOT_SET) if value is None else Parameter(name, value=value)
+    client = observer.parameter_client(node)
+    (alone,) = observer.result(lambda: client.set_parameters([bad]), "an answer").results
+    fine = Parameter(good, value=before[good] + 1.0)  # type: ignore[operator]
+    both = observer.result(
+        lambda: client.set_parameters_atomically([fine, bad]), "an answer"
+    ).result
+    for result in (alone, both):
+        assert not result.successful
+        assert words in result.reason
+        assert name in result.reason
+    assert repr(observer.get_parameters(node, SETS[node].DECLARATIONS)) == repr(before)
+
+
+def test_of_several_changes_one_by_one_the_good_ones_are_taken(observer: Observer) -> None:
+    """`ros2 param load` sets one by one: each is judged for itself."""
+    change = {"supply.pressure": 5e5, "friction.forward.static": -1.0}
+    results = set_one_by_one(observer, "/plant", change)
+    assert [result.successful for result in results] == [True, False]
+    assert observer.get_parameters("/plant", ["supply.pressure"]) == {"supply.pressure": 5e5}
+
+
+def test_a_pair_that_only_agrees_as_a_whole_is_taken_as_one_change(observer: Observer) -> None:
+    """F_c above the old F_s is refused alone, but not together with a new F_s after it."""
+    pair = {"friction.forward.coulomb": 40.0, "friction.forward.static": 50.0}
+    with pytest.raises(RefusedError, match=r"friction\.forward\.coulomb"):
+        observer.set_parameters("/plant", {"friction.forward.coulomb": 40.0})
+    observer.set_parameters("/plant", pair)
+    assert observer.get_parameters("/plant", pair) == pair
+
+
+@NODES
+def test_parameters_of_rclpy_itself_stay_its_own(observer: Observer, node: str) -> None:
+    """use_sim_time can be changed as on any node."""
+    for value in (True, False):
+        observer.set_parameters(node, {"use_sim_time": value})
+        assert observer.get_parameters(node, ["use_sim_time"]) == {"use_sim_time": value}

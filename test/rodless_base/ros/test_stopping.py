@@ -1,0 +1,100 @@
+"""Ctrl-C and SIGTERM end a node cleanly, whenever they come and however often."""
+
+import itertools
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from running import StartProcess, until_it_says
+from std_srvs.srv import SetBool
+
+from rodless_lab.session.node_process import NodeProcess
+from rodless_lab.session.observer import Observer
+
+# The product's promise: from the signal to the end of the process, in wall-clock seconds.
+STOP_SECONDS = 2.0
+
+SIGNALS = pytest.mark.parametrize(
+    ("signals", "again"),
+    [
+        pytest.param([signal.SIGINT], False, id="SIGINT"),
+        pytest.param([signal.SIGTERM], False, id="SIGTERM"),
+        pytest.param([signal.SIGINT, signal.SIGTERM], True, id="both-until-it-ends"),
+    ],
+)
+
+# Distinct names, so that no node is taken for the one before it.
+NAMESPACES = (f"run{number}" for number in itertools.count())
+
+
+def ends_cleanly(processes: list[NodeProcess], signals: list[int], again: bool) -> None:
+    """Send ``signals`` to all, over and over if ``again``, and check how they end."""
+    start = time.monotonic()
+    for number in signals:
+        for process in processes:
+            process.signal(number)
+    while again and any(process.exit_code is None for process in processes):
+        assert time.monotonic() - start < STOP_SECONDS
+        for number, process in itertools.product(signals, processes):
+            process.signal(number)
+    for process in processes:
+        assert process.wait(STOP_SECONDS) == 0, process.output
+        for word in ("Traceback", "Exception", "Error"):
+            assert word not in process.output
+
+
+@SIGNALS
+def test_a_node_that_is_still_being_imported_ends_at_once(
+    start_process: StartProcess, tmp_path: Path, signals: list[int], again: bool
+) -> None:
+    """A module whose import takes long ends with 0, though it lets no exception out.
+
+    Compiled modules behave so: what a signal handler raises inside their import is lost, or
+    comes out as an ImportError.
+    """
+    (tmp_path / "slow.py").write_text(
+        "import signal\n"
+        "print('importing', flush=True)\n"
+        "while True:\n"
+        "    try:\n"
+        "        signal.pause()\n"
+        "    except BaseException:\n"
+        "        pass\n"
+    )
+    path = {"PYTHONPATH": f"{Path.cwd()}{os.pathsep}{tmp_path}"}
+    command = [sys.executable, "-m", "rodless_base.start", "slow"]
+    with start_process(command, environment=path) as slow:
+        until_it_says(slow, "importing")
+        ends_cleanly([slow], signals, again)
+
+
+@SIGNALS
+def test_nodes_that_are_still_compiling_end_at_once(
+    start_node: StartProcess, signals: list[int], again: bool
+) -> None:
+    """A signal between the first line a node prints and its first sample ends it with 0."""
+    name = next(NAMESPACES)
+    with start_node("plant", namespace=name) as plant:
+        until_it_says(plant, "loading")
+        ends_cleanly([plant], signals, again)
+    with start_node("controller", namespace=name) as controller:
+        until_it_says(controller, "loading")
+        ends_cleanly([controller], signals, again)
+
+
+@SIGNALS
+def test_running_nodes_end_in_time(
+    observer: Observer, start_node: StartProcess, signals: list[int], again: bool
+) -> None:
+    """Both nodes, at work with each other, end with 0 and without a word."""
+    name = next(NAMESPACES)
+    with (
+        start_node("plant", namespace=name) as plant,
+        start_node("controller", namespace=name) as controller,
+    ):
+        assert observer.call(SetBool, f"/{name}/plant/pause", data=False).success
+        assert observer.call(SetBool, f"/{name}/controller/enable", data=True).success
+        ends_cleanly([plant, controller], signals, again)

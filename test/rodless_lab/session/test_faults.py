@@ -1,0 +1,262 @@
+"""Faults that a session can make, and that it ends all it started whatever happens."""
+
+import contextlib
+import math
+import os
+import select
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from running import StartSession
+
+from rodless_lab.harness import HarnessError, NodeDiedError, RigSession
+
+pytestmark = pytest.mark.usefixtures("compiled")
+
+# For a process of a test to end, in wall-clock s.
+TIMEOUT = 500.0
+
+SLOW = {"time.period": 5e-3}
+HOLD = {"reference.type": "step", "reference.at": 0.05, "reference.target": 0.15}
+
+
+def ended(pid: int) -> bool:
+    """Whether a process is gone within the timeout of this file."""
+    with contextlib.suppress(ProcessLookupError):
+        handle = os.pidfd_open(pid)
+        try:
+            return bool(select.select([handle], [], [], TIMEOUT)[0])
+        finally:
+            os.close(handle)
+    return True
+
+
+def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: StartSession) -> None:
+    """Without commands the plant closes the valve and says so; thawed, the move goes on."""
+    rig = rig_session(plant=SLOW, controller=HOLD)
+    rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
+    rig.freeze("controller")
+    rig.wait_until(lambda: rig.counter("plant", "commands lost") == 1, "the plant to miss commands")
+    rig.run_until(lambda sample: abs(sample.velocity) < 1e-3, "the carriage to stand")
+    position = rig.latest.position
+    assert position < 0.14
+    rig.thaw("controller")
+    rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
+
+
+def test_lost_commands_close_the_valve(rig_session: StartSession) -> None:
+    """Inside the block no command arrives, though the controller sends them."""
+    rig = rig_session(plant=SLOW, controller=HOLD, relay_commands=True)
+    rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
+    with rig.commands_lost():
+        rig.run_until(lambda sample: abs(sample.velocity) < 1e-3, "the carriage to stand")
+        position = rig.latest.position
+    rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
+    assert np.isnan(rig.samples().voltage).sum() > 10
+
+
+def test_altered_commands_act_from_the_very_sample_on(rig_session: StartSession) -> None:
+    """In lock-step a relayed command that is made NaN is exactly one period without a command."""
+    rig = rig_session("lockstep", controller=HOLD, relay_commands=True)
+    rig.run_until(0.1)
+    rig.alter_commands(lambda _: math.nan)
+    rig.run_for(1e-3)
+    rig.alter_commands(None)
+    rig.run_for(0.05)
+    voltage = rig.samples().voltage[:-1]
+    assert np.flatnonzero(np.isnan(voltage)).tolist() == [100]
+    rig.wait_until(lambda: rig.counter("plant", "commands not finite") == 1, "the plant to count")
+    with pytest.raises(HarnessError, match="lock-step"), rig.commands_lost():
+        pass
+
+
+def test_friction_and_supply_change_in_mid_run(rig_session: StartSession) -> None:
+    """At the same voltage the carriage is slower with more friction and less pressure."""
+    rig = rig_session("lockstep", controller=None, preset="calibrated")
+    rig.drive(6.0)
+    before = rig.run_until(0.5).velocity
+    rig.set_parameters("plant", {"friction.forward.viscous": 9000.0, "supply.pressure": 0.4e6})
+    after = rig.run_for(0.3).velocity
+    assert before > 0.05
+    assert abs(after) < 0.8 * before
+
+
+def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> None:
+    """The plant goes on without, its valve closed; the new controller takes over."""
+    rig = rig_session(plant=SLOW, controller=HOLD)
+    rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
+    rig.kill("controller")
+    assert rig.exit_codes["controller"] == -signal.SIGKILL
+    position = rig.run_for(0.5).position
+    rig.restart("controller")
+    rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
+
+
+def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartSession) -> None:
+    """No sample is missing and none is there twice, although the last one is offered anew."""
+    rig = rig_session("lockstep", controller=HOLD)
+    rig.run_until(0.2)
+    rig.restart("controller")
+    end = rig.latest.time + 0.2
+    rig.run_until(end)
+    run = rig.samples()
+    assert len(run) >= 1 + round(end * 1000)
+    assert np.array_equal(np.rint(run.time * 1e9), np.arange(len(run)) * 1_000_000)
+
+
+def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
+    """Sample 0 comes again, and nobody waits for samples of a plant that was killed."""
+    rig = rig_session("lockstep", controller=None)
+    rig.drive(5.6)
+    rig.run_until(0.02)
+    rig.kill("plant")
+    with pytest.raises(HarnessError, match="the plant was ended by the test"):
+        rig.run_until(1.0)
+    rig.restart("plant")
+    assert rig.run_until(0.02).time == pytest.approx(0.02)
+    assert np.array_equal(rig.samples(0).position[:20], rig.samples(1).position[:20])
+
+
+def test_whoever_waits_learns_of_a_node_that_dies_by_itself(rig_session: StartSession) -> None:
+    """The wait ends at once, whatever it was for."""
+    rig = rig_session(plant=SLOW)
+    os.kill(rig.pids["controller"], signal.SIGKILL)
+    with pytest.raises(NodeDiedError, match="controller has ended with exit code -9"):
+        rig.wait_until(lambda: False, "nothing")
+    rig.kill("controller")  # so that the end of this test does not complain as well
+
+
+def test_a_node_that_died_fails_a_test_that_waits_for_nothing_more() -> None:
+    """Leaving the block raises, although nothing else went wrong in it."""
+    rig = RigSession(plant=SLOW).__enter__()
+    os.kill(rig.pids["plant"], signal.SIGKILL)
+    assert os.waitid(os.P_PID, rig.pids["plant"], os.WEXITED | os.WNOWAIT)
+    with pytest.raises(NodeDiedError, match="plant has ended with exit code -9"):
+        rig.__exit__(None, None, None)
+    assert rig.exit_codes["controller"] == 0
+
+
+def fail_with(rig: RigSession, frozen: bool) -> None:
+    """Start ``rig`` and raise inside its block."""
+    with rig:
+        if frozen:
+            rig.freeze("plant")
+        raise ZeroDivisionError(list(rig.pids.values()))
+
+
+@pytest.mark.parametrize("frozen", [False, True], ids=["running", "frozen"])
+def test_all_ends_when_the_test_raises(frozen: bool) -> None:
+    """Neither node outlives the block, frozen or not, and the test's own exception comes out."""
+    rig = RigSession(plant=SLOW)
+    with pytest.raises(ZeroDivisionError) as caught:
+        fail_with(rig, frozen)
+    assert all(ended(pid) for pid in caught.value.args[0])
+    assert rig.exit_codes == {"plant": 0, "controller": 0}
+    assert "loading" in rig.outputs["plant"]
+
+
+def test_all_ends_when_the_start_fails() -> None:
+    """A controller that never publishes: the plant that was started meanwhile does not stay."""
+    silent = [sys.executable, "-c", "import signal; signal.pause()"]
+    rig = RigSession(plant=SLOW, controller=silent, timeout=3.0)
+    with pytest.raises(TimeoutError, match="a publisher of valve/voltage"):
+        rig.__enter__()
+    assert None not in rig.exit_codes.values()
+
+
+LEAVES_A_CHILD = """
+    import subprocess, sys
+    print(subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"]).pid, flush=True)
+"""
+
+
+def test_what_a_controller_leaves_behind_ends_too(
+    rig_session: StartSession, tmp_path: Path
+) -> None:
+    """A command that starts another process and ends: that one is found and ended."""
+    with pytest.raises(NodeDiedError, match="controller has ended with exit code 0"):
+        rig_session(
+            plant=SLOW,
+            controller=[sys.executable, "-c", textwrap.dedent(LEAVES_A_CHILD)],
+            output=tmp_path,
+        )
+    assert ended(int((tmp_path / "controller.txt").read_text(encoding="utf-8")))
+
+
+PROGRAM = """
+    import signal
+    from rodless_lab.harness import RigSession
+    # A shell without job control lets what it starts in the background ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    with RigSession(plant={"time.period": 5e-3}) as rig:
+        print(*rig.pids.values(), flush=True)
+        rig.wait_until(lambda: False, "the end")
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_all_ends_when_the_test_is_ended_from_outside(number: int) -> None:
+    """Ctrl-C, a CI's SIGTERM or SIGKILL on the test's process: no node is left behind."""
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(PROGRAM)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as program:
+        assert program.stdout is not None
+        pids = [int(pid) for pid in program.stdout.readline().split()]
+        assert len(pids) == 2
+        program.send_signal(number)
+        assert all(ended(pid) for pid in pids)
+        program.wait(TIMEOUT)
+
+
+FAILING = """
+    def test_fails(rig_session):
+        rig = rig_session(plant={"time.period": 5e-3})
+        print("pids", *rig.pids.values())
+        assert rig.latest.position > 1.0
+
+    def test_passes(rig_session):
+        rig_session(plant={"time.period": 5e-3})
+"""
+
+
+def test_a_failing_test_shows_what_the_nodes_have_printed(
+    tmp_path: Path, run_pytest: Callable[..., subprocess.Popen[str]]
+) -> None:
+    """Below the failure stands the output of each node, and the nodes are gone."""
+    (tmp_path / "test_it.py").write_text(textwrap.dedent(FAILING), encoding="utf-8")
+    output = run_pytest("test_it.py").communicate(timeout=TIMEOUT)[0]
+    assert "1 failed, 1 passed" in output
+    for name in ("plant", "controller"):
+        assert output.count(f"output of rig 0: {name}") == 1
+    assert "loading the compiled plant" in output
+    (line,) = [line for line in output.splitlines() if line.startswith("pids")]
+    assert all(ended(int(pid)) for pid in line.split()[1:])
+
+
+def test_the_plugin_costs_nothing_until_it_is_used() -> None:
+    """Loading it loads neither ROS nor the rest of the product."""
+    script = "import sys, rodless_pytest; print([m for m in sys.modules if m.startswith('r')])"
+    loaded = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60
+    ).stdout
+    assert "rodless_pytest" in loaded
+    assert not any(name in loaded for name in ("rclpy", "rodless_lab", "rodless_sim"))
+
+
+def test_a_timeout_is_wall_clock_time() -> None:
+    """A wait for what never comes lasts as long as it may, not as long as something happens."""
+    with RigSession(plant=SLOW) as rig:
+        start = time.monotonic()
+        with pytest.raises(TimeoutError):
+            rig.run_until(1e5, timeout=0.5)
+        assert time.monotonic() - start >= 0.5

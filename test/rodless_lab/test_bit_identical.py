@@ -1,0 +1,135 @@
+"""Lock-step runs repeat bit for bit, whatever the machine does and however they are run."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from busy import busy_cores
+
+from rodless_control import PidParameters, references
+from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.cli.replay import replay
+from rodless_lab.runs.from_bag import read_run
+from rodless_lab.session.session import RigSession
+from rodless_lab.simulation.closed_loop import closed_loop
+from rodless_sim import RigParameters
+from rodless_sim.instruments.instruments import DATA_SHEET
+
+pytestmark = [pytest.mark.ros, pytest.mark.slow]
+
+DURATION = 1.5
+SAMPLES = 1501
+
+# Against hanging for ever; the run takes about a second, starting it a few.
+TIMEOUT = 180.0
+
+
+def record_run(
+    bag: Path, one_process: bool = False, sensors: Mapping[str, object] | None = None
+) -> Bag:
+    """Record a lock-step run from sample 0 to its last command."""
+    with RigSession(
+        "lockstep",
+        duration=DURATION,
+        plant=sensors,
+        controller={"reference.type": "step", "reference.at": 0.1},
+        one_process=one_process,
+        timeout=TIMEOUT,
+        bag=bag,
+        bag_topics=["/clock"],
+    ) as rig:
+        rig.run()
+    return read_bag(bag)
+
+
+def recordings(bag: Bag) -> dict[str, Any]:
+    """What ``bag`` holds, by topic."""
+    return {topic: bag[topic] for topic in bag.topics}
+
+
+@pytest.fixture(scope="module")
+def bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Bag]:
+    """The same run: twice, under load, in one process; and twice with the paper's sensors."""
+    folder = tmp_path_factory.mktemp("bags")
+    runs = {name: record_run(folder / name) for name in ("first", "second")}
+    with busy_cores(TIMEOUT):
+        runs["loaded"] = record_run(folder / "loaded")
+    runs["one_process"] = record_run(folder / "one_process", one_process=True)
+    runs["noisy"] = record_run(folder / "noisy", sensors=DATA_SHEET)
+    runs["noisy_one_process"] = record_run(folder / "noisy_1", True, DATA_SHEET)
+    return runs
+
+
+@pytest.mark.parametrize(
+    "name", ["first", "second", "loaded", "one_process", "noisy", "noisy_one_process"]
+)
+def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
+    """Every bag holds samples 0 to N of each topic once, at the plant times k periods."""
+    found = recordings(bags[name])
+    assert len(found.pop("/setpoint")) == 0
+    assert len(found) == 6
+    for topic, recording in found.items():
+        assert len(recording) == SAMPLES, topic
+        assert recording.log_time.tolist() == [k * 1_000_000 for k in range(SAMPLES)], topic
+
+
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [
+        ("second", "first"),
+        ("loaded", "first"),
+        ("one_process", "first"),
+        ("noisy_one_process", "noisy"),
+    ],
+)
+def test_payloads_are_equal_byte_for_byte(bags: dict[str, Bag], name: str, model: str) -> None:
+    """All messages of all topics equal those of the other run, serialised."""
+    assert sorted(bags[name].topics) == sorted(bags[model].topics)
+    for topic, recording in recordings(bags[name]).items():
+        assert list(recording.payloads) == list(bags[model][topic].payloads), topic
+
+
+@pytest.mark.parametrize(("name", "sensors"), [("first", {}), ("noisy", DATA_SHEET)])
+def test_in_process_loop_gives_the_same_numbers(
+    bags: dict[str, Bag], name: str, sensors: Mapping[str, object]
+) -> None:
+    """Position, velocity, pressures and voltage are those of closed_loop, to the last bit."""
+    run = closed_loop(
+        RigParameters.preset("paper").with_values(sensors),
+        PidParameters.preset("paper"),
+        references.step(0.0, 0.058, at=0.1),
+        DURATION,
+        1e-3,
+    )
+    bag = bags[name]
+    for topic, field, expected in (
+        ("/joint_states", "position", run.position),
+        ("/joint_states", "velocity", run.velocity),
+        ("/joint_states", "effort", run.force),
+        ("/chamber_a/pressure", "fluid_pressure", run.pressure_a),
+        ("/chamber_b/pressure", "fluid_pressure", run.pressure_b),
+        ("/valve/voltage", "data", run.voltage),
+    ):
+        assert np.array_equal(bag[topic].fields[field].ravel(), expected), (topic, field)
+
+
+def test_pressures_state_the_variance_of_their_noise(bags: dict[str, Bag]) -> None:
+    """200 Pa squared with the paper's instruments; 0, which stands for unknown, with ideal ones."""
+    for name, variance in (("first", 0.0), ("noisy", 4e4)):
+        for topic in ("/chamber_a/pressure", "/chamber_b/pressure", "/supply/pressure"):
+            assert np.all(bags[name][topic].fields["variance"] == variance), (name, topic)
+    supply = bags["noisy"]["/supply/pressure"].fields["fluid_pressure"].ravel()
+    assert np.std(supply) == pytest.approx(200.0, rel=0.1)
+    assert abs(np.mean(supply) - 621325.0) <= 5e3
+
+
+def test_replay_of_the_bag_gives_what_it_holds(bags: dict[str, Bag]) -> None:
+    """The plant fed with a bag's voltages from its start passes through the recorded states."""
+    recorded = read_run(bags["first"].path)
+    replayed = replay(RigParameters.preset("paper"), recorded)
+    assert np.abs(replayed.position - recorded.position).max() < 1e-9
+    assert np.abs(replayed.pressure_a - recorded.pressure_a).max() < 1e-3
+    assert np.abs(replayed.pressure_b - recorded.pressure_b).max() < 1e-3
+    assert np.ptp(recorded.position) > 0.05

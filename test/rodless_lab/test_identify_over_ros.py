@@ -1,0 +1,72 @@
+"""A rig whose friction nobody has told: driven, recorded and identified with the commands alone."""
+
+import signal
+from pathlib import Path
+
+import pytest
+from running import StartProcess
+
+from rodless_lab.bags.reader import read_bag
+from rodless_lab.session.observer import TIMEOUT
+from rodless_sim import RigParameters
+
+HIDDEN = {
+    "friction.forward.static": 31.0,
+    "friction.forward.coulomb": 13.5,
+    "friction.forward.stribeck_velocity": 1.9e-3,
+    "friction.forward.viscous": 3900.0,
+    "friction.reverse.static": 33.0,
+    "friction.reverse.coulomb": 11.0,
+    "friction.reverse.stribeck_velocity": 2.6e-3,
+    "friction.reverse.viscous": 5100.0,
+}
+TOPICS = "joint_states chamber_a/pressure chamber_b/pressure supply/pressure valve/voltage /clock"
+
+
+def write_start(path: Path) -> Path:
+    """Write what the rig is and nobody knows, its time, and where the carriage starts."""
+    values = {
+        **HIDDEN,
+        "cylinder.initial_position": 0.06,
+        "time.mode": "lockstep",
+        "time.recorders": 1,
+        "time.inner_step": 4e-5,
+    }
+    lines = "".join(f"    {name}: {value}\n" for name, value in values.items())
+    path.write_text(f"/**/plant:\n  ros__parameters:\n{lines}", encoding="utf-8")
+    return path
+
+
+def test_friction_is_found_again(rodless: StartProcess, tmp_path: Path) -> None:
+    """All eight parameters lie in the 95 % intervals said, from a bag of noisy sensors.
+
+    The noise is always the same one, and the file written loads.
+    """
+    start, bag = write_start(tmp_path / "rig.yaml"), tmp_path / "bag"
+    found = tmp_path / "found.yaml"
+    options = ("--without-controller", "--sensors", "data-sheet", "--parameters", str(start))
+    with (
+        rodless("rig", *options) as rig,
+        rodless("record", *TOPICS.split(), "--output", str(bag)) as recorder,
+    ):
+        with rodless("drive", "friction", "--recorders", "1") as driver:
+            assert driver.wait(TIMEOUT * 5.0) == 0, driver.output
+        recorder.signal(signal.SIGINT)
+        assert recorder.wait(TIMEOUT) == 0, recorder.output
+        rig.signal(signal.SIGINT)
+        assert rig.wait(TIMEOUT) == 0, rig.output
+    recorded = read_bag(bag)
+    assert recorded["/joint_states"].log_time[0] == 0
+    assert recorded["/valve/voltage"].fields["data"].ravel()[0] == 5.23
+
+    with rodless("identify", "friction", str(bag), "--output", str(found)) as identify:
+        assert identify.wait(TIMEOUT) == 0, identify.output
+    identified = RigParameters.from_file(found)
+    lines = found.read_text(encoding="utf-8").splitlines()
+    for name, hidden in HIDDEN.items():
+        (place,) = (k for k, line in enumerate(lines) if line.strip().startswith(f"{name}:"))
+        low, high = lines[place - 1].split("95 % from ")[1].split(" to ")
+        assert float(low) <= hidden <= float(high.split()[0].strip(";")), name
+        # The bias of two pressure sensors, up to 5 N together, moves F_s and F_c.
+        if name.endswith(("viscous", "stribeck_velocity")):
+            assert identified.number(name) == pytest.approx(hidden, rel=0.05), name

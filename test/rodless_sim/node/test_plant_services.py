@@ -1,0 +1,160 @@
+"""Pause, step and reset of a running plant."""
+
+import threading
+from collections.abc import Callable, Iterator
+from typing import cast
+
+import pytest
+from rosgraph_msgs.msg import Clock
+from running import StartProcess
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_lab.session.observer import TIMEOUT, Observer
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.realtime import Realtime
+
+PERIOD = 5_000_000
+
+
+@pytest.fixture(scope="module", autouse=True)
+def plant(start_node: StartProcess) -> Iterator[None]:
+    """Run a plant that nobody commands."""
+    with start_node("plant", {"time.period": PERIOD * 1e-9}):
+        yield
+
+
+@pytest.fixture(scope="module")
+def samples(observer: Observer) -> list[JointState]:
+    """Record the plant's samples; they have begun to come."""
+    samples = observer.collect(JointState, "/joint_states")
+    observer.more(samples, 5)
+    return samples
+
+
+@pytest.fixture(autouse=True)
+def running(observer: Observer) -> Iterator[None]:
+    """Leave the plant running, whatever a test did."""
+    yield
+    pause(observer, False)
+
+
+def times(samples: list[JointState]) -> list[int]:
+    """Return their stamps in ns."""
+    return [stamp_nanoseconds(sample.header.stamp) for sample in samples]
+
+
+def pause(observer: Observer, paused: bool) -> None:
+    """Stop plant time, or let it run."""
+    response = observer.call(SetBool, "/plant/pause", data=paused)
+    assert response.success
+    assert response.message == ("paused" if paused else "running")
+
+
+def test_a_paused_plant_stands_still_until_it_goes_on_where_it_was(
+    observer: Observer, samples: list[JointState]
+) -> None:
+    """No sample comes while it is paused; then they come on, without a gap in plant time."""
+    observer.more(samples, 5)
+    pause(observer, True)
+    observer.diagnostic("/plant", fresh=True)
+    count = len(samples)
+    observer.diagnostic("/plant", fresh=True)
+    assert len(samples) == count
+    pause(observer, False)
+    observer.more(samples, 20)
+    around = times(samples[count - 5 : count + 20])
+    assert around == list(range(around[0], around[0] + 25 * PERIOD, PERIOD))
+
+
+class Steps:
+    """An engine whose steps do what the test wants."""
+
+    ended = False
+
+    def __init__(self, step: Callable[[], None]) -> None:
+        self.step = step
+
+    def offer(self) -> None:
+        """Hand out nothing."""
+
+
+def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
+    """A step under way is handed out first: who pauses and then resets gets no late sample."""
+    begun, may_end, events = threading.Event(), threading.Event(), []
+
+    def step() -> None:
+        begun.set()
+        may_end.wait(TIMEOUT)
+        events.append("step")
+
+    def pause() -> None:
+        realtime.pause(True)
+        events.append("paused")
+
+    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
+    assert begun.wait(TIMEOUT)
+    pausing = threading.Thread(target=pause)
+    pausing.start()
+    pausing.join(0.2)
+    may_end.set()
+    pausing.join(TIMEOUT)
+    realtime.close()
+    assert events == ["step", "paused"]
+
+
+def test_a_plant_that_fails_does_not_look_alive() -> None:
+    """What ends the thread that steps comes out where the node looks after it, and ends it."""
+    failed = threading.Event()
+
+    def step() -> None:
+        failed.set()
+        raise ArithmeticError("of the test's own")
+
+    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
+    assert failed.wait(TIMEOUT)
+    realtime.close()
+    with pytest.raises(ArithmeticError, match="of the test's own"):
+        realtime.poll()
+
+
+def test_a_step_is_one_period(observer: Observer, samples: list[JointState]) -> None:
+    """Each ~/step of a paused plant gives one sample, a period later, and its clock."""
+    clocks = observer.collect(Clock, "/clock")
+    observer.more(clocks, 1)
+    pause(observer, True)
+    assert observer.call(Trigger, "/plant/reset").success
+    observer.wait(lambda: times(samples)[-1] == 0, "sample 0")
+    start = len(samples)
+    for count in range(1, 6):
+        assert observer.call(Trigger, "/plant/step").success
+        observer.wait(lambda count=count: len(samples) == start + count, "the sample of the step")
+    assert times(samples[start:]) == [PERIOD * count for count in range(1, 6)]
+    observer.wait(lambda: stamp_nanoseconds(clocks[-1].clock) == 5 * PERIOD, "its clock")
+
+
+def test_a_step_of_a_running_plant_is_refused(observer: Observer) -> None:
+    """It says what to do first."""
+    response = observer.call(Trigger, "/plant/step")
+    assert not response.success
+    assert response.message == "pause the plant first"
+
+
+@pytest.mark.parametrize("paused", [False, True])
+def test_a_reset_begins_plant_time_anew(
+    observer: Observer, samples: list[JointState], paused: bool
+) -> None:
+    """Sample 0 follows; then time goes on from there if it ran before, else it stands."""
+    observer.more(samples, 5)
+    pause(observer, paused)
+    start = len(samples)
+    assert observer.call(Trigger, "/plant/reset").success
+    observer.wait(lambda: 0 in times(samples[start:]), "sample 0")
+    first = start + times(samples[start:]).index(0)
+    if paused:
+        observer.diagnostic("/plant", fresh=True)
+        assert times(samples[first:]) == [0]
+        pause(observer, False)
+    observer.wait(lambda: len(samples) >= first + 20, "samples after the reset")
+    assert times(samples[first : first + 20]) == list(range(0, 20 * PERIOD, PERIOD))
