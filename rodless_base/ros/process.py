@@ -3,9 +3,11 @@
 import gc
 import sys
 from collections.abc import Callable, Sequence
+from io import UnsupportedOperation
 from typing import Protocol
 
 import rclpy
+from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -31,13 +33,15 @@ class RunningNode(Protocol):
         """Stop that work and destroy the node."""
 
 
-def make_executor() -> Executor:
+def make_executor(context: Context | None = None) -> Executor:
     """Return the events executor, a quarter of the cost of the default one, where there is one."""
     try:
         from rclpy.experimental import EventsExecutor  # noqa: PLC0415  absent before jazzy
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
+
+        return EventsExecutor(context=context)
+    except (ImportError, UnsupportedOperation):
+        # It wants the file descriptor of stderr, which pytest with --capture=sys has hidden.
+        return SingleThreadedExecutor(context=context)
 
 
 def spin(executor: Executor, stop: Stop) -> None:

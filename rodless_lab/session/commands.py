@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from rodless_lab.session.samples import Cursor, Recording, Sample
+from rodless_lab.session.samples import Cursor, Received, Sample
 
 # The test's own control law: the voltage (V) for a sample, or None for no command.
 Law = Callable[[Sample], float | None]
@@ -14,18 +14,18 @@ Alteration = Callable[[float], float | None]
 class OwnCommands:
     """Commands by a law of the test's own; each sample is answered once."""
 
-    def __init__(self, recording: Recording, send: Callable[[float], None]) -> None:
+    def __init__(self, received: Received, send: Callable[[float], None]) -> None:
         """Answer nothing until there is a law."""
-        self._recording = recording
+        self._received = received
         self._send = send
-        self._samples = Cursor(recording)
+        self._samples = Cursor(received)
         self._law: Law | None = None
 
     def drive(self, law: Law | None, from_now: bool) -> None:
         """Answer samples by ``law``: those not answered yet, or ``from_now`` new ones only."""
         self._law = law
         if from_now:
-            self._samples = Cursor(self._recording)
+            self._samples = Cursor(self._received)
 
     def send(self, voltage: float) -> None:
         """Send one command; it answers the sample that waits for one."""
@@ -44,18 +44,18 @@ class RelayedCommands:
     """A controller's commands, passed on to the plant by the test."""
 
     def __init__(
-        self, recording: Recording, send: Callable[[float], None], one_per_sample: bool
+        self, received: Received, send: Callable[[float], None], one_per_sample: bool
     ) -> None:
         """Pass commands on as they are; ``one_per_sample``: each when its sample is complete."""
-        self._recording = recording
+        self._received = received
         self._send = send
-        self._samples = Cursor(recording) if one_per_sample else None
+        self._samples = Cursor(received) if one_per_sample else None
         self._passed = 0
         self.alter: Alteration | None = None
 
     def answer(self) -> None:
         """Pass on what has come."""
-        answers = self._recording.answers
+        answers = self._received.answers
         while self._passed < len(answers) and (self._samples is None or self._samples.next()):
             wanted = answers[self._passed].value
             self._passed += 1

@@ -1,64 +1,105 @@
-"""The test's own ROS node: it listens, commands and asks, in a context of its own."""
+"""A ROS node that listens, commands and asks, in a context of its own."""
 
 import os
 import threading
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from io import UnsupportedOperation
-from typing import Any
+from types import TracebackType
+from typing import Any, NamedTuple, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
-from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Float64
+from rclpy.task import Future
 
-from rodless_base.ros.message_info import Info, with_info
-from rodless_base.ros.topics import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE, stamp_nanoseconds
-from rodless_lab.session.samples import TERMS, Recording, Stamped, Unstamped
+from rodless_base.ros.message_info import with_info
+from rodless_base.ros.process import make_executor
+from rodless_base.ros.topics import QUEUE_DEPTH
+from rodless_lab.session.errors import RefusedError, WaitTimeoutError
 
-# Messages that may wait while a test computes: 100 s at 1 kHz.
+Found = TypeVar("Found")
+
+# Default bound of every wait, in wall-clock s.
+TIMEOUT = 60.0
+
+# Messages that may wait while the program computes: 100 s at 1 kHz.
 LISTENING_DEPTH = 100_000
 
-# One wait for messages, in wall-clock s; processes and timeout are looked at as often.
+# Longest wait for messages in one spin, in wall-clock s; conditions and timeouts are checked as
+# often.
 SPIN_SECONDS = 0.05
+
+# After this time (wall-clock s) an answer counts as lost, and the call is made again: a server that
+# has not found the client yet cannot answer it.
+ANSWER_SECONDS = 10.0
 
 _environment_lock = threading.Lock()
 
 
-class Observer:
-    """A node named ``test`` in one domain, and what it has heard.
+class Diagnostic(NamedTuple):
+    """What a node last published of itself on ``/diagnostics``."""
 
-    It runs only inside :meth:`spin`, so whatever it is asked between two calls stands still.
+    level: bytes  # DiagnosticStatus.OK, .WARN, .ERROR, .STALE
+    message: str
+    values: dict[str, str]
+
+
+class Observer:
+    """A node in one domain; callbacks run inside :meth:`spin` and the methods that wait.
+
+    Relative names of topics, services and nodes stand below ``namespace``. Every wait is bounded
+    and raises :class:`WaitTimeoutError`.
     """
 
-    def __init__(self, environment: Mapping[str, str]) -> None:
-        """Join the domain of ``environment``; nothing is listened to yet."""
-        self._context = Context()
-        with _patched(environment):
-            self._context.init(
-                args=[], initialize_logging=False, domain_id=int(environment["ROS_DOMAIN_ID"])
+    def __init__(
+        self,
+        environment: Mapping[str, str] | None = None,
+        namespace: str = "",
+        timeout: float = TIMEOUT,
+        check: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Join the domain of ``environment``, by default that of this process.
+
+        ``timeout`` bounds each wait (wall-clock s) that is not given another one. ``check`` is
+        called before each spin of a wait; what it raises ends the wait.
+        """
+        self._timeout = timeout
+        self._check = check
+        self.context = Context()
+        with _patched(environment or {}):
+            domain = os.environ.get("ROS_DOMAIN_ID")
+            self.context.init(
+                args=[], initialize_logging=False, domain_id=int(domain) if domain else None
             )
             self.node = Node(
-                "test",
-                context=self._context,
+                "observer",
+                context=self.context,
+                namespace=namespace,
                 use_global_arguments=False,
                 enable_rosout=False,
                 start_parameter_services=False,
             )
-        self._executor = _make_executor(self._context)
+        self._executor = make_executor(self.context)
         self._executor.add_node(self.node)
-        self.recording = Recording()
-        self.diagnostics: dict[str, dict[str, str]] = {}
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
-        self._setpoint = self.node.create_publisher(Float64, "setpoint", 10)
+        self._diagnostics: dict[str, Diagnostic] | None = None
+
+    def __enter__(self) -> "Observer":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
 
     def close(self) -> None:
         """Leave the domain."""
@@ -66,97 +107,166 @@ class Observer:
         self.node.destroy_node()
         # The executor holds on to the context, and the context to its place in the domain.
         self._executor.shutdown()
-        self._context.try_shutdown()
+        self.context.try_shutdown()
 
-    def spin(self) -> None:
-        """Take what has come, or wait a moment for something to come."""
-        self._executor.spin_once(SPIN_SECONDS)
+    def add_node(self, node: Node) -> None:
+        """Spin another node of the same :attr:`context` as well."""
+        self._executor.add_node(node)
 
-    def listen_to_answers(self, topic: str) -> Callable[[], bool]:
-        """Record what the controller publishes on ``topic``; return whether it is heard."""
-        answers = self._listen_to(topic, self.recording.answers)
-        if topic == VALVE_VOLTAGE:
-            self.recording.voltage = self.recording.answers
-        else:
-            self._listen_to(VALVE_VOLTAGE, self.recording.voltage)
-        return lambda: bool(answers.get_publisher_count())
+    def remove_node(self, node: Node) -> None:
+        """Spin that node no longer."""
+        self._executor.remove_node(node)
 
-    def listen_to_the_rest(self, telemetry: bool) -> Callable[[], bool]:
-        """Record plant and telemetry; return whether all of it is heard.
+    # Waiting
 
-        The order matters: nodes learn of subscriptions in the order they are made in, and the
-        plant starts with the last of its own.
+    def spin(self, timeout: float = SPIN_SECONDS) -> None:
+        """Run the callbacks of what has come, or wait up to ``timeout`` s for something to come."""
+        self._executor.spin_once(timeout)
+
+    def wait(
+        self, condition: Callable[[], Found], what: str, timeout: float | None = None
+    ) -> Found:
+        """Spin until ``condition()`` is true, and return what it returned.
+
+        ``what`` completes the error "timed out … waiting for …".
         """
-        terms = TERMS if telemetry else ()
-        heard = [self._listen_to(f"controller/{t}", self.recording.terms[t]) for t in terms]
-        self._subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
-        for topic, frame in zip(
-            self.recording.pressures, ("chamber_a", "chamber_b", "supply"), strict=True
-        ):
-            heard.append(self._subscribe(FluidPressure, f"{frame}/pressure", _taker(topic.put)))
-        # The plant also waits for a listener to /clock.
-        self._subscribe(Clock, "/clock", _ignore, raw=True)
-        heard.append(self._subscribe(JointState, JOINT_STATES, _taker(self.recording.joint.put)))
-        return lambda: all(subscription.get_publisher_count() for subscription in heard)
+        limit = self._timeout if timeout is None else timeout
+        deadline = time.monotonic() + limit
+        while not (found := condition()):
+            self._check()
+            if time.monotonic() > deadline:
+                raise WaitTimeoutError(f"timed out after {limit:g} s waiting for {what}")
+            self.spin()
+        return found
 
-    def stand_in_for_a_controller(self) -> None:
-        """Be the further subscriber of ``joint_states`` that the plant waits for."""
-        self._subscribe(JointState, JOINT_STATES, _ignore, raw=True)
+    def result(self, ask: Callable[[], Future], what: str) -> Any:
+        """Return the result of the future that ``ask`` returns; ask again if the answer is lost."""
+        futures = [ask()]
+        asked = time.monotonic()
 
-    def commander(self) -> Publisher:
-        """Return a publisher of valve voltages."""
-        return self.node.create_publisher(Float64, VALVE_VOLTAGE, QUEUE_DEPTH)
+        def answered() -> Future | None:
+            nonlocal asked
+            if time.monotonic() > asked + ANSWER_SECONDS:
+                futures.append(ask())
+                asked = time.monotonic()
+            return next((future for future in futures if future.done()), None)
 
-    def _listen_to(self, topic: str, messages: list[Unstamped]) -> Subscription:
-        def take(message: Float64, info: Info) -> None:
-            messages.append(Unstamped(info["source_timestamp"], message.data))
+        future = self.wait(answered, what)
+        assert future is not None
+        return future.result()
 
-        return self._subscribe(Float64, topic, with_info(take))
+    # Topics
 
-    def _subscribe(
-        self, kind: type, topic: str, take: Callable[..., None], raw: bool = False
+    def subscribe(
+        self,
+        kind: type,
+        topic: str,
+        callback: Callable[..., None],
+        *,
+        raw: bool = False,
+        info: bool = False,
+        depth: int = LISTENING_DEPTH,
     ) -> Subscription:
-        return self.node.create_subscription(kind, topic, take, LISTENING_DEPTH, raw=raw)
+        """Call ``callback(message)`` for each message on ``topic``.
+
+        ``raw``: the message as bytes; ``info``: ``callback(message, info)``, see
+        :mod:`rodless_base.ros.message_info`.
+        """
+        receive = with_info(callback) if info else callback
+        return self.node.create_subscription(kind, topic, receive, depth, raw=raw)
+
+    def collect(self, kind: type, topic: str) -> list[Any]:
+        """Return a list that grows by every message on ``topic``; wait until one can come."""
+        messages: list[Any] = []
+        subscription = self.subscribe(kind, topic, messages.append)
+        self.wait(subscription.get_publisher_count, f"a publisher of {topic}")
+        return messages
+
+    def more(self, messages: list[Any], count: int, timeout: float | None = None) -> list[Any]:
+        """Wait for ``count`` further messages in a list of :meth:`collect` and return them."""
+        start = len(messages)
+        self.wait(lambda: len(messages) >= start + count, f"{count} more messages", timeout)
+        return messages[start : start + count]
+
+    def publisher(self, kind: type, topic: str, subscribers: int = 1) -> Publisher:
+        """Return a publisher on ``topic`` once it has that many subscribers."""
+        publisher = self.node.create_publisher(kind, topic, QUEUE_DEPTH)
+        self.wait(
+            lambda: publisher.get_subscription_count() >= subscribers, f"a subscriber of {topic}"
+        )
+        return publisher
+
+    # Services and parameters
+
+    def call(self, kind: Any, service: str, /, **fields: object) -> Any:
+        """Call a service and return its response; repeated if the answer is lost."""
+        if (kind, service) not in self._clients:
+            self._clients[kind, service] = self.node.create_client(kind, service)
+        client = self._clients[kind, service]
+        self.wait(client.service_is_ready, f"the service {service}")
+        request = kind.Request(**fields)
+        return self.result(lambda: client.call_async(request), f"an answer of {service}")
+
+    def parameter_client(self, node: str) -> AsyncParameterClient:
+        """Return a client of the parameter services of ``node`` once they are there."""
+        if node not in self._parameter_clients:
+            self._parameter_clients[node] = AsyncParameterClient(self.node, node)
+        client = self._parameter_clients[node]
+        self.wait(client.services_are_ready, f"the parameter services of {node}")
+        return client
+
+    def get_parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
+        """Return the values of a node's parameters by name; None for one it does not have."""
+        client = self.parameter_client(node)
+        values = self.result(
+            lambda: client.get_parameters(list(names)), f"the parameters of {node}"
+        ).values
+        return {
+            name: parameter_value_to_python(value)
+            for name, value in zip(names, values, strict=True)
+        }
+
+    def set_parameters(self, node: str, values: Mapping[str, object]) -> None:
+        """Set parameters of a node as one change.
+
+        Raises :class:`RefusedError` with the node's reason; nothing has changed then.
+        """
+        client = self.parameter_client(node)
+        parameters = [
+            Parameter(name, value=list(value) if isinstance(value, tuple) else value)
+            for name, value in values.items()
+        ]
+        result = self.result(
+            lambda: client.set_parameters_atomically(parameters), f"{node} to take parameters"
+        ).result
+        if not result.successful:
+            raise RefusedError(result.reason)
+
+    # Diagnostics
+
+    @property
+    def diagnostics(self) -> dict[str, Diagnostic]:
+        """What has come on ``/diagnostics`` since this was first asked for, by full node name."""
+        if self._diagnostics is None:
+            self._diagnostics = {}
+            self.subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
+        return self._diagnostics
+
+    def diagnostic(self, node: str, fresh: bool = False) -> Diagnostic:
+        """Return the last diagnostic of ``node``; wait for the first, or with ``fresh`` the next.
+
+        Nodes publish one a second.
+        """
+        name = self.node.resolve_topic_name(node)
+        if fresh:
+            self.diagnostics.pop(name, None)
+        self.wait(lambda: name in self.diagnostics, f"a diagnostic of {name}")
+        return self.diagnostics[name]
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}
-            name = status.name.lstrip("/")
-            self.diagnostics[name] = {"message": status.message, **values}
-
-    @property
-    def setpoint_listeners(self) -> int:
-        """Number of nodes that take set-points."""
-        return int(self._setpoint.get_subscription_count())
-
-    def send_setpoint(self, position: float) -> None:
-        """Publish a set-point (m)."""
-        self._setpoint.publish(Float64(data=float(position)))
-
-    def client(self, kind: type, service: str) -> Any:
-        """Return the client of a service."""
-        if (kind, service) not in self._clients:
-            self._clients[kind, service] = self.node.create_client(kind, service)
-        return self._clients[kind, service]
-
-    def parameter_client(self, node: str) -> AsyncParameterClient:
-        """Return a client of the parameter services of ``node``."""
-        if node not in self._parameter_clients:
-            self._parameter_clients[node] = AsyncParameterClient(self.node, node)
-        return self._parameter_clients[node]
-
-
-def ros_parameters(values: Mapping[str, object]) -> list[Parameter]:
-    """Return values by name in ROS's form."""
-    return [
-        Parameter(name, value=list(value) if isinstance(value, tuple) else value)
-        for name, value in values.items()
-    ]
-
-
-def python_values(values: list[Any]) -> list[object]:
-    """Return parameter values from ROS's form."""
-    return [parameter_value_to_python(value) for value in values]
+            self.diagnostics[status.name] = Diagnostic(status.level, status.message, values)
 
 
 @contextmanager
@@ -173,32 +283,3 @@ def _patched(environment: Mapping[str, str]) -> Iterator[None]:
                     del os.environ[name]
                 else:
                     os.environ[name] = value
-
-
-def _make_executor(context: Context) -> Executor:
-    """Return the executor that keeps up with 1 kHz on a small machine, where there is one."""
-    try:
-        from rclpy.experimental import EventsExecutor  # noqa: PLC0415  absent before jazzy
-
-        return EventsExecutor(context=context)
-    except (ImportError, UnsupportedOperation):
-        # It wants the file descriptor of stderr, which pytest with --capture=sys has hidden.
-        return SingleThreadedExecutor(context=context)
-
-
-def _ignore(_message: bytes) -> None:
-    """Take a message for nothing."""
-
-
-def _taker(put: Callable[[Stamped], None]) -> Callable[..., None]:
-    def take(message: Any, info: Info) -> None:
-        stamp = stamp_nanoseconds(message.header.stamp)
-        put(Stamped(info["source_timestamp"], stamp, _content(message)))
-
-    return with_info(take)
-
-
-def _content(message: Any) -> tuple[float, ...]:
-    if isinstance(message, FluidPressure):
-        return (message.fluid_pressure,)
-    return (message.position[0], message.velocity[0], message.effort[0])

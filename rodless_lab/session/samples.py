@@ -89,7 +89,7 @@ class Unstamped(NamedTuple):
 
 
 @dataclass
-class Recording:
+class Received:
     """Everything that has come so far.
 
     Each run of the plant is complete from its sample 0 on: the plant waits for its recorders.
@@ -182,18 +182,18 @@ def _latest(messages: list[Unstamped], sent: npt.NDArray[np.int64], end: float) 
 class Cursor:
     """Reads the complete samples of all runs, each once, in order."""
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, received: Received) -> None:
         """Begin with the newest sample there is, or the first to come."""
-        self._recording = recording
-        self._run = max(recording.runs - 1, 0)
-        self._index = max(recording.complete(self._run) - 1, 0)
+        self._received = received
+        self._run = max(received.runs - 1, 0)
+        self._index = max(received.complete(self._run) - 1, 0)
 
     def next(self) -> tuple[int, Sample] | None:
         """Return when the next sample was sent (ns, wall clock) and the sample, if it is there."""
         run, index = self._run, self._index
-        if index >= self._recording.complete(run):
-            if not self._recording.complete(run + 1):
+        if index >= self._received.complete(run):
+            if not self._received.complete(run + 1):
                 return None
             run, index = run + 1, 0
         self._run, self._index = run, index + 1
-        return self._recording.sent(run, index), self._recording.sample(run, index)
+        return self._received.sent(run, index), self._received.sample(run, index)

@@ -18,11 +18,8 @@ from rodless_base.ros.topics import VALVE_VOLTAGE
 from rodless_lab.session.commands import Alteration, Law, OwnCommands, RelayedCommands
 from rodless_lab.session.domain import own_domain
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
-from rodless_lab.session.observer import (
-    Observer,
-    python_values,
-    ros_parameters,
-)
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.receiver import Receiver
 from rodless_lab.session.samples import Cursor, Sample, Samples
 from rodless_lab.session.session_processes import WANTED_VOLTAGE, ProcessPlan, SessionProcesses
 
@@ -121,8 +118,13 @@ class RigSession:
     def __enter__(self) -> "RigSession":
         with ExitStack() as stack:
             self._start(stack)
-            self._node = Observer(self._environment)
-            stack.callback(self._node.close)
+            self._observer = Observer(
+                self._environment, timeout=self._timeout, check=self._between_spins
+            )
+            stack.callback(self._observer.close)
+            self._receiver = Receiver(self._observer)
+            self._received = self._receiver.received
+            self._answering = False
             self._join()
             self._stack = stack.pop_all()
         return self
@@ -160,52 +162,52 @@ class RigSession:
         self._running = False
 
     def _join(self) -> None:
-        self._recording = self._node.recording
+        self._setpoint = self._observer.publisher(Float64, "setpoint", subscribers=0)
         self._own: OwnCommands | None = None
         self._command_listeners: Callable[[], int] = lambda: 0
         self._relayed: RelayedCommands | None = None
         if not self._has_controller or self._relay:
             self._make_commander()
         if not self._has_controller:
-            self._node.stand_in_for_a_controller()
+            self._receiver.stand_in_for_a_controller()
         if self._paused:
             self.pause()
         self._listen()
         self._wait(self._all_listen, "plant and controller to listen")
-        self._wait(lambda: self._recording.runs, "sample 0")
+        self._wait(lambda: self._received.runs, "sample 0")
 
     def _listen(self) -> None:
         topic = WANTED_VOLTAGE if self._relay else VALVE_VOLTAGE
         if self._has_controller and not self._has_pid:
             # The plant starts once it is heard. A controller of which that depends on nothing
             # should by then know the plant, or its first answer is lost.
-            self._heard = self._node.listen_to_answers(topic)
+            self._heard = self._receiver.listen_to_answers(topic)
             self._wait(self._heard, "a publisher of valve/voltage")
-            plant_is_heard = self._node.listen_to_the_rest(self._telemetry)
+            plant_is_heard = self._receiver.listen_to_the_rest(self._telemetry)
         else:
             # The PID starts once its commands are heard: they must be the last thing to be.
-            plant_is_heard = self._node.listen_to_the_rest(self._telemetry)
-            self._heard = self._node.listen_to_answers(topic)
+            plant_is_heard = self._receiver.listen_to_the_rest(self._telemetry)
+            self._heard = self._receiver.listen_to_answers(topic)
         self._wait(plant_is_heard, "the plant to appear")
         self._wait(self._heard, "a publisher of valve/voltage")
 
     def _make_commander(self) -> None:
-        commander = self._node.commander()
+        commander = self._observer.publisher(Float64, VALVE_VOLTAGE, subscribers=0)
         self._command_listeners = commander.get_subscription_count
 
         def send(voltage: float) -> None:
             commander.publish(Float64(data=voltage))
 
         if self._relay:
-            self._relayed = RelayedCommands(self._recording, send, self._mode == "lockstep")
+            self._relayed = RelayedCommands(self._received, send, self._mode == "lockstep")
         else:
-            self._own = OwnCommands(self._recording, send)
+            self._own = OwnCommands(self._received, send)
 
     def _all_listen(self) -> bool:
         # The plant and this node's own recording, where the test sends.
         listeners = 2 if self._relay or not self._has_controller else 0
         return self._command_listeners() >= listeners and (
-            not self._has_pid or self._node.setpoint_listeners > 0
+            not self._has_pid or self._setpoint.get_subscription_count() > 0
         )
 
     @property
@@ -235,7 +237,7 @@ class RigSession:
     ) -> Found:
         """Let the rig run until ``condition()`` is true, and return what it returned.
 
-        ``what`` completes "waited in vain for …". Raises WaitTimeoutError after ``timeout`` s of
+        ``what`` completes the error "timed out … waiting for …". Raises WaitTimeoutError after ``timeout`` s of
         wall clock (default: the session's).
         """
         return self._wait(condition, what, timeout, running=True)
@@ -247,18 +249,27 @@ class RigSession:
         timeout: float | None = None,
         running: bool = False,
     ) -> Found:
-        limit = self._timeout if timeout is None else timeout
-        deadline = time.monotonic() + limit
-        while not (found := condition()):
-            self._processes.check()
-            if time.monotonic() > deadline:
-                text = f"waited {limit:g} s in vain for {what}"
-                raise WaitTimeoutError(self._processes.with_outputs(text))
-            # In lock-step a plant that the test answers stands still whenever the test looks.
-            if running or self._mode == "realtime":
-                self._answer()
-            self._node.spin()
-        return found
+        with self._waiting(running):
+            return self._observer.wait(condition, what, timeout)
+
+    def _between_spins(self) -> None:
+        self._processes.check()
+        if self._answering:
+            self._answer()
+
+    @contextmanager
+    def _waiting(self, running: bool = False) -> Iterator[None]:
+        """Send the commands that are due meanwhile; show what nodes have printed if it times out.
+
+        In lock-step a plant that the test answers stands still except while it is to run.
+        """
+        before, self._answering = self._answering, running or self._mode == "realtime"
+        try:
+            yield
+        except WaitTimeoutError as error:
+            raise WaitTimeoutError(self._processes.with_outputs(str(error))) from error
+        finally:
+            self._answering = before
 
     def _answer(self) -> None:
         for commands in (self._own, self._relayed):
@@ -270,8 +281,8 @@ class RigSession:
     @property
     def latest(self) -> Sample:
         """The newest sample that has come."""
-        run = self._recording.runs - 1
-        return self._recording.sample(run, self._recording.complete(run) - 1)
+        run = self._received.runs - 1
+        return self._received.sample(run, self._received.complete(run) - 1)
 
     def run_until(
         self,
@@ -295,7 +306,7 @@ class RigSession:
     def _run_until(
         self, condition: Callable[[int, Sample], object], what: str, timeout: float | None = None
     ) -> Sample:
-        samples = Cursor(self._recording)
+        samples = Cursor(self._received)
 
         def found() -> Sample | None:
             while (next_sample := samples.next()) is not None:
@@ -322,10 +333,10 @@ class RigSession:
             raise HarnessError("run: this session has no duration")
         self.run_until(self._duration, timeout=timeout)
         if self._mode == "lockstep" and self._has_controller and not self._relay:
-            answers, last = self._recording.answers, self._recording.last_sent
+            answers, last = self._received.answers, self._received.last_sent
             self._wait(lambda: answers and answers[-1].sent > last, "the answer to the last sample")
             if self._telemetry:
-                terms = self._recording.terms.values()
+                terms = self._received.terms.values()
                 self._wait(
                     lambda: all(term and term[-1].sent > answers[-1].sent for term in terms),
                     "the telemetry of the last sample",
@@ -337,7 +348,7 @@ class RigSession:
 
         Raises LostSampleError if samples were lost and IndexError for a run that there is not.
         """
-        return self._recording.samples(range(self._recording.runs)[run])
+        return self._received.samples(range(self._received.runs)[run])
 
     def pause(self) -> None:
         """Stop plant time; a lock-step plant keeps the next answer back."""
@@ -370,17 +381,17 @@ class RigSession:
 
     def reset(self) -> Sample:
         """Return the plant to its start, where a new run begins; return its sample 0."""
-        runs = self._recording.runs
+        runs = self._received.runs
         self._ask(Trigger, "plant/reset")
-        self._wait(lambda: self._recording.runs > runs, "sample 0 after a reset", running=True)
-        return self._recording.sample(runs, 0)
+        self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
+        return self._received.sample(runs, 0)
 
     # Commands and set-points
 
     def setpoint(self, position: float) -> None:
         """Send a set-point (m)."""
-        self._wait(lambda: self._node.setpoint_listeners, "a listener to set-points")
-        self._node.send_setpoint(position)
+        self._wait(self._setpoint.get_subscription_count, "a listener to set-points")
+        self._setpoint.publish(Float64(data=float(position)))
 
     def send_voltage(self, voltage: float) -> None:
         """Send one command (V), NaN included; raises HarnessError where a controller does so."""
@@ -437,25 +448,18 @@ class RigSession:
 
         Raises RefusedError with the node's reason, and then nothing has changed.
         """
-        client = self._node.parameter_client(node)
-        self._wait(client.services_are_ready, f"the parameter services of {node}")
-        future = client.set_parameters_atomically(ros_parameters(values))
-        self._wait(future.done, f"{node} to take parameters")
-        result = future.result().result
-        if not result.successful:
-            raise RefusedError(result.reason)
+        with self._waiting():
+            self._observer.set_parameters(node, values)
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
         """Return the values of a node's parameters."""
-        client = self._node.parameter_client(node)
-        self._wait(client.services_are_ready, f"the parameter services of {node}")
-        future = client.get_parameters(list(names))
-        self._wait(future.done, f"{node} to tell parameters")
-        return dict(zip(names, python_values(future.result().values), strict=True))
+        with self._waiting():
+            return self._observer.get_parameters(node, names)
 
     def diagnostics(self, node: str) -> dict[str, str]:
         """Return what a node last said on ``/diagnostics``: its ``message`` and its counters."""
-        return dict(self._node.diagnostics.get(node, {}))
+        found = self._observer.diagnostics.get(f"/{node}")
+        return {} if found is None else {"message": found.message, **found.values}
 
     def counter(self, node: str, name: str) -> float:
         """Return a counter of :meth:`diagnostics`, NaN before the node has said it."""
@@ -482,13 +486,13 @@ class RigSession:
             managed.start()
             self._wait(self._heard, "the new controller")
             return
-        runs, began = self._recording.runs, time.time_ns()
+        runs, began = self._received.runs, time.time_ns()
         managed.start()
         if process == "controller":
-            answers = self._recording.answers
+            answers = self._received.answers
             self._wait(lambda: answers and answers[-1].sent > began, "the new controller")
         else:
-            self._wait(lambda: self._recording.runs > runs, f"sample 0 of the new {process}")
+            self._wait(lambda: self._received.runs > runs, f"sample 0 of the new {process}")
 
     def freeze(self, process: str) -> None:
         """Hold a process where it is, as a machine does that has no time for it."""
@@ -506,11 +510,8 @@ class RigSession:
             raise RefusedError(f"{service}: {response.message}")
 
     def _call(self, kind: Any, service: str, **fields: object) -> Any:
-        client = self._node.client(kind, service)
-        self._wait(client.service_is_ready, f"the service {service}")
-        future = client.call_async(kind.Request(**fields))
-        self._wait(future.done, f"an answer of {service}")
-        return future.result()
+        with self._waiting():
+            return self._observer.call(kind, service, **fields)
 
 
 def _as_law(law: Law | float | None) -> Law | None:

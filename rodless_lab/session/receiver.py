@@ -1,0 +1,77 @@
+"""Listens to a rig for a session, in the order that its nodes need to start together."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.subscription import Subscription
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import FluidPressure, JointState
+from std_msgs.msg import Float64
+
+from rodless_base.ros.message_info import Info
+from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.samples import TERMS, Received, Stamped, Unstamped
+
+
+class Receiver:
+    """What an observer has received of plant and controller."""
+
+    def __init__(self, observer: Observer) -> None:
+        """Listen to nothing yet."""
+        self._observer = observer
+        self.received = Received()
+
+    def listen_to_answers(self, topic: str) -> Callable[[], bool]:
+        """Take what the controller publishes on ``topic``; return whether it is matched."""
+        answers = self._listen_to(topic, self.received.answers)
+        if topic == VALVE_VOLTAGE:
+            self.received.voltage = self.received.answers
+        else:
+            self._listen_to(VALVE_VOLTAGE, self.received.voltage)
+        return lambda: bool(answers.get_publisher_count())
+
+    def listen_to_the_rest(self, telemetry: bool) -> Callable[[], bool]:
+        """Take plant and telemetry; return whether all of it is matched.
+
+        The order matters: nodes learn of subscriptions in the order they are made in, and the
+        plant starts with the last of its own.
+        """
+        terms = TERMS if telemetry else ()
+        heard = [self._listen_to(f"controller/{t}", self.received.terms[t]) for t in terms]
+        _ = self._observer.diagnostics  # subscribes
+        for topic, frame in zip(
+            self.received.pressures, ("chamber_a", "chamber_b", "supply"), strict=True
+        ):
+            heard.append(self._take(FluidPressure, f"{frame}/pressure", topic.put))
+        # The plant also waits for a listener to /clock.
+        self._observer.subscribe(Clock, "/clock", _ignore, raw=True)
+        heard.append(self._take(JointState, JOINT_STATES, self.received.joint.put))
+        return lambda: all(subscription.get_publisher_count() for subscription in heard)
+
+    def stand_in_for_a_controller(self) -> None:
+        """Be the further subscriber of ``joint_states`` that the plant waits for."""
+        self._observer.subscribe(JointState, JOINT_STATES, _ignore, raw=True)
+
+    def _listen_to(self, topic: str, messages: list[Unstamped]) -> Subscription:
+        def take(message: Float64, info: Info) -> None:
+            messages.append(Unstamped(info["source_timestamp"], message.data))
+
+        return self._observer.subscribe(Float64, topic, take, info=True)
+
+    def _take(self, kind: type, topic: str, put: Callable[[Stamped], None]) -> Subscription:
+        def take(message: Any, info: Info) -> None:
+            stamp = stamp_nanoseconds(message.header.stamp)
+            put(Stamped(info["source_timestamp"], stamp, _content(message)))
+
+        return self._observer.subscribe(kind, topic, take, info=True)
+
+
+def _ignore(_message: bytes) -> None:
+    """Take a message for nothing."""
+
+
+def _content(message: Any) -> tuple[float, ...]:
+    if isinstance(message, FluidPressure):
+        return (message.fluid_pressure,)
+    return (message.position[0], message.velocity[0], message.effort[0])
