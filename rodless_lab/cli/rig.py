@@ -48,11 +48,29 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         one_process=options.one_process,
         without_controller=options.without_controller,
     ) as rig:
-        while not stop.requested:
-            try:
-                rig.check()
-            except RuntimeError as error:
-                print(error)
-                return 1
-            time.sleep(WATCH_SECONDS)
+        try:
+            _watch(rig, options, stop)
+        except RuntimeError as error:
+            print(error)
+            return 1
     return 0
+
+
+def _watch(rig: RigProcesses, options: argparse.Namespace, stop: Stop) -> None:
+    """Say when the nodes are ready, and wait for ``stop``; raises RuntimeError if one ends."""
+    # Here, so that help is quick and works without ROS.
+    from rodless_lab.session.readiness import say_when_ready  # noqa: PLC0415
+
+    def ended() -> bool:
+        rig.check()
+        return stop.requested
+
+    say_when_ready(
+        f"preset {options.preset}",
+        options.namespace,
+        not options.without_controller,
+        ended,
+        lambda line: print(line, flush=True),
+    )
+    while not ended():
+        time.sleep(WATCH_SECONDS)
