@@ -1,179 +1,91 @@
-"""`rodless demo`: both nodes over DDS move the carriage 0 -> 58 mm; a bag, a table, a picture."""
+"""The demo: plant and controller over DDS in lock-step, one step, its bag, numbers and picture.
 
-import argparse
+In lock-step the numbers are the same on every machine, however busy it is.
+"""
+
 import json
-import os
 import shutil
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import rclpy
-from rclpy.executors import Executor
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
+import numpy as np
 
-from rodless_base.parameter_file import preset_names
-from rodless_base.ros.process import leave_ros, make_executor
-from rodless_base.ros.topics import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.constants import SUPPLY_PRESSURE
+from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_base.start import Stop
 from rodless_lab.bags.reader import Bag, read_bag
-from rodless_lab.bags.ros.recorder import Recorder
-from rodless_lab.bags.writer import BagWriter
 from rodless_lab.figures.step import save_step_picture
-from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
-from rodless_lab.session.domain import own_domain
-from rodless_lab.session.processes import RigProcesses
+from rodless_lab.runs.step_metrics import StepMetrics, step_metrics
+from rodless_lab.session.errors import InterruptedRunError
+from rodless_lab.session.session import RigSession
 
-TARGET = 0.058
-SUPPLY_PRESSURE = 0.52e6 + 101325.0
-TOPICS = (
-    JOINT_STATES,
-    "chamber_a/pressure",
-    "chamber_b/pressure",
-    "supply/pressure",
-    VALVE_VOLTAGE,
-    "setpoint",
-)
+TARGET = 0.058  # m
 
-# Plant time recorded before the step and after it, in s.
+# Plant time in s: of one sample, at rest before the step, and of the whole run.
+PERIOD = 1e-3
 LEAD = 0.5
-RUN = 5.5
+DURATION = 6.0
 
-# Longest wait, in wall-clock s, for the nodes to appear (the first start compiles them) and for
-# the run itself on a machine that cannot keep up.
-START_TIMEOUT = 120.0
-RUN_TIMEOUT = 120.0
+REFERENCE = "controller/reference"
 
-
-class InterruptedRunError(Exception):
-    """The user has asked to stop."""
+# How often the progress is shown, in wall-clock s.
+PROGRESS_PERIOD = 0.1
 
 
-def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 if the carriage ends within 0.2 mm of the target."""
-    parser = argparse.ArgumentParser(prog="rodless demo", description=__doc__)
-    parser.add_argument("--preset", default="paper", choices=preset_names())
-    parser.add_argument("--output", type=Path, default=Path("results/demo"), help="folder")
-    options = parser.parse_args(arguments)
-    bag = options.output / "bag"
-    shutil.rmtree(bag, ignore_errors=True)
-    stop.from_now_on_wait()
-    try:
-        drive(options.preset, bag, stop)
-    except InterruptedRunError:
-        print(f"\ninterrupted; what was recorded is in {bag}")
-        return 0
-    except (RuntimeError, TimeoutError) as error:
-        print(f"\n{error}", file=sys.stderr)
-        return 1
-    return report(options.preset, read_bag(bag), options.output)
+class Progress:
+    """Called all the while: shows how far the run is, and ends it when asked to stop."""
 
-
-def drive(preset: str, bag: Path, stop: Stop) -> None:
-    """Start the nodes in a domain of their own, make the move, record it into ``bag``."""
-    with own_domain() as environment:
-        os.environ.update(environment)
-        print("starting plant and controller (the first start compiles them)", flush=True)
-        with RigProcesses(
-            preset, plant={"supply.pressure": SUPPLY_PRESSURE}, environment=environment
-        ) as rig:
-            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-            try:
-                with BagWriter(bag) as writer:
-                    Move(writer, rig, stop).make()
-            finally:
-                leave_ros()
-
-
-class Move:
-    """One recorded move, seen from a node of its own."""
-
-    def __init__(self, writer: BagWriter, rig: RigProcesses, stop: Stop) -> None:
-        """Make the node and its executor."""
-        self._rig = rig
+    def __init__(self, stop: Stop, show: Callable[[float, float], None]) -> None:
+        """``show`` is given the share of the run, from 0 to 1, and the carriage's position (m)."""
         self._stop = stop
-        self._node: Node = rclpy.create_node("demo")
-        self._setpoint = self._node.create_publisher(Float64, "setpoint", 10)
-        self._node.create_subscription(JointState, JOINT_STATES, self._take, QUEUE_DEPTH)
-        self._writer = writer
-        self._executor: Executor = make_executor()
-        self._executor.add_node(self._node)
-        self._time = 0.0
-        self._position = 0.0
+        self._show = show
+        self._due = 0.0
+        self.rig: RigSession | None = None
 
-    def make(self) -> None:
-        """Wait for everybody, step, follow the carriage to the end of the run."""
-        try:
-            # The recorder comes after the plant: it takes its times from the plant's clock.
-            self._wait(lambda: self._time > 0.0, START_TIMEOUT, "the plant did not start")
-            recorder = Recorder(self._writer, TOPICS)
-            self._executor.add_node(recorder.node)
-            try:
-                self._step(recorder)
-            finally:
-                self._executor.remove_node(recorder.node)
-                recorder.close()
-        finally:
-            self._executor.remove_node(self._node)
-            self._node.destroy_node()
-
-    def _step(self, recorder: Recorder) -> None:
-        def everybody_listens() -> bool:
-            listeners = 2  # the controller and the recorder
-            return recorder.ready and self._setpoint.get_subscription_count() == listeners
-
-        self._wait(everybody_listens, START_TIMEOUT, "the controller did not start")
-        start = self._time
-        self._wait(lambda: self._time > start + LEAD, RUN_TIMEOUT, "the plant stands still")
-        print(f"moving to {TARGET * 1e3:g} mm", flush=True)
-        self._setpoint.publish(Float64(data=TARGET))
-        end = self._time + RUN
-        self._wait(
-            lambda: self._time > end,
-            RUN_TIMEOUT,
-            "the plant stands still",
-            lambda: show_progress(1.0 - (end - self._time) / RUN, self._position),
-        )
-        show_progress(1.0, self._position)
-
-    def _take(self, message: JointState) -> None:
-        self._time = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
-        self._position = message.position[0]
-
-    def _wait(
-        self,
-        done: Callable[[], bool],
-        timeout: float,
-        complaint: str,
-        show: Callable[[], None] = lambda: None,
-    ) -> None:
-        """Run callbacks until ``done``; raises TimeoutError with ``complaint``."""
-        end = time.monotonic() + timeout
-        shown = 0.0
-        while not done():
-            self._executor.spin_once(timeout_sec=0.1)
-            if self._stop.requested:
-                raise InterruptedRunError
-            now = time.monotonic()
-            if now > end:
-                raise TimeoutError(complaint)
-            if now > shown + 0.1:
-                self._rig.check()
-                show()
-                shown = now
+    def __call__(self) -> None:
+        """Raise InterruptedRunError once the user has asked to stop."""
+        if self._stop.requested:
+            raise InterruptedRunError
+        if self.rig is not None and time.monotonic() > self._due:
+            self._due = time.monotonic() + PROGRESS_PERIOD
+            sample = self.rig.latest
+            self._show(min(sample.time / DURATION, 0.999), sample.position)
 
 
-def show_progress(share: float, position: float) -> None:
-    """Show how far the run is: on a terminal a line that is written over, elsewhere nothing."""
-    if sys.stdout.isatty():
-        bar = "#" * round(30 * share)
-        end = "\n" if share == 1.0 else ""
-        print(f"\r[{bar:30}] carriage at {position * 1e3:7.3f} mm", end=end, flush=True)
+def move(
+    preset: str,
+    bag: Path,
+    stop: Stop,
+    on_move: Callable[[], None],
+    show: Callable[[float, float], None],
+) -> None:
+    """Run the rig from rest at 0 to ``TARGET`` and record it into ``bag``, written anew.
+
+    ``on_move`` is called when the set-point is sent; for ``show`` see :class:`Progress`. Raises
+    InterruptedRunError where ``stop`` is requested, and HarnessError where a node fails.
+    """
+    shutil.rmtree(bag, ignore_errors=True)
+    progress = Progress(stop, show)
+    with RigSession(
+        "lockstep",
+        preset=preset,
+        plant={"supply.pressure": SUPPLY_PRESSURE, "time.period": PERIOD},
+        duration=DURATION,
+        paused=True,
+        check=progress,
+        bag=bag,
+        bag_topics=[REFERENCE],
+    ) as rig:
+        progress.rig = rig
+        # Step by step, so that the set-point always comes at the same sample.
+        rig.step(round(LEAD / PERIOD))
+        on_move()
+        rig.setpoint(TARGET)
+        rig.resume()
+        run = rig.run()
+        show(1.0, float(run.position[-1]))
 
 
 @dataclass(frozen=True)
@@ -181,7 +93,7 @@ class Outcome:
     """What the bag says of the run."""
 
     metrics: StepMetrics
-    supply_pressure: float
+    supply_pressure: float  # Pa, absolute
 
 
 def measure(bag: Bag) -> Outcome:
@@ -193,43 +105,49 @@ def measure(bag: Bag) -> Outcome:
         bag[f"/{VALVE_VOLTAGE}"].fields["data"],
         start=0.0,
         target=TARGET,
-        at=bag["/setpoint"].time[0],
+        at=step_time(bag),
     )
     return Outcome(metrics, float(bag["/supply/pressure"].fields["fluid_pressure"][-1]))
 
 
-def report(preset: str, bag: Bag, folder: Path) -> int:
-    """Print and write what ``bag`` holds; return the exit code."""
+def step_time(bag: Bag) -> float:
+    """Return the stamp (s) of the first sample that the controller answered with the new target.
+
+    That is when the step begins for the controller; the message with the set-point was sent
+    before. The controller publishes one reference per sample, from sample 0 on. Raises
+    RuntimeError where the target or a reference before it is missing.
+    """
+    stamps = bag[f"/{JOINT_STATES}"].stamp
+    reference = bag[f"/{REFERENCE}"]
+    (answered,) = np.nonzero(reference.fields["data"] == TARGET)
+    if not len(answered):
+        raise RuntimeError("the controller has not taken the set-point")
+    first = int(answered[0])
+    # The plant may have begun its next sample before the reference of this one was sent.
+    if not 0 <= round((reference.time[first] - stamps[first]) / PERIOD) <= 1:
+        raise RuntimeError(f"{REFERENCE} is incomplete: it cannot be told when the step began")
+    return float(stamps[first])
+
+
+def write_results(preset: str, path: Path, folder: Path) -> Outcome:
+    """Measure the bag at ``path``; write metrics.json and step.png into ``folder``."""
+    bag = read_bag(path)
     outcome = measure(bag)
-    metrics = outcome.metrics
-    gauge = outcome.supply_pressure - 101325.0
-    print(f"{'preset':28}{preset:>12}")
-    for label, value, unit in (
-        ("rise time 10-90 %", metrics.rise_time, "s"),
-        ("settling time to ±0.2 mm", metrics.settling_time, "s"),
-        ("overshoot", metrics.overshoot * 1e3, "mm"),
-        ("final error", metrics.final_error * 1e3, "mm"),
-        ("peak valve voltage", metrics.peak_voltage, "V"),
-        ("supply pressure, gauge", gauge * 1e-6, "MPa"),
-    ):
-        print(f"{label:28}{value:12.3f} {unit}")
     folder.mkdir(parents=True, exist_ok=True)
-    values = {**vars(metrics), "supply_pressure": outcome.supply_pressure, "preset": preset}
+    values = {
+        **vars(outcome.metrics),
+        "supply_pressure": outcome.supply_pressure,
+        "preset": preset,
+    }
     (folder / "metrics.json").write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
     draw(preset, bag, folder / "step.png")
-    print(f"bag, metrics.json and step.png are in {folder}")
-    if abs(metrics.final_error) > SETTLING_BAND:
-        print("the final error exceeds 0.2 mm", file=sys.stderr)
-        return 1
-    return 0
+    return outcome
 
 
 def draw(preset: str, bag: Bag, path: Path) -> None:
     """Draw position, pressures and voltage of the run."""
-    joint, command, setpoint = (
-        bag[f"/{topic}"] for topic in (JOINT_STATES, VALVE_VOLTAGE, "setpoint")
-    )
-    at = setpoint.time[0]
+    joint, command = (bag[f"/{topic}"] for topic in (JOINT_STATES, VALVE_VOLTAGE))
+    at = step_time(bag)
     save_step_picture(
         path,
         f"0 to 58 mm over ROS topics, preset {preset}",

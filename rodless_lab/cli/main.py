@@ -9,7 +9,10 @@ from rodless_base.start import NO_ROS, Stop
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
 VERBS = {
-    "demo": ("rodless_lab.demo", "move the carriage over ROS, record a bag, measure and draw it"),
+    "demo": (
+        "rodless_lab.cli.demo",
+        "move the carriage over ROS, record a bag, measure and draw it",
+    ),
     "rig": (
         "rodless_lab.cli.rig",
         "run plant and controller until Ctrl-C, without ros2 launch",
@@ -27,7 +30,7 @@ VERBS = {
     "identify": ("rodless_lab.cli.identify", "find parameters of a rig from a recorded run"),
     "compare": ("rodless_lab.cli.compare", "overlay two runs and report their differences"),
     "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
-    "bench": ("rodless_lab.benchmark", "time the kernels and the nodes on this machine"),
+    "bench": ("rodless_lab.cli.bench", "time the kernels and the nodes on this machine"),
     "docs": ("rodless_lab.cli.docs", "write the generated pages and pictures of the docs"),
 }
 

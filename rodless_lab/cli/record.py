@@ -6,20 +6,16 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from rclpy.exceptions import InvalidTopicNameException
-from rclpy.utilities import remove_ros_args
-from rclpy.validate_topic_name import validate_topic_name
-
-from rodless_base.ros.process import run_node
+from rodless_base.ros.process import without_ros_arguments
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
-from rodless_lab.bags.ros.recorder import Recorder
+from rodless_lab.bags.ros.record import check_topic_name, record
 from rodless_lab.bags.writer import BagWriter
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Record until ``stop``; return 2 for a bag that cannot be begun, 1 for one not whole."""
-    options = _parser().parse_args(remove_ros_args(["record", *arguments])[1:])
+    options = _parser().parse_args(without_ros_arguments(arguments))
     # From here on there is a bag to close, whenever the request to stop comes.
     stop.from_now_on_wait()
     try:
@@ -27,11 +23,20 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except BagError as error:
         print(error, file=sys.stderr)
         return 2
-    try:
-        return record(writer, options.topics, options.wall_time, stop)
-    except BagError as error:
-        print(error, file=sys.stderr)
+    result = record(writer, options.topics, options.wall_time, stop, _tell_topics)
+    print(f"{sum(writer.counts.values())} messages in {writer.path}")
+    for topic in result.missing:
+        print(f"{topic}: nobody published it", file=sys.stderr)
+    for topic, count in result.lost.items():
+        print(f"{topic}: {count} messages lost on the way", file=sys.stderr)
+    if writer.failure is not None:
+        print(writer.failure, file=sys.stderr)
         return 1
+    return result.exit_code
+
+
+def _tell_topics(new: list[str]) -> None:
+    print(f"recording {', '.join(new)}", flush=True)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -58,43 +63,6 @@ def _parser() -> argparse.ArgumentParser:
 
 def _topic_name(text: str) -> str:
     try:
-        validate_topic_name(text)
-    except InvalidTopicNameException as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is no topic name: {error}") from error
-    return text
-
-
-def record(writer: BagWriter, topics: Sequence[str], wall_time: bool, stop: Stop) -> int:
-    """Record ``topics`` with ``writer`` and close it; raises :class:`BagError`."""
-
-    def end() -> None:
-        stop.requested = True
-
-    recorders: list[Recorder] = []
-
-    def make() -> Recorder:
-        recorder = Recorder(
-            writer,
-            topics,
-            wall_time=wall_time,
-            on_topics=lambda new: print(f"recording {', '.join(new)}", flush=True),
-            on_failure=end,
-        )
-        recorders.append(recorder)
-        return recorder
-
-    with writer:
-        code = run_node(make, stop)
-    for recorder in recorders:
-        _report(writer, recorder)
-    if writer.failure is not None:
-        raise writer.failure
-    return code
-
-
-def _report(writer: BagWriter, recorder: Recorder) -> None:
-    print(f"{sum(writer.counts.values())} messages in {writer.path}")
-    for topic in recorder.missing:
-        print(f"{topic}: nobody published it", file=sys.stderr)
-    for topic, count in recorder.lost.items():
-        print(f"{topic}: {count} messages lost on the way", file=sys.stderr)
+        return check_topic_name(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error

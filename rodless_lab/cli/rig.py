@@ -7,15 +7,45 @@ from pathlib import Path
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.session.processes import RigProcesses
+from rodless_lab.session.errors import NodeDiedError
+from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
 from rodless_sim.instruments.instruments import DATA_SHEET
 
-# How soon the death of a node is seen.
-WATCH_SECONDS = 0.2
+# How often the processes are polled, in wall-clock s.
+POLL_SECONDS = 0.2
+
+# What Ctrl-C promises, in wall-clock s; after it a process is killed.
+STOP_TIMEOUT = 2.0
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Run the nodes; return 1 if one ends by itself."""
+    plan = _plan(arguments)
+    stop.from_now_on_wait()
+    try:
+        with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
+            _watch(processes, plan, stop)
+    except NodeDiedError as error:
+        print(error)
+        return 1
+    return 0
+
+
+def _watch(processes: SessionProcesses, plan: ProcessPlan, stop: Stop) -> None:
+    """Say when the nodes are ready and wait for ``stop``; raises NodeDiedError."""
+    # Here, so that help is quick and works without ROS.
+    from rodless_lab.session.readiness import say_when_ready  # noqa: PLC0415
+
+    def ended() -> bool:
+        processes.check()
+        return stop.requested
+
+    say_when_ready(plan, ended, lambda line: print(line, flush=True))
+    while not ended():
+        time.sleep(POLL_SECONDS)
+
+
+def _plan(arguments: Sequence[str]) -> ProcessPlan:
     parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument(
@@ -31,46 +61,18 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser.add_argument("--without-controller", action="store_true", help="the plant alone")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
     options = parser.parse_args(arguments)
-    pressure = options.supply_pressure
-    plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
-    if pressure is not None:
-        plant["supply.pressure"] = pressure
-    if options.lockstep:
-        plant["time.mode"] = "lockstep"
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")
-    stop.from_now_on_wait()
-    with RigProcesses(
+    plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
+    if options.supply_pressure is not None:
+        plant["supply.pressure"] = options.supply_pressure
+    if options.lockstep:
+        plant["time.mode"] = "lockstep"
+    return ProcessPlan(
         options.preset,
-        plant=plant,
-        namespace=options.namespace,
+        plant,
+        None if options.without_controller else {},
         parameter_file=options.parameters,
-        one_process=options.one_process,
-        without_controller=options.without_controller,
-    ) as rig:
-        try:
-            _watch(rig, options, stop)
-        except RuntimeError as error:
-            print(error)
-            return 1
-    return 0
-
-
-def _watch(rig: RigProcesses, options: argparse.Namespace, stop: Stop) -> None:
-    """Say when the nodes are ready, and wait for ``stop``; raises RuntimeError if one ends."""
-    # Here, so that help is quick and works without ROS.
-    from rodless_lab.session.readiness import say_when_ready  # noqa: PLC0415
-
-    def ended() -> bool:
-        rig.check()
-        return stop.requested
-
-    say_when_ready(
-        f"preset {options.preset}",
-        options.namespace,
-        not options.without_controller,
-        ended,
-        lambda line: print(line, flush=True),
+        namespace=options.namespace,
+        one_process=options.one_process and not options.without_controller,
     )
-    while not ended():
-        time.sleep(WATCH_SECONDS)

@@ -36,8 +36,8 @@ def with_rig(namespace: str, stop: Stop, work: "Callable[[RunningRig], int]") ->
     Returns 2 with a line on standard error where it cannot be done, 1 where the user ends it.
     """
     # Here, so that help is quick and works without ROS.
-    from rodless_lab.session.errors import HarnessError  # noqa: PLC0415
-    from rodless_lab.session.running_rig import InterruptedRunError, RunningRig  # noqa: PLC0415
+    from rodless_lab.session.errors import HarnessError, InterruptedRunError  # noqa: PLC0415
+    from rodless_lab.session.running_rig import RunningRig  # noqa: PLC0415
 
     stop.from_now_on_wait()
     try:

@@ -7,8 +7,11 @@ from rodless_lab.session.errors import (
     RefusedError,
     WaitTimeoutError,
 )
+from rodless_lab.session.live_session import Mode
 from rodless_lab.session.samples import LostSampleError, Sample, Samples
-from rodless_lab.session.session import Mode, RigSession
+from rodless_lab.session.session import RigSession
+
+PatienceError = WaitTimeoutError  # its old name
 
 __all__ = [
     "Alteration",
@@ -17,6 +20,7 @@ __all__ = [
     "LostSampleError",
     "Mode",
     "NodeDiedError",
+    "PatienceError",
     "RefusedError",
     "RigSession",
     "Sample",

@@ -9,8 +9,8 @@ from typing import Any
 from rodless_lab.session.domain import own_domain
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import NodeProcess
+from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.session import RigSession
-from rodless_lab.session.session_processes import SessionProcesses
 
 
 class LaunchedRig(RigSession):
@@ -50,14 +50,13 @@ class LaunchedRig(RigSession):
         """Take over what launch has started; ``stack`` leaves it running."""
         del stack
         self._processes = LaunchedProcesses(self.actions)
-        self._running = True
 
 
 class LaunchedProcesses(SessionProcesses):
-    """Processes that belong to launch: looked at, never touched."""
+    """Processes that belong to launch: watched, never touched."""
 
     def __init__(self, actions: Sequence[Any]) -> None:
-        """Look at the processes of these launch actions."""
+        """Watch the processes of these launch actions."""
         self._actions = actions
         self._processes = {}
 

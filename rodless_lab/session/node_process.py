@@ -1,4 +1,4 @@
-"""Processes of a session: started in groups of their own, their output kept, never left behind."""
+"""A process in a group of its own, its output kept or shown, never left behind."""
 
 import contextlib
 import os
@@ -9,18 +9,33 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rodless_lab.session import guard
-from rodless_lab.session.errors import HarnessError
+from rodless_lab.session.errors import HarnessError, WaitTimeoutError
 
-# The nodes promise to end within 2 s of wall clock; a crowded machine may need longer.
-STOP_SECONDS = 10.0
+# From the request to stop to the end by force, in wall-clock s. The nodes promise to end within
+# 2 s; a crowded machine may need longer.
+STOP_TIMEOUT = 10.0
 
 
 class Guard:
-    """Another process, which ends those of the session should this one be killed."""
+    """Another process, which ends those it is told of should this one be killed."""
 
     def __init__(self) -> None:
-        """Start it."""
-        self._process = subprocess.Popen(
+        """Start it with the first process to watch."""
+        self._process: subprocess.Popen[str] | None = None
+
+    def tell(self, word: str) -> None:
+        """Say that a process has started (``+`` and its ID) or ended (``-``)."""
+        if self._process is None:
+            self._process = self._started()
+        assert self._process.stdin is not None
+        # A guard that somebody has killed must not fail a test.
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.write(f"{word}\n")
+            self._process.stdin.flush()
+
+    @staticmethod
+    def _started() -> subprocess.Popen[str]:
+        return subprocess.Popen(
             [sys.executable, "-I", "-S", guard.__file__],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
@@ -29,34 +44,32 @@ class Guard:
             text=True,
         )
 
-    def tell(self, word: str) -> None:
-        """Say that a process has started (``+`` and its ID) or ended (``-``)."""
-        assert self._process.stdin is not None
-        # A guard that somebody has killed must not fail a test.
-        with contextlib.suppress(BrokenPipeError):
-            self._process.stdin.write(f"{word}\n")
-            self._process.stdin.flush()
-
     def close(self) -> None:
         """End it; whatever it still watches ends too."""
+        if self._process is None:
+            return
         assert self._process.stdin is not None
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.close()
         self._process.wait()
+        self._process = None
 
 
 class NodeProcess:
-    """One process and whatever it starts; what they print goes to a file."""
+    """One process and whatever it starts."""
 
     def __init__(
         self,
         name: str,
         command: Sequence[str],
         environment: Mapping[str, str],
-        output: Path,
+        output: Path | None,
         guard: Guard,
     ) -> None:
-        """Prepare ``command``; nothing starts yet."""
+        """Prepare ``command``; nothing starts yet.
+
+        What it prints goes to the file ``output``, or with None where this process prints.
+        """
         self.name = name
         self._command = list(command)
         self._environment = dict(environment)
@@ -65,18 +78,20 @@ class NodeProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._meant_to_run = False
         self._over = True
-        output.touch()
+        if output is not None:
+            output.touch()
 
     def start(self) -> None:
         """Start it; its output is appended to that of an earlier start."""
-        with self._output.open("ab") as output:
+        with contextlib.ExitStack() as stack:
+            output = stack.enter_context(self._output.open("ab")) if self._output else None
             self._process = subprocess.Popen(
                 self._command,
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
-                stderr=subprocess.STDOUT,
-                # Ctrl-C in a terminal is for the test, which then ends the nodes in order.
+                stderr=subprocess.STDOUT if output else None,
+                # Ctrl-C in a terminal is for this process, which then ends the nodes in order.
                 start_new_session=True,
             )
         self._meant_to_run = True
@@ -84,8 +99,15 @@ class NodeProcess:
         self._guard.tell(f"+{self._process.pid}")
 
     @property
+    def keeps_output(self) -> bool:
+        """Whether what it prints is kept."""
+        return self._output is not None
+
+    @property
     def output(self) -> str:
-        """What it has printed so far, on both streams."""
+        """What it has printed so far, on both streams; empty where that is not kept."""
+        if self._output is None:
+            return ""
         return self._output.read_text(encoding="utf-8", errors="replace")
 
     @property
@@ -127,7 +149,24 @@ class NodeProcess:
         """End it at once."""
         self._meant_to_run = False
         self.signal(signal.SIGKILL)
-        self._wait()
+        self._reap()
+
+    def wait(self, timeout: float) -> int:
+        """Wait until it has ended; return its exit code.
+
+        Raises :class:`WaitTimeoutError`, with its output, if that takes longer than ``timeout``
+        (wall-clock s).
+        """
+        assert self._process is not None
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired as error:
+            raise WaitTimeoutError(
+                f"the {self.name} has not ended within {timeout:g} s\n{self.output}"
+            ) from error
+        self._meant_to_run = False
+        self._reap()
+        return int(self._process.returncode)
 
     def ask_to_stop(self) -> None:
         """Interrupt it, as Ctrl-C does."""
@@ -136,16 +175,16 @@ class NodeProcess:
             self.thaw()
             self.signal(signal.SIGINT)
 
-    def end(self) -> None:
-        """Wait for it to stop, and kill what does not stop in time."""
+    def end(self, timeout: float = STOP_TIMEOUT) -> None:
+        """Wait up to ``timeout`` (wall-clock s) for it to stop, then kill it."""
         if self._process is None:
             return
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(STOP_SECONDS)
+            self._process.wait(timeout)
         self.signal(signal.SIGKILL)
-        self._wait()
+        self._reap()
 
-    def _wait(self) -> None:
+    def _reap(self) -> None:
         assert self._process is not None
         self._process.wait()
         self._end_what_it_left()

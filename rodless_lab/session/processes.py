@@ -1,29 +1,33 @@
-"""Start plant and controller as processes of their own, and stop them, without `ros2 launch`."""
+"""Plant and controller as processes, without `ros2 launch`: command lines, start and end."""
 
 import contextlib
 import os
-import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import IO
 
 import yaml
 
 from rodless_base.parameter_file import preset_file
-
-# What Ctrl-C promises; after it a process is killed.
-STOP_SECONDS = 2.0
+from rodless_base.ros.topics import VALVE_VOLTAGE
+from rodless_lab.session.errors import HarnessError, NodeDiedError
+from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 
 MODULES = {
     "plant": "rodless_sim.node.plant_node",
     "controller": "rodless_control.node.controller_node",
     "rig": "rodless_lab.session.one_process",
 }
+
+# Where a controller publishes whose commands pass through the test.
+WANTED_VOLTAGE = "valve/wanted_voltage"
+
+# Lines of a node's output that an error shows.
+SHOWN_LINES = 30
 
 
 def node_command(
@@ -36,9 +40,11 @@ def node_command(
     command = [sys.executable, "-m", "rodless_base.start", MODULES[process], "--ros-args"]
     for path in parameter_files:
         command += ["--params-file", str(path)]
-    if namespace:
-        command += ["-r", f"__ns:=/{namespace.strip('/')}"]
-    return command
+    return command + _in_namespace(namespace)
+
+
+def _in_namespace(namespace: str) -> list[str]:
+    return ["-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []
 
 
 def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]]) -> Path:
@@ -55,58 +61,102 @@ def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]])
     return path
 
 
-class RigProcesses:
-    """Plant and controller, running between ``__enter__`` and ``__exit__``.
+@dataclass(frozen=True)
+class ProcessPlan:
+    """Which processes a rig consists of.
 
-    Each is a process of its own, or with ``one_process`` both are one. The controller takes its
-    time from the plant, so that a paused plant is not taken for lost.
+    ``plant`` are parameters on top of ``preset`` and ``parameter_file``. ``controller`` are those
+    of the PID node, or the command line of another controller, or None for no controller. The PID
+    takes its time from the plant, so that a paused plant is not taken for lost. With
+    ``one_process`` plant and PID share a process; with ``relay_commands`` the controller publishes
+    on ``WANTED_VOLTAGE``.
+
+    Raises ValueError for options that contradict each other and FileNotFoundError for a preset
+    that does not exist.
     """
+
+    preset: str = "paper"
+    plant: Mapping[str, object] = field(default_factory=dict)
+    controller: Mapping[str, object] | Sequence[str] | None = field(default_factory=dict)
+    parameter_file: Path | None = None
+    namespace: str = ""
+    one_process: bool = False
+    relay_commands: bool = False
+
+    def __post_init__(self) -> None:
+        preset_file(self.preset)
+        if self.one_process and not self.has_pid:
+            raise ValueError("one_process: only the PID of this package can share the process")
+        if self.relay_commands and self.controller is None:
+            raise ValueError("relay_commands: there is no controller whose commands to relay")
+
+    @property
+    def has_pid(self) -> bool:
+        """Whether the controller is the PID node of this package."""
+        return isinstance(self.controller, Mapping)
+
+    def command_lines(self, folder: Path) -> dict[str, list[str]]:
+        """Return command lines by process name; their parameters are written into ``folder``."""
+        files = self._parameter_files(folder)
+        if self.one_process:
+            command = node_command("rig", files, self.namespace)
+            return {"rig": command + self._remapping("controller:")}
+        commands = {"plant": node_command("plant", files, self.namespace)}
+        if self.has_pid:
+            command = node_command("controller", files, self.namespace)
+            commands["controller"] = command + self._remapping()
+        elif self.controller is not None:
+            remapping = _in_namespace(self.namespace) + self._remapping()
+            arguments = ["--ros-args", *remapping] if remapping else []
+            commands["controller"] = [*self.controller, *arguments]
+        return commands
+
+    def _parameter_files(self, folder: Path) -> list[Path]:
+        given = {"plant": self.plant}
+        if isinstance(self.controller, Mapping):
+            given["controller"] = {"use_sim_time": True, **self.controller}
+        between = [self.parameter_file] if self.parameter_file else []
+        files = [preset_file(self.preset), *between]
+        if any(given.values()):
+            files.append(write_parameters(folder / "parameters.yaml", given))
+        return files
+
+    def _remapping(self, node: str = "") -> list[str]:
+        return ["-r", f"{node}{VALVE_VOLTAGE}:={WANTED_VOLTAGE}"] if self.relay_commands else []
+
+
+class SessionProcesses:
+    """Processes by name, running between ``__enter__`` and ``__exit__``."""
 
     def __init__(
         self,
-        preset: str = "paper",
-        plant: Mapping[str, object] | None = None,
-        controller: Mapping[str, object] | None = None,
-        namespace: str = "",
+        commands: Mapping[str, Sequence[str]],
         environment: Mapping[str, str] | None = None,
-        output: IO[str] | None = None,
-        parameter_file: Path | None = None,
-        one_process: bool = False,
-        without_controller: bool = False,
+        output: Path | None = None,
+        stop_timeout: float = STOP_TIMEOUT,
     ) -> None:
-        """Prepare both with ``preset`` and parameters on top; raises FileNotFoundError.
+        """Prepare all; nothing starts yet.
 
-        Those of ``parameter_file`` are between the two. ``without_controller`` leaves the plant to
-        a controller from elsewhere. ``environment`` is added to this process's; ``output`` takes
-        what the nodes print (default: where this process prints).
+        ``environment`` is added to this process's. Each prints into a file of its name in the
+        folder ``output``, or with None where this process prints. What does not end within
+        ``stop_timeout`` (wall-clock s) is killed.
         """
-        self._files = [preset_file(preset), *([parameter_file] if parameter_file else [])]
-        self._parameters = {
-            "plant": plant or {},
-            "controller": {"use_sim_time": True, **(controller or {})},
+        self._guard = Guard()
+        self._stop_timeout = stop_timeout
+        everything = {**os.environ, **(environment or {})}
+        self._processes = {
+            name: NodeProcess(
+                name, command, everything, output and output / f"{name}.txt", self._guard
+            )
+            for name, command in commands.items()
         }
-        self._namespace = namespace
-        both = ["rig"] if one_process else ["plant", "controller"]
-        self._processes = ["plant"] if without_controller else both
-        self._environment = {**os.environ, **(environment or {})}
-        self._output = output
-        self._folder = tempfile.TemporaryDirectory(prefix="rodless_")
-        self._running: dict[str, subprocess.Popen[str]] = {}
 
-    def __enter__(self) -> "RigProcesses":
-        parameters = write_parameters(Path(self._folder.name, "rig.yaml"), self._parameters)
-        with contextlib.ExitStack() as started:
-            started.callback(self._folder.cleanup)
-            started.callback(self.stop)
-            for process in self._processes:
-                self._running[process] = subprocess.Popen(
-                    node_command(process, [*self._files, parameters], self._namespace),
-                    env=self._environment,
-                    stdout=self._output,
-                    stderr=self._output and subprocess.STDOUT,
-                    text=True,
-                )
-            started.pop_all()
+    def __enter__(self) -> "SessionProcesses":
+        with contextlib.ExitStack() as stack:
+            stack.callback(self.stop)
+            for process in self._processes.values():
+                process.start()
+            stack.pop_all()
         return self
 
     def __exit__(
@@ -116,31 +166,85 @@ class RigProcesses:
         trace: TracebackType | None,
     ) -> None:
         self.stop()
-        self._folder.cleanup()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all."""
+        return list(self._processes)
+
+    def __getitem__(self, name: str) -> NodeProcess:
+        if name not in self._processes:
+            raise HarnessError(
+                f"no process {name!r} in this session; there is {', '.join(self._processes)}"
+            )
+        return self._processes[name]
 
     @property
     def pids(self) -> dict[str, int]:
-        """Process IDs by process."""
-        return {name: process.pid for name, process in self._running.items()}
+        """Process ID of each."""
+        return {name: process.pid for name, process in self._processes.items()}
+
+    @property
+    def outputs(self) -> dict[str, str]:
+        """What each has printed so far; empty where that is not kept."""
+        return {name: process.output for name, process in self._processes.items()}
+
+    @property
+    def exit_codes(self) -> dict[str, int | None]:
+        """Exit codes by name, negative for a signal, None of what runs or has not been started."""
+        return {name: process.exit_code for name, process in self._processes.items()}
 
     def check(self) -> None:
-        """Raise RuntimeError if a process has ended by itself."""
-        for name, process in self._running.items():
-            if process.poll() is not None:
-                raise RuntimeError(f"the {name} has ended with exit code {process.returncode}")
+        """Raise NodeDiedError if one has ended that was not asked to."""
+        for name, process in self._processes.items():
+            if process.has_died:
+                raise NodeDiedError(
+                    self.with_outputs(f"the {name} has ended with exit code {process.exit_code}")
+                )
 
-    def stop(self) -> dict[str, int]:
-        """Interrupt both as Ctrl-C does, kill what does not end in time; return exit codes."""
-        for process in self._running.values():
-            with contextlib.suppress(ProcessLookupError):
-                process.send_signal(signal.SIGINT)
-        deadline = time.monotonic() + STOP_SECONDS
-        return {name: _ended(process, deadline) for name, process in self._running.items()}
+    def check_plant(self) -> None:
+        """Raise HarnessError if the plant does not run, for then no sample will come."""
+        plant = self._processes.get("plant") or self._processes["rig"]
+        if plant.exit_code is not None:
+            raise HarnessError(f"no sample will come: the {plant.name} was ended by the test")
+
+    def with_outputs(self, text: str) -> str:
+        """Return ``text`` and below it the last lines of each output that is kept."""
+        parts = [text]
+        for name, process in self._processes.items():
+            if process.keeps_output:
+                parts.append(f"--- output of the {name} ---")
+                parts += process.output.splitlines()[-SHOWN_LINES:] or ["(nothing)"]
+        return "\n".join(parts)
+
+    def stop(self) -> dict[str, int | None]:
+        """End all, together, and then their guard; return the exit codes."""
+        with contextlib.ExitStack() as stack:
+            stack.callback(self._guard.close)
+            deadline = time.monotonic() + self._stop_timeout
+            for process in self._processes.values():
+                stack.callback(_end, process, deadline)
+            for process in self._processes.values():
+                process.ask_to_stop()
+        return self.exit_codes
 
 
-def _ended(process: subprocess.Popen[str], deadline: float) -> int:
-    try:
-        return process.wait(max(deadline - time.monotonic(), 0.0))
-    except subprocess.TimeoutExpired:
-        process.kill()
-        return process.wait()
+def _end(process: NodeProcess, deadline: float) -> None:
+    process.end(max(deadline - time.monotonic(), 0.0))
+
+
+@contextlib.contextmanager
+def run_rig(
+    plan: ProcessPlan,
+    environment: Mapping[str, str] | None = None,
+    output: Path | None = None,
+    stop_timeout: float = STOP_TIMEOUT,
+) -> Iterator[SessionProcesses]:
+    """Run what ``plan`` says inside the block; for the options see :class:`SessionProcesses`."""
+    with (
+        tempfile.TemporaryDirectory(prefix="rodless_sim-") as folder,
+        SessionProcesses(
+            plan.command_lines(Path(folder)), environment, output, stop_timeout
+        ) as processes,
+    ):
+        yield processes

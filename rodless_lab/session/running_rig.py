@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from types import TracebackType
 
 from rodless_base.start import Stop
-from rodless_lab.session.errors import HarnessError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import Diagnostic, Observer
 
 PLANT, CONTROLLER = "plant", "controller"
@@ -13,10 +13,6 @@ PLANT, CONTROLLER = "plant", "controller"
 
 class RigError(HarnessError):
     """What was asked of a running rig cannot be done; the text says why, in one line."""
-
-
-class InterruptedRunError(Exception):
-    """The user has asked to stop."""
 
 
 class RunningRig:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rodless_lab.bench_nodes import answer_times, statistics
+from rodless_lab.benchmark.statistics import answer_times, statistics
 
 PERIOD = 1_000_000
 

@@ -1,39 +1,17 @@
-"""`rodless bench`: what the kernels and the nodes cost on this machine."""
+"""How fast the closed loop runs in this process, compiled and as plain Python."""
 
-import argparse
-import json
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 
-from rodless_base.start import Stop
 from rodless_control import PidParameters, references
-from rodless_lab.bench_nodes import bench_lockstep, bench_realtime
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters
 
 SIMULATED_SECONDS = 10.0
 REPEATS = 7
-
-
-def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
-    """Print a table and write it as JSON."""
-    parser = argparse.ArgumentParser(prog="rodless bench", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("results/bench/metrics.json"))
-    output = parser.parse_args(arguments).output
-    figures = bench_closed_loop()
-    for rate in (100.0, 500.0, 1000.0):
-        figures |= bench_realtime(rate)
-    for one_process in (False, True):
-        figures |= bench_lockstep(one_process)
-    for name, value in figures.items():
-        print(f"{name:66} {value:10.4g}")
-    output.parent.mkdir(parents=True, exist_ok=True)
-    output.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-    return 0
 
 
 def run_closed_loop(duration: float) -> None:
@@ -76,6 +54,6 @@ def bench_closed_loop() -> dict[str, float]:
 
 
 UNCOMPILED = (
-    "from rodless_lab.benchmark import run_closed_loop, seconds;"
+    "from rodless_lab.benchmark.closed_loop import run_closed_loop, seconds;"
     "print(seconds(lambda: run_closed_loop(1.0)))"
 )

@@ -1,0 +1,1 @@
+"""What the kernels and the nodes cost on this machine."""

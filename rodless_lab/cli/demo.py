@@ -1,0 +1,60 @@
+"""`rodless demo`: both nodes over DDS move the carriage 0 -> 58 mm; a bag, a table, a picture."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rodless_base.constants import STANDARD_ATMOSPHERE
+from rodless_base.parameter_file import preset_names
+from rodless_base.start import Stop
+from rodless_lab.demo import TARGET, Outcome, move, write_results
+from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
+from rodless_lab.session.errors import InterruptedRunError
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Return 0 if the carriage ends within 0.2 mm of the target, or after Ctrl-C."""
+    parser = argparse.ArgumentParser(prog="rodless demo", description=__doc__)
+    parser.add_argument("--preset", default="paper", choices=preset_names())
+    parser.add_argument("--output", type=Path, default=Path("results/demo"), help="folder")
+    options = parser.parse_args(arguments)
+    bag = options.output / "bag"
+    stop.from_now_on_wait()
+    print("starting plant and controller (the first start compiles them)", flush=True)
+    try:
+        move(options.preset, bag, stop, show_start, show_progress)
+        outcome = write_results(options.preset, bag, options.output)
+    except InterruptedRunError:
+        print(f"\ninterrupted; what was recorded is in {bag}")
+        return 0
+    except (RuntimeError, TimeoutError) as error:
+        print(f"\n{error}", file=sys.stderr)
+        return 1
+    print_table(options.preset, outcome)
+    print(f"bag, metrics.json and step.png are in {options.output}")
+    if abs(outcome.metrics.final_error) > SETTLING_BAND:
+        print("the final error exceeds 0.2 mm", file=sys.stderr)
+        return 1
+    return 0
+
+
+def show_start() -> None:
+    """Say that the move begins."""
+    print(f"moving to {TARGET * 1e3:g} mm", flush=True)
+
+
+def show_progress(share: float, position: float) -> None:
+    """Show how far the run is: on a terminal a line that is written over, elsewhere nothing."""
+    if sys.stdout.isatty():
+        bar = "#" * round(30 * share)
+        end = "\n" if share == 1.0 else ""
+        print(f"\r[{bar:30}] carriage at {position * 1e3:7.3f} mm", end=end, flush=True)
+
+
+def print_table(preset: str, outcome: Outcome) -> None:
+    """Print what was measured."""
+    gauge = outcome.supply_pressure - STANDARD_ATMOSPHERE
+    print(f"{'preset':28}{preset:>12}")
+    print("\n".join(metric_lines(outcome.metrics)))
+    print(f"{'supply pressure, gauge':28}{gauge * 1e-6:12.3f} MPa")

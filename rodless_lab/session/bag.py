@@ -1,0 +1,54 @@
+"""Records a session into a bag, from sample 0 on."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
+from rodless_lab.bags.ros.recorder import Recorder
+from rodless_lab.bags.writer import BagWriter
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.samples import LostSampleError
+
+# A plant waits for recorders on each of its topics, so all of them are recorded.
+TOPICS = (
+    JOINT_STATES,
+    "chamber_a/pressure",
+    "chamber_b/pressure",
+    "supply/pressure",
+    VALVE_VOLTAGE,
+    "setpoint",
+)
+
+
+class SessionBag:
+    """A recorder that runs while the session's observer spins."""
+
+    def __init__(self, path: Path, topics: Sequence[str], observer: Observer) -> None:
+        """Begin a bag of ``TOPICS`` and ``topics``; raises BagError if ``path`` exists."""
+        self._writer = BagWriter(path)
+        self._observer = observer
+        self._recorder = Recorder(
+            self._writer,
+            [*TOPICS, *topics],
+            context=observer.context,
+            use_global_arguments=False,
+        )
+        observer.add_node(self._recorder.node)
+
+    @property
+    def ready(self) -> bool:
+        """Whether every topic is being recorded."""
+        return self._recorder.ready
+
+    def close(self) -> None:
+        """Record what has arrived and close the bag."""
+        self._observer.remove_node(self._recorder.node)
+        self._recorder.close()
+        self._writer.close()
+
+    def check(self) -> None:
+        """Raise BagError if the bag cannot be written, LostSampleError if messages are missing."""
+        if self._writer.failure is not None:
+            raise self._writer.failure
+        for topic, count in self._recorder.lost.items():
+            raise LostSampleError(f"{count} messages of {topic} are missing in the bag")

@@ -1,0 +1,119 @@
+"""What a session tells the rig: set-points, voltages, parameters; and what the nodes say."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+
+from rclpy.duration import Duration
+from rclpy.publisher import Publisher
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_lab.session.commands import Alteration, Law, OwnCommands
+from rodless_lab.session.errors import HarnessError, WaitTimeoutError
+from rodless_lab.session.live_session import LiveSession
+
+# For a set-point to arrive, in wall-clock s; a frozen controller takes none.
+ARRIVAL_TIMEOUT = 1.0
+
+# One look whether it has, in wall-clock s.
+ARRIVAL_POLL = Duration(seconds=0.005)
+
+
+class Controls(LiveSession):
+    """The methods of a session that command the rig and change its parameters."""
+
+    _setpoint: Publisher
+    # Subscribers of set-points that are no controllers.
+    _setpoint_recorders = 0
+
+    def setpoint(self, position: float) -> None:
+        """Send a set-point (m); by the return, a controller that runs has received it."""
+        self._wait(
+            lambda: self._setpoint.get_subscription_count() > self._setpoint_recorders,
+            "a listener to set-points",
+        )
+        self._setpoint.publish(Float64(data=float(position)))
+        with suppress(WaitTimeoutError):
+            self._wait(
+                lambda: self._setpoint.wait_for_all_acked(ARRIVAL_POLL),
+                "the set-point to arrive",
+                ARRIVAL_TIMEOUT,
+            )
+
+    def send_voltage(self, voltage: float) -> None:
+        """Send one command (V), NaN included; raises HarnessError where a controller does so."""
+        self._commander("send_voltage").send(float(voltage))
+
+    def drive(self, law: Law | float | None) -> None:
+        """Answer every sample from now on by ``law``, a function or a voltage (V).
+
+        A law that returns None loses its command; None in place of a law ends the answers.
+        """
+        commands = self._commander("drive")
+        commands.drive(_as_law(law), from_now=self._mode == "realtime")
+
+    def _commander(self, what: str) -> OwnCommands:
+        if self._own is None:
+            raise HarnessError(f"{what}: the controller of this session sends the commands")
+        return self._own
+
+    def alter_commands(self, alteration: Alteration | None) -> None:
+        """Pass the controller's commands (V) through a function; what it makes None is lost.
+
+        Needs ``relay_commands``. None passes them on as they are.
+        """
+        if self._relayed is None:
+            raise HarnessError("alter_commands: start the session with relay_commands")
+        self._relayed.alter = alteration
+
+    @contextmanager
+    def commands_lost(self) -> Iterator[None]:
+        """Lose every command inside the block; needs ``relay_commands`` and real time.
+
+        A lock-step plant would stand still for good: make its commands NaN instead.
+        """
+        if self._mode == "lockstep":
+            raise HarnessError("commands_lost: a lock-step plant waits for its commands")
+        self.alter_commands(lambda _: None)
+        try:
+            yield
+        finally:
+            self.alter_commands(None)
+
+    def enable_controller(self, enabled: bool = True) -> None:
+        """Switch the PID on, or off: the valve is then commanded closed."""
+        self._ask(SetBool, "controller/enable", data=enabled)
+
+    def reset_controller(self) -> None:
+        """Let the PID forget the run so far."""
+        self._ask(Trigger, "controller/reset")
+
+    def set_parameters(self, node: str, values: Mapping[str, object]) -> None:
+        """Set parameters of a node (``plant``, ``controller``) as one change.
+
+        Raises RefusedError with the node's reason, and then nothing has changed.
+        """
+        with self._waiting():
+            self._observer.set_parameters(node, values)
+
+    def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
+        """Return the values of a node's parameters."""
+        with self._waiting():
+            return self._observer.get_parameters(node, names)
+
+    def diagnostics(self, node: str) -> dict[str, str]:
+        """Return what a node last said on ``/diagnostics``: its ``message`` and its counters."""
+        found = self._observer.diagnostics.get(f"/{node}")
+        return {} if found is None else {"message": found.message, **found.values}
+
+    def counter(self, node: str, name: str) -> float:
+        """Return a counter of :meth:`diagnostics`, NaN before the node has said it."""
+        return float(self.diagnostics(node).get(name, math.nan))
+
+
+def _as_law(law: Law | float | None) -> Law | None:
+    if law is None or callable(law):
+        return law
+    voltage = law
+    return lambda _: voltage

@@ -1,0 +1,107 @@
+"""A node that gives a rig the voltages of an identification, one for each sample."""
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+from rclpy.duration import Duration
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
+from rodless_base.ros.diagnostics import steady_clock
+from rodless_base.ros.process import run_node
+from rodless_base.ros.publish import send
+from rodless_base.ros.topics import (
+    JOINT_STATES,
+    LOSSLESS,
+    QUEUE_DEPTH,
+    VALVE_VOLTAGE,
+    stamp_nanoseconds,
+)
+from rodless_base.start import Stop
+
+# How often, in wall-clock s, the driver polls whether it is heard.
+POLL_PERIOD = 0.02
+
+# How long the last command may take to arrive.
+LAST_COMMAND_TIMEOUT = Duration(seconds=1.0)
+
+
+class Driver:
+    """Answers each sample with the voltage that is due ``time`` after the first one."""
+
+    def __init__(
+        self,
+        voltages: npt.NDArray[np.float64],
+        period: float,
+        recorders: int,
+        show: Callable[[int], None],
+        ended: Callable[[], None],
+    ) -> None:
+        """Send ``voltages`` (V, shape (n,), ``period`` s apart), close the valve, call ``ended``.
+
+        Listens to samples once the rig and ``recorders`` hear it, so that no command is lost.
+        ``show`` is told each whole second (s, plant time) of the run.
+        """
+        self.node = Node("driver")
+        self._voltages = voltages
+        self._period = round(period * NANOSECONDS_PER_SECOND)
+        self._listeners = 1 + recorders
+        self._show = show
+        self._ended = ended
+        self._first: int | None = None
+        self._shown = -1
+        self.done = False
+        self._publisher = self.node.create_publisher(Float64, VALVE_VOLTAGE, LOSSLESS)
+        self._timer = self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+
+    def close(self) -> None:
+        """Leave the valve closed and destroy the node."""
+        if self._publisher.get_subscription_count():
+            send(self._publisher, Float64(data=CLOSED_VOLTAGE))
+            self._publisher.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
+        self.node.destroy_node()
+
+    def _poll(self) -> None:
+        if self._publisher.get_subscription_count() >= self._listeners:
+            self._timer.cancel()
+            self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
+
+    def _answer(self, sample: JointState) -> None:
+        now = stamp_nanoseconds(sample.header.stamp)
+        if self._first is None or now < self._first:
+            self._first = now
+        elapsed = now - self._first
+        due = elapsed // self._period
+        self.done = due >= len(self._voltages)
+        if self.done:
+            self._ended()
+            return
+        send(self._publisher, Float64(data=float(self._voltages[due])))
+        seconds = elapsed // NANOSECONDS_PER_SECOND
+        if seconds != self._shown:
+            self._shown = seconds
+            self._show(seconds)
+
+
+def drive(
+    voltages: npt.NDArray[np.float64],
+    period: float,
+    recorders: int,
+    stop: Stop,
+    show: Callable[[int], None],
+) -> tuple[int, bool]:
+    """Run a :class:`Driver` to its end or to ``stop``; return exit code and whether it is done."""
+    drivers: list[Driver] = []
+
+    def end() -> None:
+        stop.requested = True
+
+    def make() -> Driver:
+        drivers.append(Driver(voltages, period, recorders, show, end))
+        return drivers[0]
+
+    code = run_node(make, stop)
+    return code, bool(drivers) and drivers[0].done

@@ -1,0 +1,48 @@
+"""Faults that a session makes: processes killed, restarted, frozen."""
+
+import time
+from collections.abc import Callable
+
+from rodless_lab.session.live_session import LiveSession
+
+
+class Faults(LiveSession):
+    """The methods of a session that disturb its processes."""
+
+    # Whether the controller's commands are matched.
+    _heard: Callable[[], bool]
+
+    def kill(self, process: str) -> None:
+        """Kill a process (``plant``, ``controller``; ``rig`` when they share one)."""
+        self._processes[process].kill()
+
+    def restart(self, process: str) -> None:
+        """Stop a process, unless it was killed before, start it again, wait until it works.
+
+        A lock-step plant offers its last sample anew to a new controller, unless commands are
+        relayed: reset it then. One that was killed stays on the books of DDS for some 20 s of
+        wall clock, for which lock-step waits.
+        """
+        managed = self._processes[process]
+        managed.ask_to_stop()
+        managed.end()
+        if process == "controller" and self._mode == "lockstep":
+            self._wait(lambda: not self._heard(), "the old controller to be forgotten")
+            managed.start()
+            self._wait(self._heard, "the new controller")
+            return
+        runs, began = self._received.runs, time.time_ns()
+        managed.start()
+        if process == "controller":
+            answers = self._received.answers
+            self._wait(lambda: answers and answers[-1].sent > began, "the new controller")
+        else:
+            self._wait(lambda: self._received.runs > runs, f"sample 0 of the new {process}")
+
+    def freeze(self, process: str) -> None:
+        """Hold a process where it is, as a machine does that has no time for it."""
+        self._processes[process].freeze()
+
+    def thaw(self, process: str) -> None:
+        """Let a frozen process go on."""
+        self._processes[process].thaw()

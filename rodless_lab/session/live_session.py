@@ -1,0 +1,115 @@
+"""What every part of a session stands on: processes, an observer, and waits with a bound."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Literal, TypeVar
+
+from rodless_lab.session.commands import OwnCommands, RelayedCommands
+from rodless_lab.session.deprecated import timeout_was_patience
+from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.processes import SessionProcesses
+from rodless_lab.session.samples import Received
+
+Mode = Literal["realtime", "lockstep"]
+Found = TypeVar("Found")
+
+
+class LiveSession:
+    """Plant and controller at work; :class:`RigSession` sets the attributes."""
+
+    _mode: Mode
+    _has_controller: bool
+    _processes: SessionProcesses
+    _observer: Observer
+    _received: Received
+    _own: OwnCommands | None = None
+    _relayed: RelayedCommands | None = None
+    _paused = False
+    # Whether commands of the test go out in a wait.
+    _answering = False
+    _environment: dict[str, str]
+    # Of the processes before they start and once they have ended; None while they run.
+    _outputs: dict[str, str] | None
+    _exit_codes: dict[str, int | None] | None
+
+    def __init__(self) -> None:
+        """Nothing runs yet."""
+        self._outputs = {}
+        self._exit_codes = {}
+
+    @property
+    def observer(self) -> Observer:
+        """The session's own node, for topics and services that the session does not know."""
+        return self._observer
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Environment variables that put another process into this session's domain."""
+        return dict(self._environment)
+
+    @property
+    def outputs(self) -> dict[str, str]:
+        """What each process has printed so far; also after the end."""
+        return self._processes.outputs if self._outputs is None else self._outputs
+
+    @property
+    def exit_codes(self) -> dict[str, int | None]:
+        """Exit code of each process, negative for a signal, None of what runs."""
+        return self._processes.exit_codes if self._exit_codes is None else self._exit_codes
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ID of each process."""
+        return self._processes.pids
+
+    @timeout_was_patience
+    def wait_until(
+        self, condition: Callable[[], Found], what: str, timeout: float | None = None
+    ) -> Found:
+        """Let the rig run until ``condition()`` is true, and return what it returned.
+
+        ``what`` completes the error "timed out … waiting for …". Raises WaitTimeoutError after
+        ``timeout`` s of wall clock (default: the session's).
+        """
+        return self._wait(condition, what, timeout, running=True)
+
+    def _wait(
+        self,
+        condition: Callable[[], Found],
+        what: str,
+        timeout: float | None = None,
+        running: bool = False,
+    ) -> Found:
+        with self._waiting(running):
+            return self._observer.wait(condition, what, timeout)
+
+    @contextmanager
+    def _waiting(self, running: bool = False) -> Iterator[None]:
+        """Send the commands that are due meanwhile; show what nodes have printed if it times out.
+
+        In lock-step a plant that the test answers stands still except while it is to run.
+        """
+        before, self._answering = self._answering, running or self._mode == "realtime"
+        try:
+            yield
+        except WaitTimeoutError as error:
+            raise WaitTimeoutError(self._processes.with_outputs(str(error))) from error
+        finally:
+            self._answering = before
+
+    def _between_spins(self) -> None:
+        self._processes.check()
+        for commands in (self._own, self._relayed):
+            if self._answering and commands is not None:
+                commands.answer()
+
+    def _ask(self, kind: type, service: str, **fields: object) -> None:
+        """Call a service; raises RefusedError where it does not succeed."""
+        response = self._call(kind, service, **fields)
+        if not response.success:
+            raise RefusedError(f"{service}: {response.message}")
+
+    def _call(self, kind: type, service: str, **fields: object) -> Any:
+        with self._waiting():
+            return self._observer.call(kind, service, **fields)

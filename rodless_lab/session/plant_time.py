@@ -1,0 +1,132 @@
+"""Plant time in a session: run, pause, step, reset, and the samples that come."""
+
+import time
+from collections.abc import Callable
+
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_lab.session.deprecated import timeout_was_patience
+from rodless_lab.session.errors import HarnessError, RefusedError
+from rodless_lab.session.live_session import LiveSession
+from rodless_lab.session.samples import Cursor, Sample, Samples
+
+
+class PlantTime(LiveSession):
+    """The methods of a session that let plant time pass."""
+
+    _duration: float
+    _telemetry: bool
+
+    @property
+    def latest(self) -> Sample:
+        """The newest sample that has come."""
+        run = self._received.runs - 1
+        return self._received.sample(run, self._received.complete(run) - 1)
+
+    @timeout_was_patience
+    def run_until(
+        self,
+        condition: float | Callable[[Sample], object],
+        what: str = "the condition of run_until",
+        timeout: float | None = None,
+    ) -> Sample:
+        """Let the rig run to a plant time (s) or to a sample for which ``condition`` holds.
+
+        Returns that sample, the newest counting first. In lock-step with commands from the test
+        (no controller, or ``relay_commands``) the plant then stands at that very sample; it has
+        gone on otherwise.
+        """
+        if not callable(condition):
+            instant = round(condition * 1e9)
+            what = f"plant time {condition:g} s"
+            return self._run_until(lambda _, s: round(s.time * 1e9) >= instant, what, timeout)
+        wanted = condition
+        return self._run_until(lambda _, sample: wanted(sample), what, timeout)
+
+    def _run_until(
+        self, condition: Callable[[int, Sample], object], what: str, timeout: float | None = None
+    ) -> Sample:
+        samples = Cursor(self._received)
+
+        def found() -> Sample | None:
+            while (next_sample := samples.next()) is not None:
+                if condition(*next_sample):
+                    return next_sample[1]
+            self._processes.check_plant()
+            return None
+
+        sample = self._wait(found, what, timeout, running=True)
+        assert sample is not None
+        return sample
+
+    @timeout_was_patience
+    def run_for(self, duration: float, timeout: float | None = None) -> Sample:
+        """Let the rig run for ``duration`` s of plant time; see :meth:`run_until`."""
+        return self.run_until(self.latest.time + duration, timeout=timeout)
+
+    @timeout_was_patience
+    def run(self, timeout: float | None = None) -> Samples:
+        """Let the rig run to the end of its ``duration``; return all samples of the run.
+
+        With a controller in lock-step, its answer to the last sample is there too. Raises
+        HarnessError in a session without ``duration``.
+        """
+        if not self._duration:
+            raise HarnessError("run: this session has no duration")
+        self.run_until(self._duration, timeout=timeout)
+        if self._mode == "lockstep" and self._has_controller and self._relayed is None:
+            self._wait_for_the_last_answer()
+        return self.samples()
+
+    def _wait_for_the_last_answer(self) -> None:
+        answers, last = self._received.answers, self._received.last_sent
+        self._wait(lambda: answers and answers[-1].sent > last, "the answer to the last sample")
+        if self._telemetry:
+            terms = self._received.terms.values()
+            self._wait(
+                lambda: all(term and term[-1].sent > answers[-1].sent for term in terms),
+                "the telemetry of the last sample",
+            )
+
+    def samples(self, run: int = -1) -> Samples:
+        """Return what has come of a run of the plant: 0 the first, -1 the last; resets part runs.
+
+        Raises LostSampleError if samples were lost and IndexError for a run that there is not.
+        """
+        return self._received.samples(range(self._received.runs)[run])
+
+    def pause(self) -> None:
+        """Stop plant time; a lock-step plant keeps the next answer back."""
+        self._ask(SetBool, "plant/pause", data=True)
+        self._paused = True
+
+    def resume(self) -> None:
+        """Let plant time run on."""
+        self._ask(SetBool, "plant/pause", data=False)
+        self._paused = False
+
+    def step(self, count: int = 1) -> Sample:
+        """Let a paused plant advance by ``count`` samples; return the last.
+
+        In lock-step each step waits for the answer to the sample before. Raises RefusedError
+        where the plant is not paused.
+        """
+        if not self._paused:
+            raise RefusedError("step: pause the plant first")
+        for _ in range(count):
+            sample = self._step()
+        return sample
+
+    def _step(self) -> Sample:
+        asked = time.time_ns()
+        self._wait(
+            lambda: self._call(Trigger, "plant/step").success, "the plant to step", running=True
+        )
+        return self._run_until(lambda sent, _: sent >= asked, "the sample of a step")
+
+    def reset(self) -> Sample:
+        """Return the plant to its start, where a new run begins; return its sample 0."""
+        runs = self._received.runs
+        self._ask(Trigger, "plant/reset")
+        self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
+        return self._received.sample(runs, 0)
