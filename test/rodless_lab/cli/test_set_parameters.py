@@ -1,12 +1,11 @@
 """`rodless set`: parameters of a running rig, all or none."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
-from node_process import NodeProcess, StartRig
-from observer import Observer
+from running import StartProcess, StartRig
 
-Rodless = Callable[..., NodeProcess]
+from rodless_lab.session.observer import Observer
 
 PLANT = (
     "supply.pressure",
@@ -27,18 +26,21 @@ def rig(start_rig: StartRig) -> Iterator[None]:
 def values(observer: Observer) -> dict[str, object]:
     """What both nodes have now."""
     return {
-        **observer.get("/right/plant", PLANT),
-        **observer.get("/right/controller", CONTROLLER),
+        **observer.get_parameters("/right/plant", PLANT),
+        **observer.get_parameters("/right/controller", CONTROLLER),
     }
 
 
-def run(rodless: Rodless, *arguments: str) -> tuple[int, str]:
+def run(rodless: StartProcess, *arguments: str) -> tuple[int, str]:
     """Run `rodless set`; return exit code and output."""
     with rodless("set", *arguments, "--namespace", "/right") as process:
-        return process.end(), process.output
+        code = process.wait()
+        return code, process.output
 
 
-def test_parameters_of_both_nodes_change_in_one_call(rodless: Rodless, observer: Observer) -> None:
+def test_parameters_of_both_nodes_change_in_one_call(
+    rodless: StartProcess, observer: Observer
+) -> None:
     """Texts take the parameter's type; old and new are shown; a pair that only fits together is."""
     code, output = run(
         rodless,
@@ -78,7 +80,7 @@ def test_parameters_of_both_nodes_change_in_one_call(rodless: Rodless, observer:
     ],
 )
 def test_one_refusal_means_that_nothing_changes_on_any_node(
-    rodless: Rodless, observer: Observer, changes: str, words: str
+    rodless: StartProcess, observer: Observer, changes: str, words: str
 ) -> None:
     """Exit code 2 and one line with the reason, whichever node it is that refuses."""
     before = values(observer)
@@ -89,9 +91,9 @@ def test_one_refusal_means_that_nothing_changes_on_any_node(
     assert values(observer) == before
 
 
-def test_a_rig_that_is_not_there_is_named(rodless: Rodless) -> None:
+def test_a_rig_that_is_not_there_is_named(rodless: StartProcess) -> None:
     """Exit code 2 within the time given, and where there is a rig."""
     with rodless("set", "supply.pressure=5e5", "--timeout", "6") as process:
-        assert process.end() == 2
+        assert process.wait() == 2
     assert "no plant in namespace / of ROS domain" in process.output
     assert "there is one in /right: use --namespace" in process.output

@@ -2,33 +2,31 @@
 
 import json
 import signal
-from collections.abc import Callable
 
 import pytest
-from node_process import NodeProcess, StartNode, StartRig
-from observer import Observer
+from running import StartProcess, StartRig, until_it_says
 from std_srvs.srv import SetBool
 
-Rodless = Callable[..., NodeProcess]
+from rodless_lab.session.observer import Observer
 
 
 def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
-    rodless: Rodless, start_rig: StartRig, observer: Observer
+    rodless: StartProcess, start_rig: StartRig, observer: Observer
 ) -> None:
     """Exit code 0; what it shows is what the topics carry; a pause shows."""
     with start_rig(plant={"time.period": 0.01}, namespace="up"):
         # Without positions the controller rightly reports an error.
-        observer.until(
+        observer.wait(
             lambda: observer.diagnostic("/up/controller", fresh=True).level == b"\0", "control"
         )
         with rodless("status", "--namespace", "up") as screen:
-            assert screen.end() == 0, screen.output
+            assert screen.wait() == 0, screen.output
         with rodless("status", "--namespace", "up", "--json") as machine:
-            assert machine.end() == 0
+            assert machine.wait() == 0
         assert observer.call(SetBool, "/up/plant/pause", data=True).success
         observer.diagnostic("/up/plant", fresh=True)
         with rodless("status", "--namespace", "up") as paused:
-            paused.end()
+            paused.wait()
     assert "rig           /up, realtime, running" in screen.output
     assert "controller    OK: controlling" in screen.output
     assert "position      0.000 mm" in screen.output
@@ -44,17 +42,17 @@ def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
 
 
 def test_a_missing_controller_and_a_missing_rig_are_shown(
-    rodless: Rodless, start_node: StartNode
+    rodless: StartProcess, start_node: StartProcess
 ) -> None:
     """Exit code 1 and the way out."""
     with start_node("plant", {"time.period": 0.01}, namespace="half"):
         with rodless("status", "--namespace", "half", "--timeout", "6") as status:
-            assert status.end() == 1
+            assert status.wait() == 1
         assert "rig           /half, realtime, running" in status.output
         assert "controller    missing" in status.output
         assert "no controller in namespace /half" in status.output
     with rodless("status", "--namespace", "empty", "--timeout", "1") as status:
-        assert status.end() == 1
+        assert status.wait() == 1
     assert "no plant in namespace /empty" in status.output
 
 
@@ -86,12 +84,12 @@ def test_a_missing_controller_and_a_missing_rig_are_shown(
     ],
 )
 def test_rig_says_when_it_is_ready_and_what_to_do_next(
-    rodless: Rodless, options: str, lines: list[str]
+    rodless: StartProcess, options: str, lines: list[str]
 ) -> None:
     """One line, once the nodes work; Ctrl-C still ends all with 0."""
     with rodless("rig", *options.split()) as rig:
         for line in lines:
-            rig.until_it_says(line)
+            until_it_says(rig, line)
         rig.signal(signal.SIGINT)
-        assert rig.end(8.0) == 0
+        assert rig.wait(8.0) == 0
     assert rig.output.count("ready: preset") == 1

@@ -2,20 +2,18 @@
 
 import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
-from node_process import NodeProcess, StartNode, StartRig
-from observer import Observer
+from running import StartProcess, StartRig, until_it_says
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
 from rodless_lab.runs.step_metrics import step_metrics
+from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
-
-Rodless = Callable[..., NodeProcess]
 
 PERIOD = 2e-3
 
@@ -34,10 +32,10 @@ def figure(output: str, label: str) -> float:
     return float(found[1])
 
 
-def test_a_move_in_real_time_settles_and_says_how(rodless: Rodless) -> None:
+def test_a_move_in_real_time_settles_and_says_how(rodless: StartProcess) -> None:
     """Exit code 0, metrics within what a busy machine leaves of them, no progress in a pipe."""
     with rodless("move", "20") as move:
-        assert move.end() == 0
+        assert move.wait() == 0
     assert "from 0.00 to 20 mm" in move.output
     assert abs(figure(move.output, "final error")) < 0.2
     assert 0.0 < figure(move.output, "rise time") < figure(move.output, "settling time")
@@ -46,16 +44,16 @@ def test_a_move_in_real_time_settles_and_says_how(rodless: Rodless) -> None:
     assert "\r" not in move.output
 
 
-def test_the_same_set_point_again_is_no_step(rodless: Rodless) -> None:
+def test_the_same_set_point_again_is_no_step(rodless: StartProcess) -> None:
     """The carriage is there: that is said, and nothing is measured."""
     with rodless("move", "20") as move:
-        assert move.end() == 0
+        assert move.wait() == 0
     assert "the carriage was there already" in move.output
     assert "rise time" not in move.output
 
 
 def test_in_lock_step_the_metrics_are_those_of_the_closed_loop_in_process(
-    rodless: Rodless, start_rig: StartRig
+    rodless: StartProcess, start_rig: StartRig
 ) -> None:
     """The paper's step by the running nodes and by one compiled loop: to the last digit shown."""
     parameters = RigParameters.preset("paper")
@@ -69,7 +67,7 @@ def test_in_lock_step_the_metrics_are_those_of_the_closed_loop_in_process(
         start_rig(plant=plant, namespace="exact", controller=controller),
         rodless("move", "58", "--namespace", "/exact") as move,
     ):
-        assert move.end() == 0
+        assert move.wait() == 0
     for label, value in (
         ("rise time 10-90 %", expected.rise_time),
         ("settling time to ±0.2 mm", expected.settling_time),
@@ -79,31 +77,33 @@ def test_in_lock_step_the_metrics_are_those_of_the_closed_loop_in_process(
         assert figure(move.output, label) == pytest.approx(value, abs=6e-4), label
 
 
-def test_a_set_point_that_is_refused_ends_it_with_the_reason(rodless: Rodless) -> None:
+def test_a_set_point_that_is_refused_ends_it_with_the_reason(rodless: StartProcess) -> None:
     """Exit code 2: twenty metres are beyond every limit."""
     with rodless("move", "20000") as move:
-        assert move.end() == 2
+        assert move.wait() == 2
     assert "20000 mm" in move.output
     assert "refused" in move.output
     assert "Traceback" not in move.output
 
 
 def test_a_controller_that_takes_no_set_points_is_named(
-    rodless: Rodless, observer: Observer
+    rodless: StartProcess, observer: Observer
 ) -> None:
     """Exit code 2, and what would change it; nothing is sent."""
-    before = observer.get("/controller", ["reference.type", "reference.amplitude"])
+    before = observer.get_parameters("/controller", ["reference.type", "reference.amplitude"])
     change = {"reference.type": "sine", "reference.amplitude": 0.0}
-    assert observer.set_together("/controller", change).successful
+    observer.set_parameters("/controller", change)
     try:
         with rodless("move", "30") as move:
-            assert move.end() == 2
+            assert move.wait() == 2
         assert "rodless set reference.type=setpoint" in move.output
     finally:
-        assert observer.set_together("/controller", before).successful
+        observer.set_parameters("/controller", before)
 
 
-def test_a_paused_plant_is_named_and_nothing_is_sent(rodless: Rodless, observer: Observer) -> None:
+def test_a_paused_plant_is_named_and_nothing_is_sent(
+    rodless: StartProcess, observer: Observer
+) -> None:
     """Exit code 1: plant time stands still, so nothing can settle."""
     setpoints = observer.node.create_subscription(
         Float64, "/setpoint", lambda _: sent.append(1), 10
@@ -112,7 +112,7 @@ def test_a_paused_plant_is_named_and_nothing_is_sent(rodless: Rodless, observer:
     assert observer.call(SetBool, "/plant/pause", data=True).success
     try:
         with rodless("move", "30") as move:
-            assert move.end() == 1
+            assert move.wait() == 1
         assert "plant time stands still: it is paused; no set-point sent" in move.output
         observer.diagnostic("/plant", fresh=True)
         assert not sent
@@ -122,37 +122,39 @@ def test_a_paused_plant_is_named_and_nothing_is_sent(rodless: Rodless, observer:
 
 
 def test_a_pause_under_way_is_said_and_ctrl_c_leaves_the_rig_running(
-    rodless: Rodless, observer: Observer
+    rodless: StartProcess, observer: Observer
 ) -> None:
     """A warning while it lasts; exit code 1 at Ctrl-C; the next move finds the rig at work."""
     with rodless("move", "190", "--timeout", "60") as move:
-        move.until_it_says("to 190 mm")
+        until_it_says(move, "to 190 mm")
         assert observer.call(SetBool, "/plant/pause", data=True).success
-        move.until_it_says("plant time stands still: it is paused")
+        until_it_says(move, "plant time stands still: it is paused")
         move.signal(signal.SIGINT)
-        assert move.end() == 1
+        assert move.wait() == 1
         assert "interrupted; the rig goes on" in move.output
         assert "Traceback" not in move.output
     assert observer.call(SetBool, "/plant/pause", data=False).success
     with rodless("move", "40") as move:
-        assert move.end() == 0
+        assert move.wait() == 0
 
 
-def test_what_does_not_settle_in_time_is_said(rodless: Rodless) -> None:
+def test_what_does_not_settle_in_time_is_said(rodless: StartProcess) -> None:
     """Half a second of rest cannot have passed within 0.2 s: exit code 1, and where it is."""
     with rodless("move", "150", "--timeout", "0.2") as move:
-        assert move.end() == 1
+        assert move.wait() == 1
     assert "not settled within 0.2 s: the carriage is at" in move.output
     assert "mm from the set-point" in move.output
 
 
-def test_what_is_missing_is_named_with_the_way_out(rodless: Rodless, start_node: StartNode) -> None:
+def test_what_is_missing_is_named_with_the_way_out(
+    rodless: StartProcess, start_node: StartProcess
+) -> None:
     """No rig in this namespace but one elsewhere; a plant without a controller. Exit code 2."""
     with rodless("move", "10", "--namespace", "nowhere") as move:
-        assert move.end() == 2
+        assert move.wait() == 2
     assert "no plant in namespace /nowhere" in move.output
     assert "there is one in /: use --namespace" in move.output
     with start_node("plant", {"time.publish_clock": False}, namespace="alone"):
         with rodless("move", "10", "--namespace", "/alone") as move:
-            assert move.end() == 2
+            assert move.wait() == 2
         assert "no controller in namespace /alone" in move.output
