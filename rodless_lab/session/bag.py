@@ -40,6 +40,12 @@ class SessionBag:
         """Whether every topic is being recorded."""
         return self._recorder.ready
 
+    @property
+    def commands(self) -> int:
+        """Number of commands recorded so far."""
+        topic = self._recorder.node.resolve_topic_name(VALVE_VOLTAGE)
+        return self._recorder.received[topic]
+
     def close(self) -> None:
         """Record what has arrived and close the bag."""
         self._observer.remove_node(self._recorder.node)

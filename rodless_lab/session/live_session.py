@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
+from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import RefusedError, WaitTimeoutError
@@ -25,6 +26,7 @@ class LiveSession:
     _received: Received
     _own: OwnCommands | None = None
     _relayed: RelayedCommands | None = None
+    _bag: SessionBag | None = None
     _paused = False
     # Whether commands of the test go out in a wait.
     _answering = False

@@ -11,6 +11,9 @@ from pathlib import Path
 from rodless_lab.session import guard
 from rodless_lab.session.errors import HarnessError, WaitTimeoutError
 
+# Default bound of a wait, in wall-clock s.
+TIMEOUT = 60.0
+
 # From the request to stop to the end by force, in wall-clock s. The nodes promise to end within
 # 2 s; a crowded machine may need longer.
 STOP_TIMEOUT = 10.0
@@ -151,7 +154,7 @@ class NodeProcess:
         self.signal(signal.SIGKILL)
         self._reap()
 
-    def wait(self, timeout: float) -> int:
+    def wait(self, timeout: float = TIMEOUT) -> int:
         """Wait until it has ended; return its exit code.
 
         Raises :class:`WaitTimeoutError`, with its output, if that takes longer than ``timeout``

@@ -263,6 +263,10 @@ class Observer:
         self.wait(lambda: name in self.diagnostics, f"a diagnostic of {name}")
         return self.diagnostics[name]
 
+    def counter(self, node: str, name: str, fresh: bool = False) -> float:
+        """Return a number from :meth:`diagnostic`; raises KeyError for one that is not there."""
+        return float(self.diagnostic(node, fresh).values[name])
+
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}

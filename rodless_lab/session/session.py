@@ -89,7 +89,6 @@ class RigSession(PlantTime, Controls, Faults):
         self._output = output
         self._bag_path = None if bag is None else Path(bag)
         self._bag_topics = bag_topics
-        self._bag: SessionBag | None = None
         self._has_controller = controller is not None
         self._plan = ProcessPlan(
             preset,

@@ -1,7 +1,5 @@
 """A small bag to read, damage and compare, and a DDS domain of one's own."""
 
-import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +11,6 @@ from std_msgs.msg import Float64, Header
 
 from rodless_lab.bags.metadata import BagTopic
 from rodless_lab.bags.writer import BagWriter
-from rodless_lab.session.domain import own_domain
 
 PERIOD = 1_000_000
 QOS = {
@@ -79,12 +76,3 @@ def write_sample_bag(path: Path, count: int = 300, flush_every: int = 50) -> Sam
 def sample_bag(tmp_path: Path) -> SampleBag:
     """Return a bag of three topics, one of them silent."""
     return write_sample_bag(tmp_path / "sample")
-
-
-@pytest.fixture(scope="module")
-def domain() -> Iterator[dict[str, str]]:
-    """Environment of a DDS domain that this module has for itself, on loopback."""
-    with own_domain() as environment, pytest.MonkeyPatch.context() as patch:
-        for name, value in environment.items():
-            patch.setenv(name, value)
-        yield dict(os.environ)

@@ -31,8 +31,8 @@ class Recorder:
     It has a node rather than being one; whoever makes it spins :attr:`node`. Topics are taken up
     as they appear, with the quality of service their publishers offer. Where somebody publishes
     ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or with
-    ``wall_time``, they are those of the wall clock. :attr:`lost` counts, by topic, messages that
-    a publisher sent between two recorded ones and that never came.
+    ``wall_time``, they are those of the wall clock. :attr:`received` counts messages by topic,
+    and :attr:`lost` those that a publisher sent between two of them and that never came.
     """
 
     def __init__(
@@ -61,6 +61,7 @@ class Recorder:
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
         self._sequences: dict[str, int] = {}
+        self.received: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
         self._on_topics = on_topics
         self._told: list[str] = []
@@ -166,6 +167,7 @@ class Recorder:
                 clock=leading_time(data) if is_clock else None,
             )
             self._write(self._clock.put(arrival))
+            self.received[topic] += 1
 
         return receive
 

@@ -2,22 +2,29 @@
 
 import math
 import os
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from harness_tests import StartRig
+from running import StartSession
 
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.reader import read_bag
 from rodless_lab.harness import (
     HarnessError,
     NodeDiedError,
+    PatienceError,
     RefusedError,
     RigSession,
     Sample,
     WaitTimeoutError,
 )
 from rodless_sim import RigParameters, simulate
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 STEP = {"reference.type": "step", "reference.at": 0.05, "reference.target": 0.058}
 FIELDS = ("position", "velocity", "force", "pressure_a", "pressure_b", "voltage")
@@ -45,7 +52,7 @@ def test_a_lockstep_run_is_complete_and_equals_the_closed_loop(one_process: bool
     assert set(rig.exit_codes.values()) == {0}
 
 
-def test_a_realtime_run_follows_a_setpoint(rig_session: StartRig) -> None:
+def test_a_realtime_run_follows_a_setpoint(rig_session: StartSession) -> None:
     """The carriage goes where the test sends it; samples are one period apart from zero on."""
     rig = rig_session(plant={"time.period": 5e-3})
     rig.setpoint(0.01)
@@ -56,7 +63,7 @@ def test_a_realtime_run_follows_a_setpoint(rig_session: StartRig) -> None:
     assert np.all(np.isnan(run.p)), "telemetry was not asked for"
 
 
-def test_the_test_itself_can_be_the_controller(rig_session: StartRig) -> None:
+def test_the_test_itself_can_be_the_controller(rig_session: StartSession) -> None:
     """In lock-step a law in the test answers each sample once, as an open-loop run would be."""
     rig = rig_session("lockstep", controller=None, duration=0.1)
     seen: list[Sample] = []
@@ -75,7 +82,7 @@ def test_the_test_itself_can_be_the_controller(rig_session: StartRig) -> None:
 
 
 def test_a_lockstep_plant_that_the_test_answers_stands_where_the_test_stops(
-    rig_session: StartRig,
+    rig_session: StartSession,
 ) -> None:
     """After run_until nothing moves until the test goes on; a change acts from that sample on."""
     rig = rig_session("lockstep", controller=None)
@@ -90,7 +97,7 @@ def test_a_lockstep_plant_that_the_test_answers_stands_where_the_test_stops(
     assert len(changed) == 10
 
 
-def test_single_commands_and_commands_that_are_no_numbers(rig_session: StartRig) -> None:
+def test_single_commands_and_commands_that_are_no_numbers(rig_session: StartSession) -> None:
     """Each voltage sent is one period of a lock-step plant; NaN closes the valve and counts."""
     rig = rig_session("lockstep", controller=None)
     for voltage in (5.6, math.nan, 4.4):
@@ -104,7 +111,7 @@ def test_single_commands_and_commands_that_are_no_numbers(rig_session: StartRig)
     assert np.array_equal(rig.samples().pressure_a, expected.pressure_a)
 
 
-def test_pause_step_and_resume(rig_session: StartRig) -> None:
+def test_pause_step_and_resume(rig_session: StartSession) -> None:
     """A session may start paused at sample 0; each step is one sample; resuming runs on."""
     rig = rig_session("lockstep", paused=True, controller=STEP)
     assert rig.latest.time == 0.0
@@ -116,7 +123,7 @@ def test_pause_step_and_resume(rig_session: StartRig) -> None:
         rig.step()
 
 
-def test_a_paused_plant_steps_in_real_time_too(rig_session: StartRig) -> None:
+def test_a_paused_plant_steps_in_real_time_too(rig_session: StartSession) -> None:
     """Without lock-step a step is a period as well, and time stands still between two."""
     rig = rig_session(paused=True)
     assert rig.step(2).time == pytest.approx(2e-3)
@@ -124,7 +131,7 @@ def test_a_paused_plant_steps_in_real_time_too(rig_session: StartRig) -> None:
 
 
 @pytest.mark.parametrize("mode", ["realtime", "lockstep"])
-def test_a_reset_begins_a_new_run(rig_session: StartRig, mode: str) -> None:
+def test_a_reset_begins_a_new_run(rig_session: StartSession, mode: str) -> None:
     """Both runs can be looked at, each from its sample 0 on; the loop works after the reset."""
     rig = rig_session(mode, controller=STEP)
     rig.run_until(0.1)
@@ -139,7 +146,7 @@ def test_a_reset_begins_a_new_run(rig_session: StartRig, mode: str) -> None:
         rig.samples(2)
 
 
-def test_parameters_change_together_or_not_at_all(rig_session: StartRig) -> None:
+def test_parameters_change_together_or_not_at_all(rig_session: StartSession) -> None:
     """A refused change raises the node's own words and leaves every value as it was."""
     rig = rig_session()
     rig.set_parameters("plant", {"friction.forward.static": 40.0, "supply.pressure": 500_000})
@@ -153,7 +160,7 @@ def test_parameters_change_together_or_not_at_all(rig_session: StartRig) -> None
     assert rig.parameters("controller", ["controller.kp"]) == {"controller.kp": 500.0}
 
 
-def test_the_controller_can_be_switched_off_and_reset(rig_session: StartRig) -> None:
+def test_the_controller_can_be_switched_off_and_reset(rig_session: StartSession) -> None:
     """Switched off it commands a closed valve whatever the error; switched on it works."""
     rig = rig_session("lockstep", telemetry=True, relay_commands=True, controller=STEP)
     rig.run_until(0.1)
@@ -168,7 +175,7 @@ def test_the_controller_can_be_switched_off_and_reset(rig_session: StartRig) -> 
     assert np.all(run.voltage[run.time > off + 2e-3][:-1] != 5.08)
 
 
-def test_waiting_ends_and_says_for_what(rig_session: StartRig) -> None:
+def test_waiting_ends_and_says_for_what(rig_session: StartSession) -> None:
     """A wait in vain names what was waited for and shows what the nodes have printed."""
     rig = rig_session()
     with pytest.raises(WaitTimeoutError, match="waiting for the moon") as caught:
@@ -184,7 +191,7 @@ def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
         RigSession(plant={"no.such": 1.0}).__enter__()
 
 
-def test_requests_that_make_no_sense_are_refused(rig_session: StartRig) -> None:
+def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> None:
     """Options and calls that contradict each other raise instead of waiting for ever."""
     with pytest.raises(ValueError, match="one_process"):
         RigSession(controller=None, one_process=True)
@@ -204,7 +211,90 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartRig) -> None:
             call()
 
 
-def test_sessions_side_by_side_do_not_hear_each_other(rig_session: StartRig) -> None:
+def test_a_bag_holds_the_session_from_sample_0_on(
+    rig_session: StartSession, tmp_path: Path
+) -> None:
+    """In lock-step every sample, command and set-point is in it, and what was asked for besides."""
+    bag = tmp_path / "bag"
+    rig = rig_session(
+        "lockstep", duration=0.2, paused=True, bag=bag, bag_topics=["controller/reference"]
+    )
+    rig.step(100)
+    rig.setpoint(0.02)
+    rig.resume()
+    run = rig.run()
+    rig.__exit__(None, None, None)
+    recorded = read_bag(bag)
+    for topic in ("/joint_states", "/supply/pressure", "/valve/voltage"):
+        assert recorded[topic].log_time.tolist() == [k * 1_000_000 for k in range(201)], topic
+    assert np.array_equal(recorded["/joint_states"].fields["position"][:, 0], run.position)
+    assert np.array_equal(recorded["/valve/voltage"].fields["data"], run.voltage)
+    assert recorded["/setpoint"].log_time.tolist() == [100 * 1_000_000]
+    # Sample 100 was answered before; the set-point had arrived when the plant went on.
+    reference = recorded["/controller/reference"].fields["data"]
+    assert np.flatnonzero(reference == 0.02)[0] == 101
+    assert len(reference) >= 200
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"controller": None}, {"relay_commands": True}, {"one_process": True}],
+    ids=["no controller", "relayed", "one process"],
+)
+def test_a_bag_can_be_had_with_every_kind_of_controller(
+    rig_session: StartSession, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    """Whoever sends the commands, the bag begins with sample 0 and the command that answers it."""
+    rig = rig_session("lockstep", bag=tmp_path / "bag", **options)
+    if options.get("controller", {}) is None:
+        rig.drive(5.6)
+    rig.run_until(0.05)
+    rig.__exit__(None, None, None)
+    recorded = read_bag(tmp_path / "bag")
+    for topic in ("/joint_states", "/valve/voltage"):
+        assert recorded[topic].log_time[:50].tolist() == [k * 1_000_000 for k in range(50)], topic
+
+
+def test_a_bag_that_is_there_is_not_written_over(tmp_path: Path) -> None:
+    """The session does not begin, says why, and leaves no process behind."""
+    rig = RigSession(bag=tmp_path)
+    with pytest.raises(BagError, match="exists already"):
+        rig.__enter__()
+    assert None not in rig.exit_codes.values()
+
+
+def test_a_check_ends_whatever_wait_it_is_called_in() -> None:
+    """Also the start: both nodes are ended, and the exception of the check comes out."""
+    calls: list[None] = []
+
+    def check() -> None:
+        calls.append(None)
+        if len(calls) == 5:
+            raise ZeroDivisionError
+
+    rig = RigSession(check=check)
+    with pytest.raises(ZeroDivisionError):
+        rig.__enter__()
+    assert None not in rig.exit_codes.values()
+
+
+def test_the_old_name_of_the_timeout_goes_on_working(rig_session: StartSession) -> None:
+    """patience= bounds the same waits, with a warning that names the new option."""
+    with pytest.warns(DeprecationWarning, match="timeout="):
+        rig = rig_session(patience=60.0)
+    for wait in (
+        lambda **options: rig.wait_until(lambda: False, "a sign", **options),
+        lambda **options: rig.run_until(1e5, **options),
+        lambda **options: rig.run_for(1e5, **options),
+    ):
+        with pytest.warns(DeprecationWarning, match="timeout="), pytest.raises(PatienceError):
+            wait(patience=0.05)
+        with pytest.raises(TypeError, match="old name"):
+            wait(patience=0.05, timeout=0.05)
+    assert PatienceError is WaitTimeoutError
+
+
+def test_sessions_side_by_side_do_not_hear_each_other(rig_session: StartSession) -> None:
     """Two rigs in one test are in two domains, and each follows its own set-point only."""
     rigs = [rig_session(plant={"time.period": 5e-3}) for _ in range(2)]
     assert len({rig.environment["ROS_DOMAIN_ID"] for rig in rigs}) == 2
@@ -213,7 +303,7 @@ def test_sessions_side_by_side_do_not_hear_each_other(rig_session: StartRig) -> 
     assert rigs[1].run_until(rigs[0].latest.time).position < 1e-4
 
 
-def test_nothing_of_a_session_shows_outside(rig_session: StartRig) -> None:
+def test_nothing_of_a_session_shows_outside(rig_session: StartSession) -> None:
     """The environment of the test's own process stays as it was."""
     before = dict(os.environ)
     rig = rig_session(plant={"time.period": 5e-3})

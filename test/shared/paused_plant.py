@@ -1,10 +1,11 @@
 """A running plant taken step by step, so that its answers can be foretold to the last digit."""
 
-from diagnostic_msgs.msg import DiagnosticStatus
-from observer import Observer, nanoseconds
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
+
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_lab.session.observer import Diagnostic, Observer
 
 
 class PausedPlant:
@@ -14,8 +15,8 @@ class PausedPlant:
         """Pause the plant of full name ``name``; nobody else may command it."""
         self.observer, self.name = observer, name
         namespace = name.rsplit("/", 1)[0]
-        self.samples = observer.record(JointState, f"{namespace}/joint_states")
-        self.pressures = observer.record(FluidPressure, f"{namespace}/chamber_a/pressure")
+        self.samples = observer.collect(JointState, f"{namespace}/joint_states")
+        self.pressures = observer.collect(FluidPressure, f"{namespace}/chamber_a/pressure")
         self._command = observer.publisher(Float64, f"{namespace}/valve/voltage")
         self.pause(True)
         self.diagnostic()
@@ -25,24 +26,25 @@ class PausedPlant:
         """Stop plant time, or let it run."""
         assert self.observer.call(SetBool, f"{self.name}/pause", data=paused).success
 
-    def diagnostic(self) -> DiagnosticStatus:
+    def diagnostic(self) -> Diagnostic:
         """Return a diagnostic that was sent after now; it takes up to a second of wall clock."""
         return self.observer.diagnostic(self.name, fresh=True)
 
-    def last_diagnostic(self) -> DiagnosticStatus:
+    def last_diagnostic(self) -> Diagnostic:
         """Return the last diagnostic, which is not older than the last command."""
         return self.observer.diagnostic(self.name)
 
     def count(self, key: str) -> float:
         """Return a number from the last diagnostic."""
-        return self.observer.count(self.name, key)
+        return self.observer.counter(self.name, key)
 
     def reset(self) -> JointState:
         """Return to the start; return sample 0."""
         start = len(self.samples)
         assert self.observer.call(Trigger, f"{self.name}/reset").success
-        self.observer.until(
-            lambda: any(nanoseconds(s.header.stamp) == 0 for s in self.samples[start:]), "sample 0"
+        self.observer.wait(
+            lambda: any(stamp_nanoseconds(s.header.stamp) == 0 for s in self.samples[start:]),
+            "sample 0",
         )
         return self.samples[-1]
 
@@ -54,7 +56,7 @@ class PausedPlant:
     def command(self, voltage: float) -> None:
         """Send a command and wait until the plant has counted it."""
         self.send(voltage)
-        self.observer.until(
+        self.observer.wait(
             lambda: self.count("commands received") == self._received,
             f"the plant to receive {voltage} V",
         )
@@ -64,7 +66,7 @@ class PausedPlant:
         start = len(self.samples)
         for _ in range(count):
             assert self.observer.call(Trigger, f"{self.name}/step").success
-        self.observer.until(lambda: len(self.samples) >= start + count, "the samples of the steps")
+        self.observer.wait(lambda: len(self.samples) >= start + count, "the samples of the steps")
         return self.samples[start:]
 
 

@@ -14,9 +14,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harness_tests import TIMEOUT, StartRig
+from running import StartSession
 
 from rodless_lab.harness import HarnessError, NodeDiedError, RigSession
+
+pytestmark = pytest.mark.usefixtures("compiled")
+
+# For a process of a test to end, in wall-clock s.
+TIMEOUT = 500.0
 
 SLOW = {"time.period": 5e-3}
 HOLD = {"reference.type": "step", "reference.at": 0.05, "reference.target": 0.15}
@@ -33,7 +38,7 @@ def ended(pid: int) -> bool:
     return True
 
 
-def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: StartRig) -> None:
+def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: StartSession) -> None:
     """Without commands the plant closes the valve and says so; thawed, the move goes on."""
     rig = rig_session(plant=SLOW, controller=HOLD)
     rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
@@ -46,7 +51,7 @@ def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: St
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
 
 
-def test_lost_commands_close_the_valve(rig_session: StartRig) -> None:
+def test_lost_commands_close_the_valve(rig_session: StartSession) -> None:
     """Inside the block no command arrives, though the controller sends them."""
     rig = rig_session(plant=SLOW, controller=HOLD, relay_commands=True)
     rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
@@ -57,7 +62,7 @@ def test_lost_commands_close_the_valve(rig_session: StartRig) -> None:
     assert np.isnan(rig.samples().voltage).sum() > 10
 
 
-def test_altered_commands_act_from_the_very_sample_on(rig_session: StartRig) -> None:
+def test_altered_commands_act_from_the_very_sample_on(rig_session: StartSession) -> None:
     """In lock-step a relayed command that is made NaN is exactly one period without a command."""
     rig = rig_session("lockstep", controller=HOLD, relay_commands=True)
     rig.run_until(0.1)
@@ -72,7 +77,7 @@ def test_altered_commands_act_from_the_very_sample_on(rig_session: StartRig) -> 
         pass
 
 
-def test_friction_and_supply_change_in_mid_run(rig_session: StartRig) -> None:
+def test_friction_and_supply_change_in_mid_run(rig_session: StartSession) -> None:
     """At the same voltage the carriage is slower with more friction and less pressure."""
     rig = rig_session("lockstep", controller=None, preset="calibrated")
     rig.drive(6.0)
@@ -83,7 +88,7 @@ def test_friction_and_supply_change_in_mid_run(rig_session: StartRig) -> None:
     assert abs(after) < 0.8 * before
 
 
-def test_a_killed_controller_can_be_started_again(rig_session: StartRig) -> None:
+def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> None:
     """The plant goes on without, its valve closed; the new controller takes over."""
     rig = rig_session(plant=SLOW, controller=HOLD)
     rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
@@ -94,7 +99,7 @@ def test_a_killed_controller_can_be_started_again(rig_session: StartRig) -> None
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
 
 
-def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartRig) -> None:
+def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartSession) -> None:
     """No sample is missing and none is there twice, although the last one is offered anew."""
     rig = rig_session("lockstep", controller=HOLD)
     rig.run_until(0.2)
@@ -106,7 +111,7 @@ def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartRi
     assert np.array_equal(np.rint(run.time * 1e9), np.arange(len(run)) * 1_000_000)
 
 
-def test_a_restarted_plant_begins_a_new_run(rig_session: StartRig) -> None:
+def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
     """Sample 0 comes again, and nobody waits for samples of a plant that was killed."""
     rig = rig_session("lockstep", controller=None)
     rig.drive(5.6)
@@ -119,7 +124,7 @@ def test_a_restarted_plant_begins_a_new_run(rig_session: StartRig) -> None:
     assert np.array_equal(rig.samples(0).position[:20], rig.samples(1).position[:20])
 
 
-def test_whoever_waits_learns_of_a_node_that_dies_by_itself(rig_session: StartRig) -> None:
+def test_whoever_waits_learns_of_a_node_that_dies_by_itself(rig_session: StartSession) -> None:
     """The wait ends at once, whatever it was for."""
     rig = rig_session(plant=SLOW)
     os.kill(rig.pids["controller"], signal.SIGKILL)
@@ -172,7 +177,9 @@ LEAVES_A_CHILD = """
 """
 
 
-def test_what_a_controller_leaves_behind_ends_too(rig_session: StartRig, tmp_path: Path) -> None:
+def test_what_a_controller_leaves_behind_ends_too(
+    rig_session: StartSession, tmp_path: Path
+) -> None:
     """A command that starts another process and ends: that one is found and ended."""
     with pytest.raises(NodeDiedError, match="controller has ended with exit code 0"):
         rig_session(
@@ -246,8 +253,8 @@ def test_the_plugin_costs_nothing_until_it_is_used() -> None:
     assert not any(name in loaded for name in ("rclpy", "rodless_lab", "rodless_sim"))
 
 
-def test_patience_is_wall_clock_time() -> None:
-    """A wait in vain lasts as long as it may, not as long as something happens."""
+def test_a_timeout_is_wall_clock_time() -> None:
+    """A wait for what never comes lasts as long as it may, not as long as something happens."""
     with RigSession(plant=SLOW) as rig:
         start = time.monotonic()
         with pytest.raises(TimeoutError):

@@ -1,14 +1,13 @@
 """A rig whose friction nobody has told: driven, recorded and identified with the commands alone."""
 
 import signal
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from node_process import NodeProcess
-from observer import TIMEOUT
+from running import StartProcess
 
 from rodless_lab.bags.reader import read_bag
+from rodless_lab.session.observer import TIMEOUT
 from rodless_sim import RigParameters
 
 HIDDEN = {
@@ -22,8 +21,6 @@ HIDDEN = {
     "friction.reverse.viscous": 5100.0,
 }
 TOPICS = "joint_states chamber_a/pressure chamber_b/pressure supply/pressure valve/voltage /clock"
-
-Rodless = Callable[..., NodeProcess]
 
 
 def write_start(path: Path) -> Path:
@@ -40,7 +37,7 @@ def write_start(path: Path) -> Path:
     return path
 
 
-def test_friction_is_found_again(rodless: Rodless, tmp_path: Path) -> None:
+def test_friction_is_found_again(rodless: StartProcess, tmp_path: Path) -> None:
     """All eight parameters lie in the 95 % intervals said, from a bag of noisy sensors.
 
     The noise is always the same one, and the file written loads.
@@ -48,20 +45,22 @@ def test_friction_is_found_again(rodless: Rodless, tmp_path: Path) -> None:
     start, bag = write_start(tmp_path / "rig.yaml"), tmp_path / "bag"
     found = tmp_path / "found.yaml"
     options = ("--without-controller", "--sensors", "data-sheet", "--parameters", str(start))
-    rig = rodless("rig", *options)
-    with rig, rodless("record", *TOPICS.split(), "--output", str(bag)) as recorder:
+    with (
+        rodless("rig", *options) as rig,
+        rodless("record", *TOPICS.split(), "--output", str(bag)) as recorder,
+    ):
         with rodless("drive", "friction", "--recorders", "1") as driver:
-            assert driver.end(TIMEOUT * 5.0) == 0, driver.output
+            assert driver.wait(TIMEOUT * 5.0) == 0, driver.output
         recorder.signal(signal.SIGINT)
-        assert recorder.end(TIMEOUT) == 0, recorder.output
+        assert recorder.wait(TIMEOUT) == 0, recorder.output
         rig.signal(signal.SIGINT)
-        assert rig.end(TIMEOUT) == 0, rig.output
+        assert rig.wait(TIMEOUT) == 0, rig.output
     recorded = read_bag(bag)
     assert recorded["/joint_states"].log_time[0] == 0
     assert recorded["/valve/voltage"].fields["data"].ravel()[0] == 5.23
 
     with rodless("identify", "friction", str(bag), "--output", str(found)) as identify:
-        assert identify.end(TIMEOUT) == 0, identify.output
+        assert identify.wait(TIMEOUT) == 0, identify.output
     identified = RigParameters.from_file(found)
     lines = found.read_text(encoding="utf-8").splitlines()
     for name, hidden in HIDDEN.items():

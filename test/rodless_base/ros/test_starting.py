@@ -1,14 +1,13 @@
 """What a node is started with: taken, or refused in words before anything runs."""
 
-import os
 import signal
 import subprocess
 from pathlib import Path
 
 import pytest
-from node_process import NodeProcess
-from observer import TIMEOUT, Observer
+from running import StartProcess
 
+from rodless_lab.session.observer import TIMEOUT, Observer
 from rodless_lab.session.processes import node_command
 
 
@@ -100,7 +99,7 @@ def test_a_bad_start_ends_with_1_and_says_why(
         files[0].write_text(file)
     ended = subprocess.run(
         node_command(node, files) + arguments,
-        env={**os.environ, **domain},
+        env=domain,
         capture_output=True,
         text=True,
         timeout=TIMEOUT,
@@ -115,7 +114,7 @@ def test_a_bad_start_ends_with_1_and_says_why(
 
 
 def test_a_file_in_plain_yaml_is_taken(
-    domain: dict[str, str], observer: Observer, tmp_path: Path
+    start_process: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:
     """Integers stand for reals, names may be nested, and parameters of rclpy are nobody's typo."""
     path = tmp_path / "plant.yaml"
@@ -129,24 +128,22 @@ def test_a_file_in_plain_yaml_is_taken(
         "    start_type_description_service: false\n"
         "    qos_overrides./parameter_events.publisher.depth: 100\n"
     )
-    with NodeProcess(node_command("plant", [path]), {**os.environ, **domain}) as plant:
-        assert observer.get("/plant", ["supply.pressure", "friction.forward.static"]) == {
-            "supply.pressure": 600_000.0,
-            "friction.forward.static": 30.0,
-        }
+    expected = {"supply.pressure": 600_000.0, "friction.forward.static": 30.0}
+    with start_process(node_command("plant", [path])) as plant:
+        assert observer.get_parameters("/plant", list(expected)) == expected
         plant.signal(signal.SIGINT)
-        assert plant.end() == 0
+        assert plant.wait() == 0
 
 
 def test_a_value_on_the_command_line_wins_over_the_file(
-    domain: dict[str, str], observer: Observer, tmp_path: Path
+    start_process: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:
     """`-p` after `--params-file`, as with any node."""
     path = tmp_path / "controller.yaml"
     path.write_text(file_for("controller", "controller: {kp: 100, ki: 50}"))
     command = [*node_command("controller", [path], "later"), "-p", "controller.kp:=200"]
-    with NodeProcess(command, {**os.environ, **domain}) as controller:
+    with start_process(command) as controller:
         names = ["controller.kp", "controller.ki"]
-        assert list(observer.get("/later/controller", names).values()) == [200.0, 50.0]
+        assert list(observer.get_parameters("/later/controller", names).values()) == [200.0, 50.0]
         controller.signal(signal.SIGINT)
-        assert controller.end() == 0
+        assert controller.wait() == 0

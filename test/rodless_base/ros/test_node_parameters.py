@@ -4,15 +4,16 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from node_process import StartNode
-from observer import Observer
 from paused_plant import PausedPlant, positions
-from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.msg import ParameterType, SetParametersResult
 from rclpy.parameter import Parameter
+from running import StartProcess
 from sensor_msgs.msg import FluidPressure
 
 from rodless_base.parameters import ParameterSet
 from rodless_control import PidParameters
+from rodless_lab.session.errors import RefusedError
+from rodless_lab.session.observer import Observer
 from rodless_sim import Rig, RigParameters
 
 SETS: dict[str, type[ParameterSet]] = {"/plant": RigParameters, "/other/controller": PidParameters}
@@ -22,7 +23,7 @@ PERIOD = 0.01
 
 
 @pytest.fixture(scope="module", autouse=True)
-def nodes(start_node: StartNode) -> Iterator[None]:
+def nodes(start_node: StartProcess) -> Iterator[None]:
     """Run both nodes, in namespaces apart, so that the controller does not command the plant."""
     with (
         start_node("plant", {"time.period": PERIOD, "valve.command_timeout": 60.0}),
@@ -34,10 +35,19 @@ def nodes(start_node: StartNode) -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def unchanged(observer: Observer, nodes: None) -> Iterator[None]:  # noqa: ARG001
     """Give each test the parameters as they were."""
-    before = {node: observer.get(node, changeable(node)) for node in SETS}
+    before = {node: observer.get_parameters(node, changeable(node)) for node in SETS}
     yield
     for node, values in before.items():
-        assert observer.set_together(node, values).successful
+        observer.set_parameters(node, values)
+
+
+def set_one_by_one(
+    observer: Observer, node: str, values: dict[str, float]
+) -> list[SetParametersResult]:
+    """Set parameters as `ros2 param load` does; return the result of each."""
+    client = observer.parameter_client(node)
+    parameters = [Parameter(name, value=value) for name, value in values.items()]
+    return observer.result(lambda: client.set_parameters(parameters), "an answer").results
 
 
 def changeable(node: str) -> list[str]:
@@ -57,7 +67,7 @@ TYPES = {
 @NODES
 def test_every_parameter_is_declared_and_no_other(observer: Observer, node: str) -> None:
     """The node lists the declared parameters, and besides them only what rclpy gives it."""
-    response = observer.result(observer.parameters(node).list_parameters(), "a list")
+    response = observer.result(observer.parameter_client(node).list_parameters, "a list")
     others = set(response.result.names) - set(SETS[node].DECLARATIONS)
     assert set(SETS[node].DECLARATIONS) <= set(response.result.names)
     assert others <= {"use_sim_time", "start_type_description_service"}
@@ -69,7 +79,8 @@ def test_every_descriptor_tells_meaning_unit_source_and_range(
 ) -> None:
     """A user of `ros2 param describe` reads there what the declaration says."""
     names = list(SETS[node].DECLARATIONS)
-    response = observer.result(observer.parameters(node).describe_parameters(names), "descriptors")
+    client = observer.parameter_client(node)
+    response = observer.result(lambda: client.describe_parameters(names), "descriptors")
     assert [descriptor.name for descriptor in response.descriptors] == names
     for descriptor in response.descriptors:
         declared = SETS[node].DECLARATIONS[descriptor.name]
@@ -102,7 +113,7 @@ def test_values_are_the_defaults_until_something_is_said(observer: Observer, nod
         for name, value in SETS[node]().items()
         if name not in given
     }
-    found = observer.get(node, defaults)
+    found = observer.get_parameters(node, defaults)
     assert {
         name: list(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
         for name, value in found.items()
@@ -111,10 +122,9 @@ def test_values_are_the_defaults_until_something_is_said(observer: Observer, nod
 
 def test_supply_pressure_takes_effect_while_the_plant_runs(observer: Observer) -> None:
     """A new supply pressure shows on supply/pressure."""
-    pressures = observer.record(FluidPressure, "/supply/pressure")
-    (result,) = observer.set("/plant", {"supply.pressure": 4e5})
-    assert result.successful, result.reason
-    observer.until(
+    pressures = observer.collect(FluidPressure, "/supply/pressure")
+    observer.set_parameters("/plant", {"supply.pressure": 4e5})
+    observer.wait(
         lambda: pressures and pressures[-1].fluid_pressure == pytest.approx(4e5),
         "the new supply pressure",
     )
@@ -128,7 +138,7 @@ def test_friction_takes_effect_in_mid_move(observer: Observer) -> None:
     rig = Rig()
     assert positions(plant.steps(10)) == [rig.advance(8.0, PERIOD).position for _ in range(10)]
     change = {"friction.forward.viscous": 1500.0, "friction.form": "saturating"}
-    assert observer.set_together("/plant", change).successful
+    observer.set_parameters("/plant", change)
     rig.configure(RigParameters(change))
     expected = [rig.advance(8.0, PERIOD).position for _ in range(10)]
     assert positions(plant.steps(10)) == expected
@@ -153,11 +163,11 @@ def test_an_integer_is_taken_for_a_real(
     observer: Observer, node: str, name: str, given: object, taken: object
 ) -> None:
     """A user who leaves the point out gets what was meant, and the type stays real."""
-    (result,) = observer.set(node, {name: given})
-    assert result.successful, result.reason
-    value = observer.get(node, [name])[name]
+    observer.set_parameters(node, {name: given})
+    value = observer.get_parameters(node, [name])[name]
     assert (list(value) if isinstance(taken, list) else value) == taken  # type: ignore[call-overload]
-    types = observer.result(observer.parameters(node).get_parameter_types([name]), "types").types
+    client = observer.parameter_client(node)
+    types = observer.result(lambda: client.get_parameter_types([name]), "types").types
     assert list(types) in ([TYPES[float]], [TYPES[tuple]])
 
 
@@ -202,40 +212,41 @@ def test_a_bad_value_is_refused_by_name_and_changes_nothing(
     The change sets a good value too, which must not be taken either.
     """
     good = {"/plant": "atmosphere.temperature", "/other/controller": "reference.velocity"}[node]
-    before = observer.get(node, SETS[node].DECLARATIONS)
+    before = observer.get_parameters(node, SETS[node].DECLARATIONS)
     bad = Parameter(name, Parameter.Type.NOT_SET) if value is None else Parameter(name, value=value)
-    client = observer.parameters(node)
-    (alone,) = observer.result(client.set_parameters([bad]), "an answer").results
+    client = observer.parameter_client(node)
+    (alone,) = observer.result(lambda: client.set_parameters([bad]), "an answer").results
     fine = Parameter(good, value=before[good] + 1.0)  # type: ignore[operator]
-    both = observer.result(client.set_parameters_atomically([fine, bad]), "an answer").result
+    both = observer.result(
+        lambda: client.set_parameters_atomically([fine, bad]), "an answer"
+    ).result
     for result in (alone, both):
         assert not result.successful
         assert words in result.reason
         assert name in result.reason
-    assert repr(observer.get(node, SETS[node].DECLARATIONS)) == repr(before)
+    assert repr(observer.get_parameters(node, SETS[node].DECLARATIONS)) == repr(before)
 
 
 def test_of_several_changes_one_by_one_the_good_ones_are_taken(observer: Observer) -> None:
     """`ros2 param load` sets one by one: each is judged for itself."""
-    results = observer.set("/plant", {"supply.pressure": 5e5, "friction.forward.static": -1.0})
+    change = {"supply.pressure": 5e5, "friction.forward.static": -1.0}
+    results = set_one_by_one(observer, "/plant", change)
     assert [result.successful for result in results] == [True, False]
-    assert observer.get("/plant", ["supply.pressure"]) == {"supply.pressure": 5e5}
+    assert observer.get_parameters("/plant", ["supply.pressure"]) == {"supply.pressure": 5e5}
 
 
 def test_a_pair_that_only_agrees_as_a_whole_is_taken_as_one_change(observer: Observer) -> None:
     """F_c above the old F_s is refused alone, but not together with a new F_s after it."""
     pair = {"friction.forward.coulomb": 40.0, "friction.forward.static": 50.0}
-    alone = observer.set("/plant", {"friction.forward.coulomb": 40.0})
-    assert not alone[0].successful
-    together = observer.set_together("/plant", pair)
-    assert together.successful, together.reason
-    assert observer.get("/plant", pair) == pair
+    with pytest.raises(RefusedError, match=r"friction\.forward\.coulomb"):
+        observer.set_parameters("/plant", {"friction.forward.coulomb": 40.0})
+    observer.set_parameters("/plant", pair)
+    assert observer.get_parameters("/plant", pair) == pair
 
 
 @NODES
 def test_parameters_of_rclpy_itself_stay_its_own(observer: Observer, node: str) -> None:
     """use_sim_time can be changed as on any node."""
     for value in (True, False):
-        (result,) = observer.set(node, {"use_sim_time": value})
-        assert result.successful, result.reason
-        assert observer.get(node, ["use_sim_time"]) == {"use_sim_time": value}
+        observer.set_parameters(node, {"use_sim_time": value})
+        assert observer.get_parameters(node, ["use_sim_time"]) == {"use_sim_time": value}

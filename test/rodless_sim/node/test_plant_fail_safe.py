@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from node_process import StartNode
-from observer import Observer
 from paused_plant import PausedPlant, positions
+from running import StartProcess
 
+from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters, simulate
 
 PARAMETERS = RigParameters()
@@ -23,7 +23,7 @@ FOLLOWED = round(TIMEOUT / PERIOD) + 1
 
 
 @pytest.fixture(scope="module")
-def plant(observer: Observer, start_node: StartNode) -> Iterator[PausedPlant]:
+def plant(observer: Observer, start_node: StartProcess) -> Iterator[PausedPlant]:
     """Run a plant that only the test commands."""
     with start_node("plant", {"time.period": PERIOD}):
         yield PausedPlant(observer)
@@ -112,8 +112,8 @@ def test_a_running_plant_comes_to_rest_when_commands_stop(plant: PausedPlant) ->
     lost = plant.count("commands lost")
     plant.pause(False)
     plant.send(10.0)
-    plant.observer.until(lambda: plant.count("commands lost") == lost + 1, "the loss")
-    plant.observer.until(lambda: has_come_to_rest(positions(plant.samples[-50:])), "rest")
+    plant.observer.wait(lambda: plant.count("commands lost") == lost + 1, "the loss")
+    plant.observer.wait(lambda: has_come_to_rest(positions(plant.samples[-50:])), "rest")
     plant.pause(True)
 
 

@@ -5,12 +5,13 @@ from collections.abc import Callable, Iterator
 from typing import cast
 
 import pytest
-from node_process import StartNode
-from observer import TIMEOUT, Observer, nanoseconds
 from rosgraph_msgs.msg import Clock
+from running import StartProcess
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_lab.session.observer import TIMEOUT, Observer
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.realtime import Realtime
 
@@ -18,7 +19,7 @@ PERIOD = 5_000_000
 
 
 @pytest.fixture(scope="module", autouse=True)
-def plant(start_node: StartNode) -> Iterator[None]:
+def plant(start_node: StartProcess) -> Iterator[None]:
     """Run a plant that nobody commands."""
     with start_node("plant", {"time.period": PERIOD * 1e-9}):
         yield
@@ -27,7 +28,7 @@ def plant(start_node: StartNode) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def samples(observer: Observer) -> list[JointState]:
     """Record the plant's samples; they have begun to come."""
-    samples = observer.record(JointState, "/joint_states")
+    samples = observer.collect(JointState, "/joint_states")
     observer.more(samples, 5)
     return samples
 
@@ -41,7 +42,7 @@ def running(observer: Observer) -> Iterator[None]:
 
 def times(samples: list[JointState]) -> list[int]:
     """Return their stamps in ns."""
-    return [nanoseconds(sample.header.stamp) for sample in samples]
+    return [stamp_nanoseconds(sample.header.stamp) for sample in samples]
 
 
 def pause(observer: Observer, paused: bool) -> None:
@@ -120,17 +121,17 @@ def test_a_plant_that_fails_does_not_look_alive() -> None:
 
 def test_a_step_is_one_period(observer: Observer, samples: list[JointState]) -> None:
     """Each ~/step of a paused plant gives one sample, a period later, and its clock."""
-    clocks = observer.record(Clock, "/clock")
+    clocks = observer.collect(Clock, "/clock")
     observer.more(clocks, 1)
     pause(observer, True)
     assert observer.call(Trigger, "/plant/reset").success
-    observer.until(lambda: times(samples)[-1] == 0, "sample 0")
+    observer.wait(lambda: times(samples)[-1] == 0, "sample 0")
     start = len(samples)
     for count in range(1, 6):
         assert observer.call(Trigger, "/plant/step").success
-        observer.until(lambda count=count: len(samples) == start + count, "the sample of the step")
+        observer.wait(lambda count=count: len(samples) == start + count, "the sample of the step")
     assert times(samples[start:]) == [PERIOD * count for count in range(1, 6)]
-    observer.until(lambda: nanoseconds(clocks[-1].clock) == 5 * PERIOD, "its clock")
+    observer.wait(lambda: stamp_nanoseconds(clocks[-1].clock) == 5 * PERIOD, "its clock")
 
 
 def test_a_step_of_a_running_plant_is_refused(observer: Observer) -> None:
@@ -149,11 +150,11 @@ def test_a_reset_begins_plant_time_anew(
     pause(observer, paused)
     start = len(samples)
     assert observer.call(Trigger, "/plant/reset").success
-    observer.until(lambda: 0 in times(samples[start:]), "sample 0")
+    observer.wait(lambda: 0 in times(samples[start:]), "sample 0")
     first = start + times(samples[start:]).index(0)
     if paused:
         observer.diagnostic("/plant", fresh=True)
         assert times(samples[first:]) == [0]
         pause(observer, False)
-    observer.until(lambda: len(samples) >= first + 20, "samples after the reset")
+    observer.wait(lambda: len(samples) >= first + 20, "samples after the reset")
     assert times(samples[first : first + 20]) == list(range(0, 20 * PERIOD, PERIOD))

@@ -5,15 +5,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
-from node_process import StartRig
-from observer import Observer, nanoseconds
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from running import StartRig
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_control import PidParameters
-from rodless_lab.session.processes import RigProcesses
+from rodless_lab.session.observer import Observer
 
 PERIOD = 1_000_000
 
@@ -26,7 +26,6 @@ class Rig:
     """The paper's rig at 1 kHz, and what its topics carry."""
 
     observer: Observer
-    processes: RigProcesses
     samples: list[JointState]
     commands: list[Float64]
 
@@ -36,7 +35,7 @@ class Rig:
     @property
     def time(self) -> float:
         """Plant time of the last sample in s."""
-        return nanoseconds(self.samples[-1].header.stamp) * 1e-9
+        return stamp_nanoseconds(self.samples[-1].header.stamp) * 1e-9
 
     @property
     def position(self) -> float:
@@ -50,12 +49,12 @@ class Rig:
     def wait(self, seconds: float) -> None:
         """Let ``seconds`` of plant time pass."""
         end = self.time + seconds
-        self.observer.until(lambda: self.time >= end, f"{seconds} s of plant time")
+        self.observer.wait(lambda: self.time >= end, f"{seconds} s of plant time")
 
     def go(self, setpoint: float) -> None:
         """Send the carriage there, and wait until it has come."""
         self.send(setpoint)
-        self.observer.until(lambda: abs(self.position - setpoint) < WITHIN, "the carriage to come")
+        self.observer.wait(lambda: abs(self.position - setpoint) < WITHIN, "the carriage to come")
 
     def pause(self, paused: bool) -> None:
         """Stop plant time and wait until nothing is under way; or let it run."""
@@ -68,12 +67,12 @@ class Rig:
 @pytest.fixture(scope="module")
 def rig(observer: Observer, start_rig: StartRig) -> Iterator[Rig]:
     """Run the rig."""
-    with start_rig() as processes:
-        samples = observer.record(JointState, "/joint_states")
-        commands = observer.record(Float64, "/valve/voltage")
+    with start_rig():
+        samples = observer.collect(JointState, "/joint_states")
+        commands = observer.collect(Float64, "/valve/voltage")
         # The controller speaks only when it is spoken to: from then on the loop is closed.
         observer.more(commands, 10)
-        yield Rig(observer, processes, samples, commands)
+        yield Rig(observer, samples, commands)
 
 
 def test_the_carriage_reaches_58_mm_with_one_command_per_sample(rig: Rig) -> None:
@@ -90,7 +89,7 @@ def test_the_carriage_reaches_58_mm_with_one_command_per_sample(rig: Rig) -> Non
     rig.pause(True)
     samples, commands = rig.samples[counts[0] :], rig.commands[counts[1] :]
     rig.pause(False)
-    stamps = [nanoseconds(sample.header.stamp) for sample in samples]
+    stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD, PERIOD))
     assert len(commands) == len(samples) >= 5000
     assert all(abs(sample.position[0] - 0.058) <= WITHIN for sample in samples[-1000:])
@@ -100,19 +99,21 @@ def test_the_carriage_reaches_58_mm_with_one_command_per_sample(rig: Rig) -> Non
 def test_diagnostics_tell_that_both_are_at_work(rig: Rig) -> None:
     """Neither is in error; what the machine was too slow for is a warning at most."""
     rig.go(0.05)
+    arrays = rig.observer.collect(DiagnosticArray, "/diagnostics")
     plant = rig.observer.diagnostic("/plant", fresh=True)
     controller = rig.observer.diagnostic("/controller", fresh=True)
+    rig.observer.more(arrays, 2)
+    assert {status.hardware_id for array in arrays for status in array.status} == {"/"}
     for status in (plant, controller):
         assert status.level in (DiagnosticStatus.OK, DiagnosticStatus.WARN), status.message
-        assert status.hardware_id == "/"
     if plant.level == DiagnosticStatus.OK:
         assert plant.message == "running"
     if controller.level == DiagnosticStatus.OK:
         assert controller.message == "controlling"
-    assert rig.observer.count("/plant", "commands not finite") == 0
-    assert rig.observer.count("/plant", "commands clamped") == 0
-    assert rig.observer.count("/controller", "positions not finite") == 0
-    assert rig.observer.count("/controller", "samples without the joint") == 0
+    assert rig.observer.counter("/plant", "commands not finite") == 0
+    assert rig.observer.counter("/plant", "commands clamped") == 0
+    assert rig.observer.counter("/controller", "positions not finite") == 0
+    assert rig.observer.counter("/controller", "samples without the joint") == 0
 
 
 def test_a_new_gain_in_mid_move_does_not_jump(rig: Rig) -> None:
@@ -121,23 +122,22 @@ def test_a_new_gain_in_mid_move_does_not_jump(rig: Rig) -> None:
     The terms change places instead: what the proportional term gains, the integral gives.
     """
     kp = PidParameters().number("controller.kp")
-    terms = {name: rig.observer.record(Float64, f"/controller/{name}") for name in ("p", "i")}
+    terms = {name: rig.observer.collect(Float64, f"/controller/{name}") for name in ("p", "i")}
     ramp = {"reference.type": "ramp", "reference.velocity": 0.02}
     rig.go(0.03)
-    assert rig.observer.set_together("/controller", ramp).successful
+    rig.observer.set_parameters("/controller", ramp)
     rig.send(0.09)
-    rig.observer.until(lambda: rig.position > 0.05, "the carriage in mid-move")
+    rig.observer.wait(lambda: rig.position > 0.05, "the carriage in mid-move")
     start = {name: len(messages) for name, messages in terms.items()}
     first = len(rig.commands)
-    (result,) = rig.observer.set("/controller", {"controller.kp": 2.0 * kp})
-    assert result.successful
+    rig.observer.set_parameters("/controller", {"controller.kp": 2.0 * kp})
     rig.observer.more(terms["i"], 20)
     exchanged = largest_step(terms["i"][start["i"] - 20 :])
     assert exchanged > 0.02
     assert largest_step(terms["p"][start["p"] - 20 :]) == pytest.approx(exchanged, rel=0.2)
     assert largest_step(rig.commands[first - 20 :]) < 0.2 * exchanged
     back = {"controller.kp": kp, "reference.type": "setpoint"}
-    assert rig.observer.set_together("/controller", back).successful
+    rig.observer.set_parameters("/controller", back)
 
 
 def largest_step(messages: list[Float64]) -> float:
@@ -149,14 +149,14 @@ def largest_step(messages: list[Float64]) -> float:
 def test_a_pause_in_mid_move_is_no_loss(rig: Rig) -> None:
     """The controller keeps the plant's time: paused for seconds, it waits, and the move goes on."""
     rig.go(0.02)
-    lost = rig.observer.count("/controller", "positions lost", fresh=True)
+    lost = rig.observer.counter("/controller", "positions lost", fresh=True)
     rig.send(0.1)
-    rig.observer.until(lambda: rig.position > 0.04, "the carriage in mid-move")
+    rig.observer.wait(lambda: rig.position > 0.04, "the carriage in mid-move")
     rig.pause(True)
     held = rig.position
     rig.observer.diagnostic("/controller", fresh=True)
     assert rig.position == held < 0.1
-    assert rig.observer.count("/controller", "positions lost") == lost
+    assert rig.observer.counter("/controller", "positions lost") == lost
     rig.pause(False)
     rig.go(0.1)
 
@@ -166,25 +166,26 @@ def test_a_reset_leaves_the_loop_working(rig: Rig) -> None:
     rig.go(0.04)
     start = len(rig.samples)
     assert rig.observer.call(Trigger, "/plant/reset").success
-    rig.observer.until(
-        lambda: any(nanoseconds(s.header.stamp) == 0 for s in rig.samples[start:]), "sample 0"
+    rig.observer.wait(
+        lambda: any(stamp_nanoseconds(s.header.stamp) == 0 for s in rig.samples[start:]), "sample 0"
     )
-    zero = next(s for s in rig.samples[start:] if nanoseconds(s.header.stamp) == 0)
+    zero = next(s for s in rig.samples[start:] if stamp_nanoseconds(s.header.stamp) == 0)
     assert zero.position[0] == 0.0
-    rig.observer.until(lambda: rig.time < 5.0 and rig.position > 0.039, "the carriage to return")
+    rig.observer.wait(lambda: rig.time < 5.0 and rig.position > 0.039, "the carriage to return")
     rig.wait(2.0)
     assert abs(rig.position - 0.04) <= WITHIN
-    assert rig.observer.count("/controller", "restarts by time running backwards", fresh=True) == 1
+    restarts = "restarts by time running backwards"
+    assert rig.observer.counter("/controller", restarts, fresh=True) == 1
 
 
 def test_a_disabled_controller_stops_the_carriage_and_enabled_goes_on(rig: Rig) -> None:
     """In mid-move ~/enable false closes the valve; true finishes the move."""
     rig.go(0.02)
     rig.send(0.15)
-    rig.observer.until(lambda: rig.position > 0.04, "the carriage in mid-move")
+    rig.observer.wait(lambda: rig.position > 0.04, "the carriage in mid-move")
     assert rig.observer.call(SetBool, "/controller/enable", data=False).success
     rig.wait(0.5)
-    rig.observer.until(
+    rig.observer.wait(
         lambda: len({sample.position[0] for sample in rig.samples[-200:]}) == 1, "rest"
     )
     assert rig.position < 0.149

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from node_process import StartNode
-from observer import Observer
+from running import StartProcess
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_control import PidParameters
 from rodless_control.loop import ControlLoop
+from rodless_lab.session.observer import Observer
 
 NODE = "/controller"
 NEUTRAL = PidParameters().number("controller.neutral_voltage")
@@ -30,8 +30,8 @@ class Bench:
     def __init__(self, observer: Observer) -> None:
         """Wait until the controller listens."""
         self.observer = observer
-        self.commands: list[Float64] = observer.record(Float64, "/valve/voltage")
-        self.references: list[Float64] = observer.record(Float64, "/controller/reference")
+        self.commands: list[Float64] = observer.collect(Float64, "/valve/voltage")
+        self.references: list[Float64] = observer.collect(Float64, "/controller/reference")
         self._positions = observer.publisher(JointState, "/joint_states")
         self._setpoints = observer.publisher(Float64, "/setpoint")
         self._time = 0
@@ -40,10 +40,10 @@ class Bench:
     def restart(self, setpoint: float = SETPOINT) -> None:
         """Give both the default parameters and a set-point, and reset both."""
         defaults = {"controller.kp": PidParameters()["controller.kp"], **PATIENT}
-        assert self.observer.set_together(NODE, defaults).successful
+        self.observer.set_parameters(NODE, defaults)
         assert self.observer.call(SetBool, f"{NODE}/enable", data=True).success
         self.setpoint(setpoint)
-        self.observer.until(lambda: self._follows(setpoint), "the set-point to be followed")
+        self.observer.wait(lambda: self._follows(setpoint), "the set-point to be followed")
         assert self.observer.call(Trigger, f"{NODE}/reset").success
         self.model = ControlLoop(PidParameters(PATIENT))
         self.model.setpoints.receive(setpoint)
@@ -67,7 +67,7 @@ class Bench:
         """Send a sample and return the one command that answers it."""
         start = len(self.commands)
         self.send(JointState(name=["carriage"], position=[position]), time)
-        self.observer.until(lambda: len(self.commands) > start, "a command")
+        self.observer.wait(lambda: len(self.commands) > start, "a command")
         assert len(self.commands) == start + 1
         return self.commands[-1].data
 
@@ -79,11 +79,11 @@ class Bench:
 
     def count(self, key: str) -> float:
         """Return a number from a diagnostic that was sent after now."""
-        return self.observer.count(NODE, key, fresh=True)
+        return self.observer.counter(NODE, key, fresh=True)
 
 
 @pytest.fixture(scope="module")
-def bench(observer: Observer, start_node: StartNode) -> Iterator[Bench]:
+def bench(observer: Observer, start_node: StartProcess) -> Iterator[Bench]:
     """Run a controller that hears only the test."""
     with start_node("controller", PATIENT):
         yield Bench(observer)
@@ -113,7 +113,7 @@ def test_a_burst_of_samples_gets_a_command_for_each_in_order(bench: Bench) -> No
     start = len(bench.commands)
     positions = [*APPROACH, *APPROACH]
     times = [bench.send(JointState(name=["carriage"], position=[x])) for x in positions]
-    bench.observer.until(lambda: len(bench.commands) >= start + 400, "400 commands")
+    bench.observer.wait(lambda: len(bench.commands) >= start + 400, "400 commands")
     expected = [
         bench.model.sample(position, time) for position, time in zip(positions, times, strict=True)
     ]
@@ -123,8 +123,8 @@ def test_a_burst_of_samples_gets_a_command_for_each_in_order(bench: Bench) -> No
 def test_telemetry_is_what_the_command_is_made_of(bench: Bench) -> None:
     """Reference and error in m, the terms in V, one of each per sample, as the law has them."""
     terms = ("reference", "error", "p", "i", "d", "feedforward")
-    records = {term: bench.observer.record(Float64, f"{NODE}/{term}") for term in terms}
-    bench.observer.until(
+    records = {term: bench.observer.collect(Float64, f"{NODE}/{term}") for term in terms}
+    bench.observer.wait(
         lambda: bench.command_for(0.0) and all(records.values()), "somebody to listen"
     )
     bench.restart()
@@ -133,7 +133,7 @@ def test_telemetry_is_what_the_command_is_made_of(bench: Bench) -> None:
     positions = APPROACH[:20]
     for position in positions:
         bench.command_for(position)
-    bench.observer.until(lambda: all(len(m) == 20 for m in records.values()), "telemetry")
+    bench.observer.wait(lambda: all(len(m) == 20 for m in records.values()), "telemetry")
     for k, position in enumerate(positions):
         output = bench.model.sample(position, (k + 1) * PERIOD)
         assert output is not None
@@ -185,7 +185,7 @@ def test_the_joint_is_found_by_its_name(bench: Bench) -> None:
     start = len(bench.commands)
     message = JointState(name=["left", "carriage", "right"], position=[1.0, 0.055, math.nan])
     output = bench.model.sample(0.055, bench.send(message))
-    bench.observer.until(lambda: len(bench.commands) > start, "a command")
+    bench.observer.wait(lambda: len(bench.commands) > start, "a command")
     assert output is not None
     assert bench.commands[-1].data == output.command.voltage
 
@@ -196,8 +196,8 @@ def test_a_setpoint_that_is_no_number_is_refused(bench: Bench) -> None:
     bench.restart()
     bench.setpoint(math.nan)
     bench.setpoint(math.inf)
-    bench.observer.until(
-        lambda: bench.observer.count(NODE, "set-points refused") == counted + 2, "the refusals"
+    bench.observer.wait(
+        lambda: bench.observer.counter(NODE, "set-points refused") == counted + 2, "the refusals"
     )
     bench.agrees(0.05)
     assert bench.references[-1].data == SETPOINT
@@ -231,7 +231,7 @@ def test_a_new_gain_does_not_jump(bench: Bench) -> None:
         bench.agrees(position)
     kp = PidParameters().number("controller.kp")
     change = {"controller.kp": 2.0 * kp}
-    assert bench.observer.set_together(NODE, change).successful
+    bench.observer.set_parameters(NODE, change)
     bench.model.configure(PidParameters({**PATIENT, **change}))
     for _ in range(20):
         before = bench.commands[-1].data
@@ -249,12 +249,12 @@ def test_positions_that_stop_close_the_valve_and_come_back_without_an_impulse(
         bench.agrees(position)
     before = bench.commands[-1].data
     start = len(bench.commands)
-    assert bench.observer.set(NODE, {"controller.position_timeout": 0.1})[0].successful
-    bench.observer.until(lambda: len(bench.commands) >= start + 5, "neutral commands")
+    bench.observer.set_parameters(NODE, {"controller.position_timeout": 0.1})
+    bench.observer.wait(lambda: len(bench.commands) >= start + 5, "neutral commands")
     status = bench.observer.diagnostic(NODE, fresh=True)
     assert status.level == DiagnosticStatus.ERROR
     assert "valve closed" in status.message
-    assert bench.observer.set(NODE, PATIENT)[0].successful
+    bench.observer.set_parameters(NODE, PATIENT)
     assert bench.count("positions lost") == lost + 1
     assert {command.data for command in bench.commands[start:]} == {NEUTRAL}
     bench.model.hold()
@@ -298,11 +298,11 @@ def test_reset_forgets_the_integral_and_keeps_the_setpoint(bench: Bench) -> None
 
 
 def test_without_any_position_the_valve_is_kept_closed(
-    observer: Observer, start_node: StartNode
+    observer: Observer, start_node: StartProcess
 ) -> None:
     """A controller that hears no plant says so, and commands 5.08 V over and over."""
     with start_node("controller", namespace="alone"):
-        commands = observer.record(Float64, "/alone/valve/voltage")
+        commands = observer.collect(Float64, "/alone/valve/voltage")
         observer.more(commands, 10)
         status = observer.diagnostic("/alone/controller")
         assert status.level == DiagnosticStatus.ERROR
@@ -311,11 +311,11 @@ def test_without_any_position_the_valve_is_kept_closed(
 
 
 def test_the_last_command_of_a_controller_that_ends_closes_the_valve(
-    observer: Observer, start_node: StartNode
+    observer: Observer, start_node: StartProcess
 ) -> None:
     """Ctrl-C in mid-move: whatever has been commanded before, 5.08 V arrives last."""
     with start_node("controller", namespace="ending") as controller:
-        commands = observer.record(Float64, "/ending/valve/voltage")
+        commands = observer.collect(Float64, "/ending/valve/voltage")
         positions = observer.publisher(JointState, "/ending/joint_states")
         observer.publisher(Float64, "/ending/setpoint").publish(Float64(data=0.1))
         sample = JointState(name=["carriage"], position=[0.0])
@@ -325,7 +325,7 @@ def test_the_last_command_of_a_controller_that_ends_closes_the_valve(
             positions.publish(sample)
             return bool(commands) and commands[-1].data > NEUTRAL
 
-        observer.until(moves, "a command that moves the carriage")
+        observer.wait(moves, "a command that moves the carriage")
         controller.signal(signal.SIGINT)
-        observer.until(lambda: commands[-1].data == NEUTRAL, "the last command")
-        assert controller.end() == 0
+        observer.wait(lambda: commands[-1].data == NEUTRAL, "the last command")
+        assert controller.wait() == 0

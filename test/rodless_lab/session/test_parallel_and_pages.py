@@ -9,7 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from harness_tests import ROOT, TIMEOUT
+
+pytestmark = [pytest.mark.usefixtures("compiled"), pytest.mark.slow]
+
+ROOT = Path(__file__).resolve().parents[3]
+
+# For a process of a test to end, in wall-clock s.
+TIMEOUT = 500.0
 
 RunPytest = Callable[..., "subprocess.Popen[str]"]
 

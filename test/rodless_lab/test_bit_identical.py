@@ -1,124 +1,50 @@
 """Lock-step runs repeat bit for bit, whatever the machine does and however they are run."""
 
-import os
-import subprocess
-import sys
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
-from rclpy.context import Context
-from rclpy.experimental import EventsExecutor
-from std_msgs.msg import Float64
+from busy import busy_cores
 
 from rodless_control import PidParameters, references
-from rodless_lab.bags.reader import Bag, Recording, read_bag
-from rodless_lab.bags.ros.recorder import Recorder
-from rodless_lab.bags.writer import BagWriter
+from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.cli.replay import replay
 from rodless_lab.runs.from_bag import read_run
-from rodless_lab.session.domain import own_domain
-from rodless_lab.session.processes import RigProcesses
+from rodless_lab.session.session import RigSession
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
+pytestmark = [pytest.mark.ros, pytest.mark.slow]
+
 DURATION = 1.5
 SAMPLES = 1501
-TOPICS = (
-    "joint_states",
-    "chamber_a/pressure",
-    "chamber_b/pressure",
-    "supply/pressure",
-    "valve/voltage",
-    "/clock",
-)
 
 # Against hanging for ever; the run takes about a second, starting it a few.
 TIMEOUT = 180.0
-
-
-@contextmanager
-def loaded_cores() -> Iterator[None]:
-    """Keep every core busy, and stop that whatever happens."""
-    with ExitStack() as stack:
-        for _ in range(os.cpu_count() or 1):
-            burner = stack.enter_context(
-                subprocess.Popen(
-                    [
-                        sys.executable,
-                        "-c",
-                        f"import time; e=time.time()+{TIMEOUT}\nwhile time.time()<e: pass",
-                    ]
-                )
-            )
-            stack.callback(burner.kill)
-        yield
 
 
 def record_run(
     bag: Path, one_process: bool = False, sensors: Mapping[str, object] | None = None
 ) -> Bag:
     """Record a lock-step run from sample 0 to its last command."""
-    plant = {
-        "time.mode": "lockstep",
-        "time.duration": DURATION,
-        "time.recorders": 1,
-        **(sensors or {}),
-    }
-    controller = {"controller.recorders": 2, "reference.type": "step", "reference.at": 0.1}
-    with (
-        own_domain() as environment,
-        RigProcesses(
-            "paper",
-            plant=plant,
-            controller=controller,
-            environment=environment,
-            one_process=one_process,
-        ) as rig,
-        BagWriter(bag) as writer,
-        participant(environment) as context,
-    ):
-        recorder = Recorder(writer, TOPICS, context=context)
-        executor = EventsExecutor(context=context)
-        executor.add_node(recorder.node)
-        heard: list[float] = []
-        listener = rclpy.create_node("listener", context=context)
-        listener.create_subscription(
-            Float64, "valve/voltage", lambda m: heard.append(m.data), 10_000
-        )
-        executor.add_node(listener)
-        end = time.monotonic() + TIMEOUT
-        while len(heard) < SAMPLES:
-            executor.spin_once(timeout_sec=0.1)
-            rig.check()
-            assert time.monotonic() < end, writer.counts
-        executor.remove_node(listener)
-        listener.destroy_node()
-        executor.remove_node(recorder.node)
-        recorder.close()
+    with RigSession(
+        "lockstep",
+        duration=DURATION,
+        plant=sensors,
+        controller={"reference.type": "step", "reference.at": 0.1},
+        one_process=one_process,
+        timeout=TIMEOUT,
+        bag=bag,
+        bag_topics=["/clock"],
+    ) as rig:
+        rig.run()
     return read_bag(bag)
 
 
-@contextmanager
-def participant(environment: Mapping[str, str]) -> Iterator[Context]:
-    """Return a ROS context in the domain of ``environment``."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in environment.items():
-            patch.setenv(name, value)
-        context = Context()
-        rclpy.init(context=context)
-    try:
-        yield context
-    finally:
-        context.try_shutdown()
-
-
-def recordings(bag: Bag) -> dict[str, Recording]:
+def recordings(bag: Bag) -> dict[str, Any]:
     """What ``bag`` holds, by topic."""
     return {topic: bag[topic] for topic in bag.topics}
 
@@ -128,7 +54,7 @@ def bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Bag]:
     """The same run: twice, under load, in one process; and twice with the paper's sensors."""
     folder = tmp_path_factory.mktemp("bags")
     runs = {name: record_run(folder / name) for name in ("first", "second")}
-    with loaded_cores():
+    with busy_cores(TIMEOUT):
         runs["loaded"] = record_run(folder / "loaded")
     runs["one_process"] = record_run(folder / "one_process", one_process=True)
     runs["noisy"] = record_run(folder / "noisy", sensors=DATA_SHEET)
@@ -141,7 +67,10 @@ def bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Bag]:
 )
 def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
     """Every bag holds samples 0 to N of each topic once, at the plant times k periods."""
-    for topic, recording in recordings(bags[name]).items():
+    found = recordings(bags[name])
+    assert len(found.pop("/setpoint")) == 0
+    assert len(found) == 6
+    for topic, recording in found.items():
         assert len(recording) == SAMPLES, topic
         assert recording.log_time.tolist() == [k * 1_000_000 for k in range(SAMPLES)], topic
 

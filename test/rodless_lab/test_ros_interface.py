@@ -4,13 +4,15 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from node_process import StartRig
-from observer import Observer, nanoseconds
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
+from running import StartRig
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_lab.session.errors import WaitTimeoutError
+from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
 
 PARAMETERS = RigParameters.preset("paper")
@@ -90,7 +92,7 @@ def check_graph(observer: Observer, node: str, namespace: str, published: dict[s
     """Wait until ``node`` offers exactly what the tables say."""
     graph, where = observer.node, namespace or "/"
     # Nodes of the same process are discovered at once, their endpoints one after another.
-    observer.until(lambda: (node, where) in graph.get_node_names_and_namespaces(), f"node {node}")
+    observer.wait(lambda: (node, where) in graph.get_node_names_and_namespaces(), f"node {node}")
     wanted = below(namespace, published), below(namespace, SUBSCRIBED[node]), SERVICES[node]
     found: list[dict[str, str]] = []
 
@@ -103,8 +105,8 @@ def check_graph(observer: Observer, node: str, namespace: str, published: dict[s
         return found == [wanted[0], wanted[1], below(namespace, wanted[2])]
 
     try:
-        observer.until(complete, f"the interface of {node}", 20.0)
-    except AssertionError:
+        observer.wait(complete, f"the interface of {node}", 20.0)
+    except WaitTimeoutError:
         assert found == [wanted[0], wanted[1], below(namespace, wanted[2])]
 
 
@@ -120,7 +122,7 @@ def test_offers_exactly_the_topics_and_services_of_the_design(
 def test_publishers_lose_nothing_and_keep_nothing_for_later(observer: Observer, node: str) -> None:
     """What the nodes publish is reliable and volatile: streams, not states to catch up with."""
     for topic in below("", PUBLISHED[node]):
-        observer.until(lambda topic=topic: observer.node.count_publishers(topic), topic)
+        observer.wait(lambda topic=topic: observer.node.count_publishers(topic), topic)
         for info in observer.node.get_publishers_info_by_topic(topic):
             assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE, topic
             assert info.qos_profile.durability == DurabilityPolicy.VOLATILE, topic
@@ -131,10 +133,10 @@ def test_joint_is_the_carriage_in_si_units(observer: Observer) -> None:
 
     The carriage is sent to 20 mm, so that there is something to see.
     """
-    samples = observer.record(JointState, "/joint_states")
-    pressures = [observer.record(FluidPressure, f"/chamber_{side}/pressure") for side in ("a", "b")]
+    samples = observer.collect(JointState, "/joint_states")
+    pressures = [observer.collect(FluidPressure, f"/chamber_{one}/pressure") for one in "ab"]
     observer.publisher(Float64, "/setpoint").publish(Float64(data=0.02))
-    observer.until(
+    observer.wait(
         lambda: samples and abs(samples[-1].position[0] - 0.02) < 5e-4, "the carriage at 20 mm"
     )
     observer.more(samples, 20)
@@ -144,9 +146,9 @@ def test_joint_is_the_carriage_in_si_units(observer: Observer) -> None:
     integral = sum(sample.velocity[0] for sample in samples[1:]) * PERIOD * 1e-9
     assert integral == pytest.approx(moved, abs=2e-3)
     area = math.pi / 4 * PARAMETERS.number("cylinder.bore") ** 2
-    force = {nanoseconds(sample.header.stamp): sample.effort[0] for sample in samples}
+    force = {stamp_nanoseconds(sample.header.stamp): sample.effort[0] for sample in samples}
     by_stamp = [
-        {nanoseconds(message.header.stamp): message.fluid_pressure for message in side}
+        {stamp_nanoseconds(message.header.stamp): message.fluid_pressure for message in side}
         for side in pressures
     ]
     common = force.keys() & by_stamp[0].keys() & by_stamp[1].keys()
@@ -162,7 +164,7 @@ def test_pressures_are_absolute_pascals_in_frames_of_their_own(observer: Observe
     supply = PARAMETERS.number("supply.pressure")
     ambient = PARAMETERS.number("atmosphere.pressure")
     for frame in ("chamber_a", "chamber_b", "supply"):
-        messages = observer.record(FluidPressure, f"/{frame}/pressure")
+        messages = observer.collect(FluidPressure, f"/{frame}/pressure")
         for message in observer.more(messages, 5):
             assert message.header.frame_id == frame
             assert message.variance == 0.0, "the message defines 0 as unknown"
@@ -175,14 +177,14 @@ def test_stamps_are_plant_time_one_period_apart_and_the_same_on_every_topic(
     observer: Observer,
 ) -> None:
     """Stamps grow by exactly one period, on samples and pressures; /clock shows each of them."""
-    joints = observer.record(JointState, "/joint_states")
-    pressures = observer.record(FluidPressure, "/supply/pressure")
-    clocks = observer.record(Clock, "/clock")
-    observer.until(lambda: min(len(joints), len(pressures), len(clocks)) > 200, "200 samples")
+    joints = observer.collect(JointState, "/joint_states")
+    pressures = observer.collect(FluidPressure, "/supply/pressure")
+    clocks = observer.collect(Clock, "/clock")
+    observer.wait(lambda: min(len(joints), len(pressures), len(clocks)) > 200, "200 samples")
     stamps = [
-        [nanoseconds(message.header.stamp) for message in joints],
-        [nanoseconds(message.header.stamp) for message in pressures],
-        [nanoseconds(message.clock) for message in clocks],
+        [stamp_nanoseconds(message.header.stamp) for message in joints],
+        [stamp_nanoseconds(message.header.stamp) for message in pressures],
+        [stamp_nanoseconds(message.clock) for message in clocks],
     ]
     first = max(times[0] for times in stamps)
     last = min(times[-1] for times in stamps)
@@ -193,7 +195,7 @@ def test_stamps_are_plant_time_one_period_apart_and_the_same_on_every_topic(
 
 def test_commands_are_volts_of_the_valve(observer: Observer) -> None:
     """Commands stay within 0-10 V."""
-    for message in observer.more(observer.record(Float64, "/valve/voltage"), 50):
+    for message in observer.more(observer.collect(Float64, "/valve/voltage"), 50):
         assert 0.0 <= message.data <= 10.0
 
 
@@ -204,9 +206,9 @@ def test_a_namespace_makes_a_second_rig_that_does_not_hear_the_first(
 
     Plant time is one topic for all, so the second rig is told to leave /clock to the first.
     """
-    samples = observer.record(JointState, "/joint_states")
+    samples = observer.collect(JointState, "/joint_states")
     observer.publisher(Float64, "/setpoint").publish(Float64(data=0.02))
-    observer.until(
+    observer.wait(
         lambda: samples and abs(samples[-1].position[0] - 0.02) < 5e-4, "the first at 20 mm"
     )
     with start_rig(namespace="second", plant={**PERIOD_PARAMETER, "time.publish_clock": False}):
@@ -214,11 +216,11 @@ def test_a_namespace_makes_a_second_rig_that_does_not_hear_the_first(
         check_graph(observer, "plant", "/second", published)
         check_graph(observer, "controller", "/second", PUBLISHED["controller"])
         assert observer.node.count_publishers("/clock") == 1
-        others = observer.record(JointState, "/second/joint_states")
+        others = observer.collect(JointState, "/second/joint_states")
         setpoint = observer.publisher(Float64, "/second/setpoint")
         observer.more(others, 100)
         assert max(sample.position[0] for sample in others) < 1e-4
         start = len(samples)
         setpoint.publish(Float64(data=0.01))
-        observer.until(lambda: abs(others[-1].position[0] - 0.01) < 5e-4, "the second at 10 mm")
+        observer.wait(lambda: abs(others[-1].position[0] - 0.01) < 5e-4, "the second at 10 mm")
         assert all(abs(sample.position[0] - 0.02) < 1e-3 for sample in samples[start:])

@@ -6,9 +6,11 @@ What each of them does is tested without ROS too, with stand-ins for the message
 from importlib.util import find_spec
 
 import pytest
-from node_process import StartNode
-from observer import Observer, nanoseconds
+from running import StartProcess
 from sensor_msgs.msg import JointState
+
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_lab.session.observer import Observer
 
 NAMES = (
     "get_simulator_features",
@@ -20,11 +22,11 @@ NAMES = (
 
 
 def test_services_are_offered_where_the_package_is_installed(
-    start_node: StartNode, observer: Observer
+    start_node: StartProcess, observer: Observer
 ) -> None:
     """All five are there or none is, as the package is; the plant says nothing of it either way."""
     with start_node("plant") as plant:
-        observer.until(
+        observer.wait(
             lambda: "/plant/reset" in dict(observer.node.get_service_names_and_types()),
             "the plant's services",
         )
@@ -36,13 +38,13 @@ def test_services_are_offered_where_the_package_is_installed(
 
 @pytest.mark.skipif(not find_spec("simulation_interfaces"), reason="it is not on PyPI")
 def test_a_running_plant_is_paused_stepped_reset_and_played(
-    start_node: StartNode, observer: Observer
+    start_node: StartProcess, observer: Observer
 ) -> None:
     """With the package's own messages: the samples move as each service says."""
     from simulation_interfaces import msg, srv  # noqa: PLC0415
 
     with start_node("plant", namespace="standard"):
-        samples = observer.record(JointState, "/standard/joint_states")
+        samples = observer.collect(JointState, "/standard/joint_states")
         observer.more(samples, 10)
         features = observer.call(srv.GetSimulatorFeatures, "/standard/plant/get_simulator_features")
         assert sorted(features.features.features) == [20, 24, 25, 26, 31, 32]
@@ -50,12 +52,12 @@ def test_a_running_plant_is_paused_stepped_reset_and_played(
         observer.call(srv.SetSimulationState, "/standard/plant/set_simulation_state", state=paused)
         observer.call(srv.GetSimulationState, "/standard/plant/get_simulation_state")
         held = len(samples)
-        before = nanoseconds(samples[-1].header.stamp)
+        before = stamp_nanoseconds(samples[-1].header.stamp)
         observer.call(srv.StepSimulation, "/standard/plant/step_simulation", steps=5)
-        observer.until(lambda: len(samples) >= held + 5, "five steps")
-        assert nanoseconds(samples[-1].header.stamp) == before + 5_000_000
+        observer.wait(lambda: len(samples) >= held + 5, "five steps")
+        assert stamp_nanoseconds(samples[-1].header.stamp) == before + 5_000_000
         observer.call(srv.ResetSimulation, "/standard/plant/reset_simulation", scope=0)
-        observer.until(lambda: nanoseconds(samples[-1].header.stamp) == 0, "sample 0")
+        observer.wait(lambda: stamp_nanoseconds(samples[-1].header.stamp) == 0, "sample 0")
         assert len(samples) == held + 6
         playing = msg.SimulationState(state=msg.SimulationState.STATE_PLAYING)
         observer.call(srv.SetSimulationState, "/standard/plant/set_simulation_state", state=playing)

@@ -7,10 +7,14 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
-from harness_tests import TIMEOUT
 
 from rodless_lab.harness import HarnessError, NodeDiedError
 from rodless_lab.session.launch_rig import LaunchedRig
+
+pytestmark = pytest.mark.usefixtures("compiled")
+
+# For a process of a test to end, in wall-clock s.
+TIMEOUT = 500.0
 
 
 class StandInProcess:

@@ -1,24 +1,21 @@
 """`rodless rig`: its options reach the nodes, and Ctrl-C ends both."""
 
 import signal
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from node_process import NodeProcess
-from observer import Observer
+from running import StartProcess
 
+from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-
-Rodless = Callable[..., NodeProcess]
 
 # Both nodes have two seconds to end.
 STOP_SECONDS = 4.0
 
 
 def test_options_reach_the_nodes_and_ctrl_c_ends_them(
-    rodless: Rodless, observer: Observer, tmp_path: Path
+    rodless: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:
     """Preset, sensors, a file and the supply pressure are in force; SIGINT ends all with 0."""
     file = tmp_path / "mine.yaml"
@@ -29,28 +26,26 @@ def test_options_reach_the_nodes_and_ctrl_c_ends_them(
     expected["cylinder.moving_mass"] = 1.5
     assert form != RigParameters()["friction.form"]
     with rodless(*options.split(), "--namespace", "left", "--parameters", str(file)) as rig:
-        assert observer.get("/left/plant", expected) == expected
-        observer.until(
-            lambda: observer.node.count_publishers("/left/valve/voltage"), "a controller"
-        )
+        assert observer.get_parameters("/left/plant", expected) == expected
+        observer.wait(lambda: observer.node.count_publishers("/left/valve/voltage"), "a controller")
         rig.signal(signal.SIGINT)
-        assert rig.end(STOP_SECONDS) == 0
+        assert rig.wait(STOP_SECONDS) == 0
 
 
-def test_the_plant_can_be_started_alone(rodless: Rodless, observer: Observer) -> None:
+def test_the_plant_can_be_started_alone(rodless: StartProcess, observer: Observer) -> None:
     """Without the controller nobody commands the valve."""
     with rodless("rig", "--without-controller", "--namespace", "alone") as rig:
-        observer.get("/alone/plant", ["supply.pressure"])
+        observer.get_parameters("/alone/plant", ["supply.pressure"])
         assert observer.node.count_publishers("/alone/valve/voltage") == 0
         assert ("controller", "/alone") not in observer.node.get_node_names_and_namespaces()
         rig.signal(signal.SIGINT)
-        assert rig.end(STOP_SECONDS) == 0
+        assert rig.wait(STOP_SECONDS) == 0
 
 
 @pytest.mark.parametrize("options", ["--parameters nowhere.yaml", "--preset papier"])
-def test_what_is_not_there_is_named(rodless: Rodless, options: str) -> None:
+def test_what_is_not_there_is_named(rodless: StartProcess, options: str) -> None:
     """A file or preset that does not exist: exit code 2, and its name."""
     with rodless("rig", *options.split()) as rig:
-        assert rig.end() == 2
+        assert rig.wait() == 2
         assert options.split()[1] in rig.output
         assert "Traceback" not in rig.output

@@ -1,4 +1,4 @@
-"""The fixture under test, and a first start that compiles, so that later ones are quick."""
+"""A first start that compiles, so that later ones are quick, and pytest outside this project."""
 
 import subprocess
 import sys
@@ -7,13 +7,10 @@ from pathlib import Path
 
 import pytest
 
-# No test folder is on sys.path by itself; this one holds what its tests share.
-sys.path.insert(0, str(Path(__file__).parent))
-
-from rodless_lab.harness import RigSession
+from rodless_lab.session.session import RigSession
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="session")
 def compiled() -> None:
     """Compile what the nodes need once, not in each of several at a time."""
     with RigSession():

@@ -8,9 +8,11 @@ import time
 from pathlib import Path
 
 import pytest
-from node_process import NodeProcess, StartNode
-from observer import Observer
+from running import StartProcess, until_it_says
 from std_srvs.srv import SetBool
+
+from rodless_lab.session.node_process import NodeProcess
+from rodless_lab.session.observer import Observer
 
 # The product's promise: from the signal to the end of the process, in wall-clock seconds.
 STOP_SECONDS = 2.0
@@ -34,19 +36,19 @@ def ends_cleanly(processes: list[NodeProcess], signals: list[int], again: bool) 
     for number in signals:
         for process in processes:
             process.signal(number)
-    while again and any(process.process.poll() is None for process in processes):
+    while again and any(process.exit_code is None for process in processes):
         assert time.monotonic() - start < STOP_SECONDS
         for number, process in itertools.product(signals, processes):
             process.signal(number)
     for process in processes:
-        assert process.end(STOP_SECONDS) == 0, process.output
+        assert process.wait(STOP_SECONDS) == 0, process.output
         for word in ("Traceback", "Exception", "Error"):
             assert word not in process.output
 
 
 @SIGNALS
 def test_a_node_that_is_still_being_imported_ends_at_once(
-    tmp_path: Path, signals: list[int], again: bool
+    start_process: StartProcess, tmp_path: Path, signals: list[int], again: bool
 ) -> None:
     """A module whose import takes long ends with 0, though it lets no exception out.
 
@@ -62,29 +64,30 @@ def test_a_node_that_is_still_being_imported_ends_at_once(
         "    except BaseException:\n"
         "        pass\n"
     )
-    environment = {**os.environ, "PYTHONPATH": f"{Path.cwd()}{os.pathsep}{tmp_path}"}
-    with NodeProcess([sys.executable, "-m", "rodless_base.start", "slow"], environment) as slow:
-        slow.until_it_says("importing")
+    path = {"PYTHONPATH": f"{Path.cwd()}{os.pathsep}{tmp_path}"}
+    command = [sys.executable, "-m", "rodless_base.start", "slow"]
+    with start_process(command, environment=path) as slow:
+        until_it_says(slow, "importing")
         ends_cleanly([slow], signals, again)
 
 
 @SIGNALS
 def test_nodes_that_are_still_compiling_end_at_once(
-    start_node: StartNode, signals: list[int], again: bool
+    start_node: StartProcess, signals: list[int], again: bool
 ) -> None:
     """A signal between the first line a node prints and its first sample ends it with 0."""
     name = next(NAMESPACES)
     with start_node("plant", namespace=name) as plant:
-        plant.until_it_says("loading")
+        until_it_says(plant, "loading")
         ends_cleanly([plant], signals, again)
     with start_node("controller", namespace=name) as controller:
-        controller.until_it_says("loading")
+        until_it_says(controller, "loading")
         ends_cleanly([controller], signals, again)
 
 
 @SIGNALS
 def test_running_nodes_end_in_time(
-    observer: Observer, start_node: StartNode, signals: list[int], again: bool
+    observer: Observer, start_node: StartProcess, signals: list[int], again: bool
 ) -> None:
     """Both nodes, at work with each other, end with 0 and without a word."""
     name = next(NAMESPACES)

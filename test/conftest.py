@@ -1,0 +1,149 @@
+"""What all tests share: marks by what a test needs, a ROS domain, nodes as processes.
+
+ROS is imported in the fixtures only, so that tests without it start at once.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from running import StartProcess, StartRig
+
+    from rodless_lab.session.node_process import NodeProcess
+    from rodless_lab.session.observer import Observer
+    from rodless_lab.session.processes import SessionProcesses
+
+# Whoever uses one of these has nodes or a DDS domain.
+ROS_FIXTURES = {"domain", "rig_session", "compiled"}
+
+# What running processes have printed, by their name, so that a failing test can show it.
+_outputs: dict[str, Callable[[], str]] = {}
+_numbers = itertools.count()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that use ROS by their fixtures; a few others say so themselves."""
+    for item in items:
+        if ROS_FIXTURES.intersection(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.ros)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Iterator[None]:
+    """Show with a failing test what the processes of its module have printed."""
+    report = yield
+    if report.failed:
+        report.sections += [(f"output of {name}", read()) for name, read in _outputs.items()]
+    return report
+
+
+@contextmanager
+def _shown(processes: Mapping[str, NodeProcess]) -> Iterator[None]:
+    """Show what these processes print if a test fails inside the block."""
+    number = next(_numbers)
+    names = {f"{name} ({number})": process for name, process in processes.items()}
+    _outputs.update({name: lambda one=one: one.output for name, one in names.items()})
+    try:
+        yield
+    finally:
+        for name in names:
+            del _outputs[name]
+
+
+@pytest.fixture(scope="module")
+def domain() -> Iterator[dict[str, str]]:
+    """Environment of a process in a DDS domain that this module has for itself, on loopback.
+
+    Without shared memory: what a killed process leaves there stops those after it for good.
+    """
+    from rodless_lab.session.domain import own_domain  # noqa: PLC0415
+
+    with own_domain() as own, pytest.MonkeyPatch.context() as patch:
+        for name, value in {**own, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}.items():
+            patch.setenv(name, value)
+        yield dict(os.environ)
+
+
+@pytest.fixture(scope="module")
+def observer(domain: dict[str, str]) -> Iterator[Observer]:
+    """Return a node of the module's own, in the root namespace."""
+    from rodless_lab.session.observer import Observer  # noqa: PLC0415
+
+    with Observer(domain) as observer:
+        yield observer
+
+
+@pytest.fixture(scope="module")
+def start_process(domain: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> StartProcess:
+    """Return a context manager that runs a command in the domain, ended as by Ctrl-C."""
+    from rodless_lab.session.processes import SessionProcesses  # noqa: PLC0415
+
+    @contextmanager
+    def running(
+        command: list[str], name: str = "process", environment: Mapping[str, str] | None = None
+    ) -> Iterator[NodeProcess]:
+        everything = {**domain, **(environment or {})}
+        folder = tmp_path_factory.mktemp(name)
+        processes = SessionProcesses({name: command}, everything, folder)
+        with _shown({name: processes[name]}), processes:
+            yield processes[name]
+
+    return running
+
+
+@pytest.fixture(scope="module")
+def rodless(start_process: StartProcess) -> StartProcess:
+    """Return a context manager that runs `rodless` with arguments, as on a command line."""
+    start = [sys.executable, "-c", "from rodless_lab.cli.main import main; main()"]
+    return lambda *arguments: start_process([*start, *arguments], arguments[0])
+
+
+@pytest.fixture(scope="module")
+def start_node(
+    start_process: StartProcess, tmp_path_factory: pytest.TempPathFactory
+) -> StartProcess:
+    """Return a context manager that runs ``plant`` or ``controller``; it has to end well."""
+    from rodless_lab.session.processes import node_command, write_parameters  # noqa: PLC0415
+
+    @contextmanager
+    def running(
+        node: str, parameters: Mapping[str, object] | None = None, namespace: str = ""
+    ) -> Iterator[NodeProcess]:
+        path = tmp_path_factory.mktemp(node) / "parameters.yaml"
+        files = [write_parameters(path, {node: parameters})] if parameters else []
+        with start_process(node_command(node, files, namespace), node) as process:
+            yield process
+            process.signal(signal.SIGINT)
+            assert process.wait() == 0
+            assert "Traceback" not in process.output
+
+    return running
+
+
+@pytest.fixture(scope="module")
+def start_rig(domain: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> StartRig:
+    """Return a context manager that runs a ProcessPlan and checks that all of it ends well."""
+    from rodless_lab.session.processes import ProcessPlan, run_rig  # noqa: PLC0415
+
+    @contextmanager
+    def running(**options: object) -> Iterator[SessionProcesses]:
+        folder = tmp_path_factory.mktemp("rig")
+        with (
+            run_rig(ProcessPlan(**options), domain, folder) as processes,
+            _shown({name: processes[name] for name in processes.names}),
+        ):
+            yield processes
+            processes.check()
+            assert set(processes.stop().values()) == {0}
+            assert not any("Traceback" in output for output in processes.outputs.values())
+
+    return running

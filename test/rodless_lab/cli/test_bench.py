@@ -1,0 +1,37 @@
+"""`rodless bench` where psutil, an extra, is not installed."""
+
+import subprocess
+import sys
+
+import pytest
+
+WITHOUT_PSUTIL = (
+    "import sys; sys.modules['psutil'] = None; from rodless_lab.cli.main import main; main()"
+)
+
+
+def bench(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in a Python without psutil."""
+    return subprocess.run(
+        [sys.executable, "-c", WITHOUT_PSUTIL, "bench", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+        check=False,
+    )
+
+
+def test_help_needs_nothing() -> None:
+    """--help explains the options and ends with 0."""
+    run = bench("--help")
+    assert run.returncode == 0, run.stderr
+    assert "--output" in run.stdout
+
+
+@pytest.mark.parametrize("arguments", [[], ["--output", "elsewhere.json"]])
+def test_without_psutil_it_says_how_to_get_it(arguments: list[str]) -> None:
+    """One line with the command to type, exit code 2, and nothing is measured."""
+    run = bench(*arguments)
+    assert run.returncode == 2
+    assert run.stdout == ""
+    assert run.stderr == "rodless bench needs psutil: pip install 'rodless_sim[bench]'\n"

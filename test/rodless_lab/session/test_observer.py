@@ -1,0 +1,164 @@
+"""The observer against nodes of the test's own: what it waits for, asks, and is refused."""
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from rodless_lab.session import observer as module
+from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.observer import Observer
+
+
+@pytest.fixture
+def node(observer: Observer) -> Iterator[Node]:
+    """Return a node below /there that the observer spins: it serves, and has two parameters."""
+    node = Node("server", namespace="there", context=observer.context, use_global_arguments=False)
+    node.declare_parameter("gain", 1.0)
+    node.declare_parameter("list", [1.0, 2.0])
+    observer.add_node(node)
+    yield node
+    observer.remove_node(node)
+    node.destroy_node()
+
+
+def test_a_wait_returns_what_it_found_or_says_what_it_waited_for(observer: Observer) -> None:
+    """The value of the condition comes back; in vain it takes the time given, no longer."""
+    values = iter([0, 0, 7])
+    assert observer.wait(lambda: next(values), "a number") == 7
+    start = time.monotonic()
+    with pytest.raises(WaitTimeoutError, match=r"timed out after 0\.2 s waiting for the moon"):
+        observer.wait(lambda: False, "the moon", 0.2)
+    assert 0.2 <= time.monotonic() - start < 10.0
+
+
+def test_a_check_ends_a_wait(domain: dict[str, str]) -> None:
+    """What the function raises that is called in every wait comes out of it."""
+    calls: list[None] = []
+
+    def check() -> None:
+        calls.append(None)
+        if len(calls) == 3:
+            raise LookupError("enough")
+
+    with Observer(domain, check=check) as observer, pytest.raises(LookupError, match="enough"):
+        observer.wait(lambda: False, "nothing")
+
+
+def test_messages_come_with_their_times_and_raw_where_asked(observer: Observer) -> None:
+    """The same message as an object, as bytes, and with the time it was sent at."""
+    publisher = observer.publisher(Float64, "number", subscribers=0)
+    seen: list[object] = []
+    observer.subscribe(Float64, "number", seen.append, raw=True)
+    observer.subscribe(Float64, "number", lambda m, info: seen.append((m, info)), info=True)
+    plain = observer.collect(Float64, "number")
+    observer.wait(lambda: publisher.get_subscription_count() == 3, "three subscribers")
+    before = time.time_ns()
+    publisher.publish(Float64(data=2.5))
+    observer.wait(lambda: len(seen) == 2 and plain, "all three")
+    (raw,) = [one for one in seen if isinstance(one, bytes)]
+    ((message, info),) = [one for one in seen if isinstance(one, tuple)]
+    assert len(raw) == 4 + 8
+    assert message.data == plain[0].data == 2.5
+    assert before <= info["source_timestamp"] <= time.time_ns()
+
+
+def test_relative_names_stand_below_the_namespace(
+    domain: dict[str, str], observer: Observer, node: Node
+) -> None:
+    """An observer in /there finds the node's service and parameters by their short names."""
+    service = node.create_service(Trigger, "~/ring", ringing)
+    with Observer(domain, "there", check=lambda: observer.spin(0.0)) as below:
+        assert below.call(Trigger, "server/ring").message == "rung"
+        assert below.get_parameters("server", ["gain"]) == {"gain": 1.0}
+    node.destroy_service(service)
+
+
+def ringing(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    """Answer a call."""
+    response.message = "rung"
+    return response
+
+
+def test_a_call_whose_answer_is_lost_is_made_again(
+    observer: Observer, node: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first request meets silence; the second is answered, and its answer is the result."""
+    monkeypatch.setattr(module, "ANSWER_SECONDS", 0.2)
+    requests: list[None] = []
+
+    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        requests.append(None)
+        response.message = f"answer {len(requests)}"
+        return response
+
+    service = node.create_service(Trigger, "~/ring", answer)
+    client = observer.node.create_client(Trigger, "/there/server/ring")
+    observer.wait(client.service_is_ready, "the service")
+    lost = [observer.node.create_client(Trigger, "/nobody").call_async(Trigger.Request())]
+    response = observer.result(
+        lambda: lost.pop() if lost else client.call_async(Trigger.Request()), "an answer"
+    )
+    assert response.message == "answer 1"
+    assert observer.call(Trigger, "/there/server/ring").message == "answer 2"
+    node.destroy_service(service)
+
+
+def test_a_service_that_is_not_there_is_named(domain: dict[str, str]) -> None:
+    """The error of a call says which service was waited for."""
+    with Observer(domain, timeout=0.2) as hasty:
+        with pytest.raises(WaitTimeoutError, match="the service /nobody/ring"):
+            hasty.call(Trigger, "/nobody/ring")
+        with pytest.raises(WaitTimeoutError, match="the parameter services of /nobody"):
+            hasty.get_parameters("/nobody", ["gain"])
+
+
+def test_parameters_change_together_or_not_at_all(observer: Observer, node: Node) -> None:
+    """Values come back by name; a refusal raises the node's own words and changes nothing."""
+
+    def check(parameters: list[object]) -> SetParametersResult:
+        bad = any(p.name == "gain" and p.value < 0.0 for p in parameters)
+        return SetParametersResult(successful=not bad, reason="gain: must not be negative")
+
+    node.add_on_set_parameters_callback(check)
+    observer.set_parameters("/there/server", {"gain": 3.0, "list": (4.0, 5.0)})
+    found = observer.get_parameters("/there/server", ["list", "gain"])
+    assert list(found) == ["list", "gain"]
+    assert (list(found["list"]), found["gain"]) == ([4.0, 5.0], 3.0)
+    with pytest.raises(RefusedError, match="gain: must not be negative"):
+        observer.set_parameters("/there/server", {"list": (0.0,), "gain": -1.0})
+    assert list(observer.get_parameters("/there/server", ["list"])["list"]) == [4.0, 5.0]
+
+
+def test_diagnostics_are_kept_by_full_name(observer: Observer, node: Node) -> None:
+    """The last of each node, with its level and values; a fresh one is one that comes later."""
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+
+    def publish(name: str, level: bytes, count: int) -> None:
+        values = [KeyValue(key="count", value=str(count))]
+        status = DiagnosticStatus(name=name, level=level, message="so so", values=values)
+        publisher.publish(DiagnosticArray(status=[status]))
+
+    assert observer.diagnostics == {}
+    observer.wait(publisher.get_subscription_count, "the observer to listen")
+    publish("/there/server", DiagnosticStatus.WARN, 1)
+    publish("/other", DiagnosticStatus.OK, 2)
+    found = observer.diagnostic("/there/server")
+    assert found == (DiagnosticStatus.WARN, "so so", {"count": "1"})
+    assert observer.counter("/other", "count") == 2.0
+    publish("/other", DiagnosticStatus.OK, 3)
+    assert observer.counter("/other", "count", fresh=True) == 3.0
+
+
+def test_a_node_that_says_nothing_is_named(domain: dict[str, str]) -> None:
+    """Waiting for a diagnostic ends with the full name of the node."""
+    with (
+        Observer(domain, "there", timeout=0.2) as hasty,
+        pytest.raises(WaitTimeoutError, match="a diagnostic of /there/silent"),
+    ):
+        hasty.diagnostic("silent")

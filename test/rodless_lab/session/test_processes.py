@@ -1,0 +1,158 @@
+"""Plant and controller as processes: whatever happens, none is left behind."""
+
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import pytest
+from sensor_msgs.msg import FluidPressure, JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from rodless_lab.session.errors import NodeDiedError, WaitTimeoutError
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
+
+ENDED_WELL = {"plant": 0, "controller": 0}
+
+Run = Callable[..., AbstractContextManager[SessionProcesses]]
+
+
+@pytest.fixture
+def run(domain: dict[str, str], tmp_path: Path) -> Run:
+    """Return a context manager that runs a plan in the module's domain."""
+    return lambda **options: run_rig(ProcessPlan(**options), domain, tmp_path)
+
+
+def until_both_answer(observer: Observer, namespace: str) -> None:
+    """Wait until both nodes are at work."""
+    assert observer.call(Trigger, f"/{namespace}/plant/reset").success
+    assert observer.call(Trigger, f"/{namespace}/controller/reset").success
+
+
+def test_both_run_within_the_block_and_end_with_it(run: Run, observer: Observer) -> None:
+    """At its end both are stopped as by Ctrl-C, and end with 0 and no traceback."""
+    with run(namespace="one") as processes:
+        assert set(processes.pids) == {"plant", "controller"}
+        until_both_answer(observer, "one")
+        processes.check()
+    assert processes.exit_codes == ENDED_WELL
+    assert "loading" in processes.outputs["plant"]
+    assert not any("Traceback" in output for output in processes.outputs.values())
+
+
+def test_both_end_when_the_block_raises(run: Run, observer: Observer) -> None:
+    """The error comes out of the block as it was."""
+    begun: list[SessionProcesses] = []
+
+    def fail() -> None:
+        with run(namespace="two") as processes:
+            begun.append(processes)
+            until_both_answer(observer, "two")
+            raise LookupError("of the test's own")
+
+    with pytest.raises(LookupError, match="of the test's own"):
+        fail()
+    assert begun[0].exit_codes == ENDED_WELL
+
+
+def test_a_node_that_dies_is_reported_and_the_other_ended(run: Run, observer: Observer) -> None:
+    """A plant that refuses its parameters: check() names it and shows what it printed."""
+    with run(namespace="three", plant={"supply.pressure": 1.0}) as processes:
+        said: list[str] = []
+
+        def reports() -> bool:
+            try:
+                processes.check()
+            except NodeDiedError as error:
+                said.append(str(error))
+            return bool(said)
+
+        observer.wait(reports, "check() to report the plant")
+        assert said[0].startswith("the plant has ended with exit code 1")
+        assert "supply.pressure: 1.0 refused" in said[0]
+    assert processes.exit_codes == {"plant": 1, "controller": 0}
+
+
+def test_the_first_ends_when_the_second_cannot_be_started(
+    domain: dict[str, str], tmp_path: Path
+) -> None:
+    """A machine out of processes between the two leaves none running."""
+    commands = {"plant": ["sleep", "600"], "controller": ["/no/such/python"]}
+    processes = SessionProcesses(commands, domain, tmp_path)
+    with pytest.raises(FileNotFoundError, match="no/such/python"):
+        processes.__enter__()
+    assert processes.exit_codes == {"plant": -signal.SIGINT, "controller": None}
+
+
+@pytest.fixture
+def deaf() -> Iterator[list[str]]:
+    """Return the command of a process that ignores Ctrl-C, as it inherits from this one."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield ["sleep", "600"]
+    signal.signal(signal.SIGINT, before)
+
+
+def test_a_process_that_does_not_end_is_killed(deaf: list[str], tmp_path: Path) -> None:
+    """What ignores Ctrl-C is not waited for for ever, neither at the end nor by who waits."""
+    with (
+        SessionProcesses({"deaf": deaf}, output=tmp_path, stop_timeout=0.2) as processes,
+        pytest.raises(WaitTimeoutError, match=r"the deaf has not ended within 0\.1 s"),
+    ):
+        processes["deaf"].wait(0.1)
+    assert processes.exit_codes == {"deaf": -signal.SIGKILL}
+
+
+def test_output_goes_where_this_process_prints_unless_it_is_kept(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Without a folder, both streams of a process come out of this one's."""
+    command = ["sh", "-c", "echo out; echo err >&2"]
+    with SessionProcesses({"shell": command}) as processes:
+        assert processes["shell"].wait() == 0
+    assert capfd.readouterr() == ("out\n", "err\n")
+    assert processes.outputs == {"shell": ""}
+    assert processes.with_outputs("an error") == "an error"
+
+
+def test_both_in_one_process_close_the_loop(run: Run, observer: Observer) -> None:
+    """One process instead of two: the same names, parameters of both, the same move, one end."""
+    options = {"plant": {"supply.pressure": 6e5}, "controller": {"reference.type": "move"}}
+    with run(namespace="four", one_process=True, **options) as processes:
+        assert set(processes.pids) == {"rig"}
+        pressures = observer.collect(FluidPressure, "/four/supply/pressure")
+        samples = observer.collect(JointState, "/four/joint_states")
+        observer.more(pressures, 1)
+        assert pressures[-1].fluid_pressure == 6e5
+        found = observer.get_parameters("/four/controller", ["reference.type", "use_sim_time"])
+        assert found == {"reference.type": "move", "use_sim_time": True}
+        observer.publisher(Float64, "/four/setpoint").publish(Float64(data=0.02))
+        observer.wait(
+            lambda: samples and abs(samples[-1].position[0] - 0.02) < 2e-4, "the carriage to come"
+        )
+    assert processes.exit_codes == {"rig": 0}
+
+
+def test_plans_that_make_no_sense_are_refused_before_anything_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The text lists the presets there are, or names the option."""
+    monkeypatch.setattr(subprocess, "Popen", None)
+    with pytest.raises(FileNotFoundError, match="calibrated, paper"):
+        ProcessPlan(preset="papier")
+    with pytest.raises(ValueError, match="one_process"):
+        ProcessPlan(controller=None, one_process=True)
+    with pytest.raises(ValueError, match="relay_commands"):
+        ProcessPlan(controller=None, relay_commands=True)
+
+
+def test_files_come_before_parameters_and_after_the_preset(tmp_path: Path) -> None:
+    """Later files win: preset, the user's own file, single parameters."""
+    mine = tmp_path / "mine.yaml"
+    plan = ProcessPlan(plant={"time.mode": "lockstep"}, controller=None, parameter_file=mine)
+    (command,) = plan.command_lines(tmp_path).values()
+    files = [command[k + 1] for k, word in enumerate(command) if word == "--params-file"]
+    assert [Path(file).name for file in files] == ["paper.yaml", "mine.yaml", "parameters.yaml"]
+    assert "time.mode: lockstep" in Path(files[-1]).read_text(encoding="utf-8")
