@@ -60,6 +60,7 @@ class ControllerNode:
         self._bad_setpoints = self._bad_samples = 0
         self._listening = False
         self._make_interface()
+        self.node.get_logger().info(self._ready_line())
 
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
@@ -76,11 +77,22 @@ class ControllerNode:
         )
         self._telemetry = Telemetry(self.node)
         self._diagnostics = diagnostics_publisher(self.node)
-        self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
+        self._setpoint = self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
         self.node.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
         self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
+
+    def _ready_line(self) -> str:
+        kind = self._parameters.values.text("reference.type")
+        where = self.node.get_namespace()
+        option = f" --namespace {where}" if where != "/" else ""
+        next_step = (
+            "it moves by itself"
+            if kind in ("step", "sine")
+            else f"move it with a set-point on {self._setpoint.topic_name}: rodless move 58{option}"
+        )
+        return f"ready: pid, reference.type {kind}; {next_step}"
 
     def _configure(self, values: PidParameters) -> None:
         self._loop.configure(values)
