@@ -14,7 +14,17 @@ Value = bool | int | float | str | tuple[float, ...]
 
 
 class ParameterError(ValueError):
-    """A value, name or combination of values that the rig cannot have; the text names it."""
+    """A value, name or combination of values that the rig cannot have; the text names it.
+
+    Examples
+    --------
+    >>> from rodless_sim import ParameterError, RigParameters
+    >>> try:
+    ...     RigParameters({"supply.presure": 6e5})
+    ... except ParameterError as error:
+    ...     print(error)
+    supply.presure: no such parameter; did you mean supply.pressure?
+    """
 
 
 @dataclass(frozen=True)
@@ -124,9 +134,14 @@ class ParameterSet(Mapping[str, Value]):
     def from_file(cls: type[Set], path: str | Path) -> Set:
         """Read this node's section of a ROS parameter file (YAML)."""
         try:
-            return cls(read_parameter_file(path, cls.NODE))
+            return cls(cls.own(read_parameter_file(path, cls.NODE)))
         except ValueError as error:
             raise ParameterError(f"{path}: {error}") from error
+
+    @classmethod
+    def own(cls, values: Mapping[str, object]) -> Mapping[str, object]:
+        """Return what this set takes of the values that a file gives to its node: all of them."""
+        return values
 
     def with_values(self: Set, changes: Mapping[str, object]) -> Set:
         """Return a copy with all of ``changes`` made, or raise and change nothing."""

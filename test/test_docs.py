@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_sim import RigParameters
 
@@ -57,7 +57,7 @@ def test_readme_snippet_runs() -> None:
 
 def test_readme_names_parameters_that_exist_with_their_defaults() -> None:
     """Each parameter the README shows exists, and the numbers beside it are its default."""
-    declarations = {**RigParameters.DECLARATIONS, **PidParameters.DECLARATIONS}
+    declarations = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     named = set(
         re.findall(r"`((?:supply|valve|cylinder|controller|reference|time)\.[a-z_.]+)[`:]", readme)

@@ -1,13 +1,13 @@
 """The parameter tables of the docs, from the declarations."""
 
 from rodless_base.parameters import Parameter, ParameterSet, Value
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_sim import RigParameters
 
 INTRODUCTION = """# Parameters
 
-Every parameter of both nodes, as declared in `rodless_sim/parameters.py` and
-`rodless_control/parameters.py`; this page is written from them by `rodless docs`. The names are the
+Every parameter of both nodes, as declared in `rodless_sim/parameters.py` and, for the controller
+with the law `pid`, in `rodless_control`; `rodless docs` writes this page from them. Names are the
 same in Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
 (`config/*.yaml`) and in ROS (`ros2 param set /plant supply.pressure 600000.0`). Values are SI,
 pressures absolute. Ranges are inclusive. Parameters marked *fixed* are read when the node starts;
@@ -25,7 +25,7 @@ HEADER = """| name | default | unit | range | meaning | source | calibrated |
 
 def parameter_reference() -> str:
     """Return the reference page as Markdown."""
-    tables = (_table("plant", RigParameters), _table("controller", PidParameters))
+    tables = (_table("plant", RigParameters), _table("controller", ControllerParameters))
     return INTRODUCTION + "".join(tables)
 
 

@@ -22,7 +22,13 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import OnDemand, send
-from rodless_base.ros.topics import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros.topics import (
+    JOINT_STATES,
+    LOSSLESS,
+    PRESSURES,
+    QUEUE_DEPTH,
+    VALVE_VOLTAGE,
+)
 from rodless_base.start import Stop
 from rodless_sim.node import messages
 from rodless_sim.node.engine import Engine
@@ -94,8 +100,8 @@ class PlantNode:
         )
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._pressures = {
-            frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
-            for frame in ("chamber_a", "chamber_b", "supply")
+            topic.split("/")[0]: OnDemand(publisher(FluidPressure, topic), messages.pressure)
+            for topic in PRESSURES.values()
         }
         self._clock = (
             OnDemand(publisher(Clock, "/clock"), messages.clock)

@@ -12,7 +12,7 @@ import numba
 import pytest
 
 from rodless_base import kernels
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
 IMPORT = "from rodless_base.kernels import kernel\n"
@@ -23,7 +23,10 @@ OUTER = IMPORT + (
 ASK = (
     "from rodless_probe.outer import outer\nprint(outer(1.0), sum(outer.stats.cache_hits.values()))"
 )
-SAMPLES = [(0.002 * math.sin(k), 0.01, 0.001 * math.cos(k), 0.01) for k in range(50)]
+SAMPLES = [
+    (Measurement(0, 0.001 * math.cos(k)), ReferencePoint(0.002 * math.sin(k), 0.01), 0.01)
+    for k in range(50)
+]
 
 
 def environment(**changes: str) -> dict[str, str]:
@@ -154,7 +157,8 @@ def test_everything_runs_uncompiled() -> None:
     """With NUMBA_DISABLE_JIT the controller is plain Python and gives the same commands."""
     code = (
         "import json, sys, types\n"
-        "from rodless_control import Pid, PidParameters\nfrom rodless_control.laws import pid\n"
+        "from math import nan\nfrom rodless_control import *\n"
+        "from rodless_control.laws import pid\n"
         "assert isinstance(pid.update, types.FunctionType)\n"
         "law = Pid(PidParameters())\n"
         f"print(json.dumps([law.update(*s) for s in {SAMPLES!r}]))"
