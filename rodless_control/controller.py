@@ -6,6 +6,7 @@ in one loop with the rig. Both serve ``rodless_lab.closed_loop`` and the control
 
 import math
 from collections.abc import Callable, Mapping
+from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from rodless_base.kernels import is_kernel, specialise
@@ -232,10 +233,9 @@ def numbers_of(law: Law, answer: object) -> tuple[float, ...]:
     wanted = ("voltage", *law.TERMS)
     if len(values) != len(wanted) or getattr(answer, "_fields", wanted) != wanted:
         raise LawError(f"{law_name(law)} answered {answer!r}: must be {' and '.join(wanted)}")
-    try:
-        numbers = tuple(map(float, values))
-    except (TypeError, ValueError) as error:
-        raise LawError(f"{law_name(law)} answered {answer!r}: must be a number in V") from error
+    if not all(isinstance(value, Real) for value in values):
+        raise LawError(f"{law_name(law)} answered {answer!r}: must be a number in V")
+    numbers = tuple(map(float, values))
     if not math.isfinite(numbers[0]):
         raise LawError(f"{law_name(law)} answered {numbers[0]!r} V: must be a finite number")
     return numbers

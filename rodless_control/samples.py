@@ -36,7 +36,7 @@ class Samples:
             self._drop(other for other in list(self._waiting) if other < key)
             return Measurement(stamp, **self._waiting.pop(key))
         if len(self._waiting) > CAPACITY:
-            self._start_over()
+            self._start_over_with(field, stamp, value)
         return None
 
     def _drop(self, keys: Iterable[Key]) -> None:
@@ -44,7 +44,9 @@ class Samples:
             del self._waiting[key]
             self.incomplete += 1
 
-    def _start_over(self) -> None:
-        """Forget everything: where a topic has lost the end of a run, its runs are miscounted."""
-        self._drop(list(self._waiting))
-        self._latest = dict.fromkeys(self._latest, (0, -1))
+    def _start_over_with(self, field: str, stamp: int, value: float) -> None:
+        """Keep this reading alone: where a topic has missed a reset, its runs are miscounted."""
+        key = self._latest[field]
+        self._drop(other for other in list(self._waiting) if other != key)
+        self._latest = {**dict.fromkeys(self._latest, (0, -1)), field: (0, stamp)}
+        self._waiting = {(0, stamp): {field: value}}

@@ -29,6 +29,16 @@ SAMPLES = [
 ]
 
 
+def inner(x: float) -> float:
+    """What :func:`one_more` calls unless it is linked."""
+    return x
+
+
+def one_more(x: float) -> float:
+    """One more than what :func:`inner` gives."""
+    return inner(x) + 1.0
+
+
 def environment(**changes: str) -> dict[str, str]:
     """Return this process's environment with ``changes``, without measuring coverage.
 
@@ -146,6 +156,22 @@ def test_a_direct_call_is_the_same_function_for_one_set_of_types() -> None:
     with pytest.raises(TypeError):
         quick(None, 4.0)
     assert fraction.signatures == [(numba.float64, numba.float64)]  # type: ignore[attr-defined]
+
+
+def test_a_linked_copy_calls_what_it_is_given() -> None:
+    """Copies of one function around two kernels are two functions, and the original stays."""
+
+    @kernels.kernel
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    @kernels.kernel
+    def half(x: float) -> float:
+        return x / 2.0
+
+    twice, halves = (kernels.linked(one_more, inner=inner) for inner in (double, half))
+    assert (twice(3.0), halves(3.0), one_more(3.0)) == (7.0, 2.5, 4.0)
+    assert kernels.unlinked(one_more, inner=math.sqrt)(9.0) == 4.0
 
 
 def test_a_plain_function_needs_no_direct_call() -> None:

@@ -1,10 +1,11 @@
 """One position sample after the other: time, faults and what survives them."""
 
 import math
+from typing import NamedTuple
 
 import pytest
 
-from rodless_control import ControllerParameters, Measurement, Pid, ReferencePoint
+from rodless_control import ControllerParameters, Law, Measurement, Pid, ReferencePoint
 from rodless_control.loop import ControlLoop
 
 MILLISECOND = 1_000_000
@@ -158,3 +159,94 @@ def test_a_wild_position_is_answered_within_the_limits(position: float) -> None:
         output = loop.sample(Measurement(now + k * MILLISECOND, 0.051))
     assert output is not None
     assert output.terms["d"] == pytest.approx(0.0, abs=1e-9)
+
+
+class Moody(Law):
+    """A law that does what it is told to: answer, or fail."""
+
+    TERMS = ("mood",)
+
+    class Answer(NamedTuple):
+        """A voltage and a term."""
+
+        voltage: float
+        mood: float
+
+    def reset(self) -> None:
+        """Be well again."""
+        self.answer: object = self.Answer(6.0, 1.0)
+
+    def hold(self) -> None:
+        """Fail where that is asked for."""
+        if self.answer == "hold":
+            raise RuntimeError("no hold")
+
+    def update(self, *_: object) -> object:
+        """Answer."""
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+@pytest.fixture
+def moody() -> ControlLoop:
+    """Return a loop around a moody law that has answered one sample."""
+    parameters = type("Set", (ControllerParameters,), {"LAW": Moody})
+    loop = ControlLoop(parameters({"controller.maximum_voltage": 5.5}))
+    loop.reset()
+    output = loop.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
+    assert output is not None
+    assert (output.reference, output.voltage, output.terms) == (0.05, 5.5, {"mood": 1.0})
+    return loop
+
+
+@pytest.mark.parametrize(
+    ("answer", "complaint"),
+    [
+        (KeyError("x"), "KeyError: 'x'"),
+        (RuntimeError("two\nlines"), "RuntimeError: two lines"),
+        (None, "LawError: law Moody answered None"),
+        (5.0, "LawError: law Moody answered 5.0: must be voltage and mood"),
+        (Moody.Answer(math.nan, 1.0), "LawError: law Moody answered nan V"),
+    ],
+)
+def test_a_law_that_fails_is_not_asked_again_until_reset(
+    moody: ControlLoop, answer: object, complaint: str
+) -> None:
+    """No command comes of it; the text names law and error in one line; a reset heals it."""
+    moody.law.answer = answer  # type: ignore[attr-defined]
+    for k in range(1, 4):
+        assert moody.sample(Measurement(k * MILLISECOND, 0.05, 1e5, 1e5, 6e5)) is None
+    assert moody.failure is not None
+    assert moody.failure.startswith("law Moody failed: ")
+    assert complaint in moody.failure
+    assert "\n" not in moody.failure
+    assert moody.failures == 1
+    moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
+    assert moody.failure is not None, "a reset of the plant is none of the controller"
+    moody.reset()
+    assert moody.failure is None
+    output = moody.sample(Measurement(MILLISECOND, 0.05, 1e5, 1e5, 6e5))
+    assert output is not None
+    assert moody.failures == 1
+
+
+def test_a_law_may_fail_wherever_it_is_asked(moody: ControlLoop) -> None:
+    """hold() and configure() of a user are no more trusted than update()."""
+    moody.law.answer = "hold"  # type: ignore[attr-defined]
+    moody.hold()
+    assert moody.failure == "law Moody failed: RuntimeError: no hold"
+    moody.law.configure = None  # type: ignore[assignment,method-assign]
+    moody.configure(ControllerParameters())
+    assert moody.failures == 2
+    assert "TypeError" in (moody.failure or "")
+
+
+def test_a_pressure_that_is_not_finite_counts_where_the_law_uses_pressures(
+    moody: ControlLoop,
+) -> None:
+    """A NaN among the pressures keeps a law that reads them from answering, and not the PID."""
+    sample = Measurement(MILLISECOND, 0.05, 1e5, math.nan, 6e5)
+    assert moody.sample(sample) is None
+    assert (moody.not_finite, moody.failure) == (1, None)
+    assert ControlLoop(ControllerParameters()).sample(sample) is not None
