@@ -94,7 +94,7 @@ class Law:
         self.parameters = parameters
 
     def reset(self) -> None:
-        """Forget the run so far; the next sample is the first of a new one."""
+        """Forget the run so far: called before the first sample of each run."""
 
     def hold(self) -> None:
         """Measurements were missing; the next sample comes after a gap."""
@@ -233,9 +233,11 @@ def numbers_of(law: Law, answer: object) -> tuple[float, ...]:
     wanted = ("voltage", *law.TERMS)
     if len(values) != len(wanted) or getattr(answer, "_fields", wanted) != wanted:
         raise LawError(f"{law_name(law)} answered {answer!r}: must be {' and '.join(wanted)}")
-    if not all(isinstance(value, Real) for value in values):
-        raise LawError(f"{law_name(law)} answered {answer!r}: must be a number in V")
-    numbers = tuple(map(float, values))
+    numbers = values
+    if set(map(type, values)) != {float}:
+        if not all(isinstance(value, Real) for value in values):
+            raise LawError(f"{law_name(law)} answered {answer!r}: must be a number in V")
+        numbers = tuple(map(float, values))
     if not math.isfinite(numbers[0]):
         raise LawError(f"{law_name(law)} answered {numbers[0]!r} V: must be a finite number")
     return numbers

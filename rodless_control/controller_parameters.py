@@ -14,7 +14,13 @@ DEFAULT_LAW = str(NODE["controller.law"].default)
 
 
 def _declarations(name: str, law: type[Law]) -> dict[str, Parameter]:
-    """Compose the node's set for a law; raises ParameterError where the law's names are taken."""
+    """Compose the node's set for a law; raises ParameterError where the law's names cannot be."""
+    terms = ("reference", *law.TERMS)
+    if len(set(terms)) < len(terms) or not all(map(str.isidentifier, terms)):
+        raise ParameterError(
+            f"controller.law: {name!r} refused: its TERMS {law.TERMS} must be identifiers, each "
+            "once, and none of them reference"
+        )
     taken = law.PARAMETERS.keys() & {**OUTPUT, **NODE, **REFERENCE}.keys()
     if taken:
         raise ParameterError(

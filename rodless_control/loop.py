@@ -3,6 +3,8 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from traceback import extract_tb
 from typing import TypeVar
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
@@ -40,6 +42,7 @@ class ControlLoop:
         self.failure: str | None = None
         self._limits = output_limits(given)
         self._last: int | None = None
+        self._attempt(self.law.reset)
 
     def configure(self, parameters: ControllerParameters) -> None:
         """Change the parameters, without a jump in the command where the law can."""
@@ -115,6 +118,12 @@ class ControlLoop:
             return action()
         except Exception as error:
             self.failures += 1
-            text = " ".join(str(error).split())
-            self.failure = f"{law_name(self.law)} failed: {type(error).__name__}: {text}"
+            self.failure = f"{law_name(self.law)} failed: {_in_one_line(error)}"
             return None
+
+
+def _in_one_line(error: Exception) -> str:
+    """Return kind, text and place of an error."""
+    text = " ".join(str(error).split())
+    *_, place = extract_tb(error.__traceback__)
+    return f"{type(error).__name__}: {text} ({Path(place.filename).name}, line {place.lineno})"

@@ -3,7 +3,6 @@
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
-from rodless_base.parameters import ParameterError
 from rodless_base.ros.publish import OnDemand
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_control.controller import Law
@@ -16,16 +15,10 @@ class Telemetry:
     """The reference (m) and each of the law's terms, in units of its own, below the node's name."""
 
     def __init__(self, node: Node, law: Law) -> None:
-        """Make the publishers; raises ParameterError for terms that cannot be topics."""
-        names = (REFERENCE, *law.TERMS)
-        if len(set(names)) < len(names) or not all(map(str.isidentifier, names)):
-            raise ParameterError(
-                f"controller.law: {type(law).__name__} refused: its TERMS {', '.join(law.TERMS)} "
-                f"must be identifiers, each once, and none may be {REFERENCE}"
-            )
+        """Make the publishers."""
         self._publishers = {
             name: OnDemand(node.create_publisher(Float64, f"~/{name}", QUEUE_DEPTH), _message)
-            for name in names
+            for name in (REFERENCE, *law.TERMS)
         }
 
     def poll(self) -> None:

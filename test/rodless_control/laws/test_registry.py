@@ -31,6 +31,18 @@ class Greedy(Law):
     PARAMETERS = declare(Parameter("reference.type", 1.0, "", "clash", "none"))
 
 
+class Twofold(Law):
+    TERMS = ("force", "force")
+
+
+class Shadow(Law):
+    TERMS = ("reference",)
+
+
+class Spaced(Law):
+    TERMS = ("a force",)
+
+
 NOTHING = 3
 """
 
@@ -71,6 +83,9 @@ def test_parameters_know_their_law() -> None:
         ("broken_laws:Law", "importing broken_laws failed: ZeroDivisionError: division by zero"),
         ("my_laws:Missing", "has no Missing"),
         ("my_laws:NOTHING", "NOTHING is not a subclass of rodless_control.Law"),
+        ("my_laws:Twofold", "must be identifiers, each once"),
+        ("my_laws:Shadow", "none of them reference"),
+        ("my_laws:Spaced", "must be identifiers"),
         ("my_laws:Greedy", "its parameter reference.type is the node's own"),
     ],
 )
