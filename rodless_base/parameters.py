@@ -24,7 +24,6 @@ class ParameterError(ValueError):
     ... except ParameterError as error:
     ...     print(error)
     supply.presure: no such parameter; did you mean supply.pressure?
-
     """
 
 
@@ -140,10 +139,15 @@ class ParameterSet(Mapping[str, Value]):
     def from_file(cls: type[Set], path: str | Path) -> Set:
         """Read this node's section of a ROS parameter file (YAML)."""
         try:
-            found = cls(read_parameter_file(path, cls.NODE))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE)))
         except ValueError as error:
             raise ParameterError(f"{path}: {error}") from error
         return found._come_from(f"from_file({str(path)!r})")
+
+    @classmethod
+    def own(cls, values: Mapping[str, object]) -> Mapping[str, object]:
+        """Return what this set takes of the values that a file gives to its node: all of them."""
+        return values
 
     def with_values(self: Set, changes: Mapping[str, object]) -> Set:
         """Return a copy with all of ``changes`` made, or raise and change nothing."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
@@ -64,7 +64,7 @@ def test_readme_snippet_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_readme_names_parameters_that_exist_with_their_defaults() -> None:
     """Each parameter the README shows exists, and the numbers beside it are its default."""
-    declarations = {**RigParameters.DECLARATIONS, **PidParameters.DECLARATIONS}
+    declarations = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     named = set(
         re.findall(r"`((?:supply|valve|cylinder|controller|reference|time)\.[a-z_.]+)[`:]", readme)

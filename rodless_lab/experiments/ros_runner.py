@@ -77,7 +77,7 @@ class RosRuns:
     def closed_loop(
         self,
         rig_parameters: RigParameters,
-        pid_parameters: PidParameters,
+        law: PidParameters,
         reference: Reference,
         duration: float,
         period: float,
@@ -91,7 +91,7 @@ class RosRuns:
         with RigSession(
             "lockstep",
             plant=plant_values(rig_parameters, period, position),
-            controller=file_values(pid_parameters.with_values(reference_parameters(reference))),
+            controller={**file_values(law), **reference_parameters(reference)},
             duration=round(nanoseconds(duration) / span) * span * 1e-9,
         ) as rig:
             samples = rig.run(RUN_TIMEOUT)

@@ -29,7 +29,7 @@ class ClosedLoop(Protocol):
     def __call__(
         self,
         rig_parameters: RigParameters,
-        pid_parameters: PidParameters,
+        law: PidParameters,
         reference: Reference,
         duration: float,
         period: float,

@@ -1,7 +1,7 @@
 """The parameter tables of the docs, from the declarations."""
 
 from rodless_base.parameters import Parameter, ParameterSet, Value
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_sim import RigParameters, State
 from rodless_sim.physics.state import Motion, quantities
 
@@ -10,9 +10,9 @@ INTRODUCTION = """# Parameters
 Every parameter of both nodes, and the state of the plant; this page is written from their
 declarations by `rodless docs`. The plant's parameters are declared beside the equations that use
 them, in the modules of `rodless_sim/physics`, in `rodless_sim/instruments/instruments.py`,
-`rodless_sim/timing.py` and `rodless_sim/node/command.py`; the controller's in
-`rodless_control/parameters.py`; the state in `rodless_sim/physics/state.py`. The names are the same
-in Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
+`rodless_sim/timing.py` and `rodless_sim/node/command.py`; those of the controller, here with the law
+`pid`, in `rodless_control`; the state in `rodless_sim/physics/state.py`. The names are the same in
+Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
 (`config/*.yaml`) and in ROS (`ros2 param set /plant supply.pressure 600000.0`). Values are SI,
 pressures absolute. Ranges are inclusive. Parameters marked *fixed* are read when the node starts;
 all others may change while it runs. A change is refused as a whole, with a message that names the
@@ -40,7 +40,7 @@ integrates {integrated}.
 
 def parameter_reference() -> str:
     """Return the reference page as Markdown."""
-    tables = (_table("plant", RigParameters), _table("controller", PidParameters))
+    tables = (_table("plant", RigParameters), _table("controller", ControllerParameters))
     return INTRODUCTION + "".join(tables) + _state()
 
 

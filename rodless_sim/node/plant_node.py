@@ -23,7 +23,12 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import OnDemand, send
-from rodless_base.ros.topics import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros.topics import (
+    JOINT_STATES,
+    LOSSLESS,
+    QUEUE_DEPTH,
+    VALVE_VOLTAGE,
+)
 from rodless_base.start import Stop
 from rodless_sim.node import messages
 from rodless_sim.node.engine import Engine
