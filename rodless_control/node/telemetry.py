@@ -1,10 +1,10 @@
 """The controller's insides on topics of their own, for plotting."""
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
 from rodless_base.ros.publish import OnDemand
-from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_control.loop import Output
 
 TERMS = ("reference", "error", "p", "i", "d", "feedforward")
@@ -13,11 +13,10 @@ TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 class Telemetry:
     """One topic per term below the node's name: m for reference and error, V for the others."""
 
-    def __init__(self, node: Node) -> None:
-        """Make the publishers."""
+    def __init__(self, node: Node, qos: QoSProfile | int) -> None:
+        """Make the publishers, with the quality of service of the commands."""
         self._publishers = [
-            OnDemand(node.create_publisher(Float64, f"~/{term}", QUEUE_DEPTH), _message)
-            for term in TERMS
+            OnDemand(node.create_publisher(Float64, f"~/{term}", qos), _message) for term in TERMS
         ]
 
     def poll(self) -> None:
