@@ -24,6 +24,8 @@ TEST_REQUIREMENTS = [
     "pytest-cov",
     "coverage>=7.10",  # measures the nodes, which are processes of their own
     "rosbags",  # an independent reader of the bags
+    "pandas",  # runs as data frames,
+    "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
     "colcon-common-extensions",  # the packaging test builds with colcon,
     "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
@@ -33,6 +35,7 @@ TEST_REQUIREMENTS = [
     "types-PyYAML",
     "types-psutil",
     "scipy-stubs",
+    "pandas-stubs",
 ]
 
 
@@ -95,6 +98,7 @@ setup(
     install_requires=REQUIREMENTS + ros_requirements(),
     extras_require={
         "test": TEST_REQUIREMENTS,
+        "data": ["pandas", "pyarrow"],  # runs as data frames and as Parquet; CSV needs neither
         "bench": ["psutil"],  # reads the processor time of the nodes
     },
 )

@@ -2,6 +2,9 @@
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
+# Multiplying by this and dividing by the above differ in the last bit.
+SECONDS_PER_NANOSECOND = 1e-9
+
 # Name of the joint in joint_states.
 CARRIAGE = "carriage"
 

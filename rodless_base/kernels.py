@@ -6,25 +6,41 @@ uncompiled original, and ``NUMBA_DISABLE_JIT=1`` runs all of them uncompiled.
 
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeVar, cast
+from types import FunctionType
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.dispatcher import Dispatcher
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
+Result = TypeVar("Result")
+
+_BASE = Path(__file__).parent
 
 
 def _source_digest() -> str:
     # numba looks only at the file of the outermost function when it decides whether a cached
-    # kernel is fresh; a change in a function it calls would go unnoticed.
+    # kernel is fresh; a change in a function it calls would go unnoticed. Kernels take constants
+    # and tuples from the base too.
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].glob("rodless_*/**/*.py")):
+    for path in sorted(_BASE.parent.glob("rodless_*/**/*.py")):
         source = path.read_bytes()
-        if b"rodless_base.kernels" in source or path == Path(__file__):
+        if b"rodless_base.kernels" in source or path.parent == _BASE:
             digest.update(source)
     return digest.hexdigest()[:16]
+
+
+def _is_in_digest(function: Callable[..., object]) -> bool:
+    """Whether a change of the function's source gives another cache."""
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return False
+    path = Path(code.co_filename)
+    if not path.is_relative_to(_BASE.parent):
+        return False
+    return path.relative_to(_BASE.parent).parts[0].startswith("rodless_")
 
 
 def _cache_directory() -> str:
@@ -37,11 +53,46 @@ _CACHE_DIRECTORY = _cache_directory()
 
 
 def kernel(function: Kernel) -> Kernel:
-    """Compile ``function`` on first call; later processes load it from the user's cache."""
+    """Compile ``function`` on first call; later processes load it from the user's cache.
+
+    A function from outside this project is compiled anew in each process: nobody watches its
+    sources.
+    """
+    return _compiled(function, keep=_is_in_digest(function))
+
+
+def is_kernel(function: object) -> bool:
+    """Whether compiled code can call ``function``."""
+    return isinstance(function, Dispatcher) or bool(numba.config.DISABLE_JIT)
+
+
+def linked(function: Kernel, **kernels: Callable[..., object]) -> Kernel:
+    """Compile a copy of ``function`` that calls ``kernels`` by the names they are given as.
+
+    The copy is kept between processes where all of ``kernels`` are. numba keeps no function that
+    takes others as arguments.
+    """
+    plain = [getattr(item, "py_func", item) for item in kernels.values()]
+    # The cache tells copies apart by their names.
+    name = "_".join(
+        [function.__name__, *(f"{item.__module__}_{item.__qualname__}" for item in plain)]
+    )
+    copy = unlinked(function, **kernels)
+    copy.__qualname__ = name
+    return _compiled(copy, keep=all(map(_is_in_digest, [function, *plain])))
+
+
+def unlinked(function: Kernel, **functions: Callable[..., object]) -> Kernel:
+    """Return the copy that :func:`linked` compiles, as plain Python."""
+    scope = {**function.__globals__, **functions}
+    return cast(Kernel, FunctionType(function.__code__, scope, function.__name__))
+
+
+def _compiled(function: Kernel, keep: bool) -> Kernel:
     others = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = _CACHE_DIRECTORY
     try:
-        return cast(Kernel, numba.njit(cache=True, error_model="numpy")(function))
+        return cast(Kernel, numba.njit(cache=keep, error_model="numpy")(function))
     finally:
         numba.config.CACHE_DIR = others
 
@@ -56,3 +107,56 @@ def specialise(function: Kernel, *example: object) -> Kernel:
     signature = tuple(numba.typeof(value) for value in example)
     function.compile(signature)
     return cast(Kernel, function.get_overload(signature))
+
+
+def dispatch(functions: Sequence[Callable[..., Result]]) -> Callable[..., Result]:
+    """Return one kernel for several of which a code chooses one.
+
+    ``kernel(code, constants, *arguments)`` is ``functions[code](constants[code], *arguments)``.
+    ``constants`` is a tuple with an entry for each function, each of a type of its own; the code is
+    not checked. Compiled, a chain of comparisons; kernels that call it are cached as usual.
+    """
+    first, *others = functions
+    if not others:
+
+        def last(code: int, constants: tuple[Any, ...], *arguments: Any) -> Result:  # noqa: ARG001
+            return first(constants[0], *arguments)
+
+        return _joined(last, "dispatch", functions)
+    following = dispatch(others)
+
+    def choose(code: int, constants: tuple[Any, ...], *arguments: Any) -> Result:
+        if code == 0:
+            return first(constants[0], *arguments)
+        return following(code - 1, constants[1:], *arguments)
+
+    return _joined(choose, "dispatch", functions)
+
+
+def total(functions: Sequence[Callable[..., float]]) -> Callable[..., float]:
+    """Return one kernel for the sum of several.
+
+    ``kernel(constants, *arguments)`` is the sum of ``functions[k](constants[k], *arguments)`` over
+    all k, ``constants`` as :func:`dispatch` takes them.
+    """
+    *others, last = functions
+    if not others:
+
+        def only(constants: tuple[Any, ...], *arguments: Any) -> float:
+            return last(constants[0], *arguments)
+
+        return _joined(only, "total", functions)
+    before = total(others)
+
+    def add(constants: tuple[Any, ...], *arguments: Any) -> float:
+        return before(constants[:-1], *arguments) + last(constants[-1], *arguments)
+
+    return _joined(add, "total", functions)
+
+
+def _joined(function: Kernel, what: str, functions: Sequence[Callable[..., object]]) -> Kernel:
+    # The linker tells compiled functions apart by name and types, across processes that share a
+    # cache too: each of these closures needs a name that no other has.
+    names = ", ".join(f"{member.__module__}.{member.__qualname__}" for member in functions)
+    function.__qualname__ = f"{what}({names})"
+    return cast(Kernel, numba.njit(error_model="numpy")(function))

@@ -14,27 +14,32 @@ Value = bool | int | float | str | tuple[float, ...]
 
 
 class ParameterError(ValueError):
-    """A value, name or combination of values that the rig cannot have; the text names it."""
+    """A value, name or combination of values that the rig cannot have; the text names it.
+
+    Examples
+    --------
+    >>> from rodless_sim import ParameterError, RigParameters
+    >>> try:
+    ...     RigParameters({"supply.presure": 6e5})
+    ... except ParameterError as error:
+    ...     print(error)
+    supply.presure: no such parameter; did you mean supply.pressure?
+    """
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """The one declaration of a parameter.
-
-    ``default`` fixes the type: ``bool``, ``int``, ``float``, ``str`` or a tuple of floats of
-    that length. ``minimum`` and ``maximum`` (inclusive, in ``unit``) bound every number;
-    ``choices`` lists what a text may be; ``fixed`` says it cannot change while a node runs.
-    """
+    """The one declaration of a parameter."""
 
     name: str
-    default: Value
+    default: Value  # fixes the type: bool, int, float, str or a tuple of floats of that length
     unit: str
     meaning: str
     source: str
-    minimum: float = -math.inf
+    minimum: float = -math.inf  # inclusive, in ``unit``; bounds every number of a tuple too
     maximum: float = math.inf
-    choices: tuple[str, ...] = ()
-    fixed: bool = False
+    choices: tuple[str, ...] = ()  # what a text may be
+    fixed: bool = False  # cannot change while a node runs
 
     def check(self, value: object) -> Value:
         """Return ``value`` in this parameter's type, or raise :class:`ParameterError`."""
@@ -90,6 +95,14 @@ class Parameter:
 Set = TypeVar("Set", bound="ParameterSet")
 
 
+@dataclass(frozen=True)
+class _Origin:
+    """The call that a set began with, and what it gave."""
+
+    call: str
+    values: Mapping[str, Value]
+
+
 class ParameterSet(Mapping[str, Value]):
     """Values for every parameter a class declares; immutable, always valid as a whole.
 
@@ -111,26 +124,40 @@ class ParameterSet(Mapping[str, Value]):
             for name, declared in self.DECLARATIONS.items()
         }
         self.check_together()
+        self._origin: _Origin | None = None
 
     @classmethod
     def preset(cls: type[Set], name: str) -> Set:
         """Read a preset that ships with the package: ``paper`` or ``calibrated``."""
         try:
-            return cls.from_file(preset_file(name))
+            found = cls.from_file(preset_file(name))
         except FileNotFoundError as error:
             raise ParameterError(str(error)) from error
+        return found._come_from(f"preset({name!r})")
 
     @classmethod
     def from_file(cls: type[Set], path: str | Path) -> Set:
         """Read this node's section of a ROS parameter file (YAML)."""
         try:
-            return cls(read_parameter_file(path, cls.NODE))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE)))
         except ValueError as error:
             raise ParameterError(f"{path}: {error}") from error
+        return found._come_from(f"from_file({str(path)!r})")
+
+    @classmethod
+    def own(cls, values: Mapping[str, object]) -> Mapping[str, object]:
+        """Return what this set takes of the values that a file gives to its node: all of them."""
+        return values
 
     def with_values(self: Set, changes: Mapping[str, object]) -> Set:
         """Return a copy with all of ``changes`` made, or raise and change nothing."""
-        return type(self)({**self._values, **changes})
+        changed = type(self)({**self._values, **changes})
+        changed._origin = self._origin
+        return changed
+
+    def _come_from(self: Set, call: str) -> Set:
+        self._origin = _Origin(call, dict(self._values))
+        return self
 
     def check_together(self) -> None:
         """Raise :class:`ParameterError` where single good values contradict each other."""
@@ -145,6 +172,10 @@ class ParameterSet(Mapping[str, Value]):
     def text(self, name: str) -> str:
         """Return a text parameter."""
         return str(self._values[name])
+
+    def choice(self, name: str) -> int:
+        """Return the place of a text parameter's value among its declared ``choices``."""
+        return self.DECLARATIONS[name].choices.index(self.text(name))
 
     def numbers(self, name: str) -> tuple[float, ...]:
         """Return a tuple-valued parameter."""
@@ -166,12 +197,14 @@ class ParameterSet(Mapping[str, Value]):
         return hash(tuple(self._values.items()))
 
     def __repr__(self) -> str:
-        changed = {
-            name: value
-            for name, value in self._values.items()
-            if value != self.DECLARATIONS[name].default
-        }
-        return f"{type(self).__name__}({changed!r})"
+        """Show where the values come from, and what differs from there."""
+        kind, origin = type(self).__name__, self._origin
+        before = origin.values if origin else {n: p.default for n, p in self.DECLARATIONS.items()}
+        changed = {name: value for name, value in self._values.items() if value != before[name]}
+        text = repr(changed) if changed else ""
+        if origin is None:
+            return f"{kind}({text})"
+        return f"{kind}.{origin.call}" + (f".with_values({text})" if changed else "")
 
     @classmethod
     def unknown(cls, name: str) -> str:
@@ -182,5 +215,15 @@ class ParameterSet(Mapping[str, Value]):
 
 
 def declare(*parameters: Parameter) -> dict[str, Parameter]:
-    """Index declarations by name."""
-    return {parameter.name: parameter for parameter in parameters}
+    """Index declarations by name; raises ValueError for a name declared twice."""
+    declared: dict[str, Parameter] = {}
+    for parameter in parameters:
+        if parameter.name in declared:
+            raise ValueError(f"{parameter.name}: declared twice")
+        declared[parameter.name] = parameter
+    return declared
+
+
+def collect(*groups: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """Join several declarations in their order; raises as :func:`declare`."""
+    return declare(*(parameter for group in groups for parameter in group.values()))

@@ -7,6 +7,12 @@ import signal
 import sys
 from types import FrameType
 
+# What to say where there is no ROS.
+NO_ROS = (
+    "rclpy is missing: source a ROS 2 distribution, or install the wheels that "
+    "`pip install rodless_sim` brings"
+)
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -54,10 +60,7 @@ def start(module: str) -> None:
         # Whichever ROS package came first, without rclpy there is no ROS.
         if importlib.util.find_spec("rclpy") is not None:
             raise
-        sys.exit(
-            "rclpy is missing: source a ROS 2 distribution, or install the wheels that "
-            "`pip install rodless_sim` brings"
-        )
+        sys.exit(NO_ROS)
     sys.exit(main(stop))
 
 

@@ -1,65 +1,129 @@
-"""What happens at one position sample: the reference, the law, and what makes it safe."""
+"""What happens at one sample: the reference, the law, and what makes it safe."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from traceback import extract_tb
+from typing import TypeVar
 
-from rodless_control.laws.pid import Command, Pid
-from rodless_control.parameters import PidParameters
+from rodless_base.constants import SECONDS_PER_NANOSECOND
+from rodless_base.measurement import Measurement
+from rodless_control.controller import law_name, numbers_of, output_limits
+from rodless_control.controller_parameters import ControllerParameters
+from rodless_control.laws import make_law
 from rodless_control.setpoint import SetpointFollower
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class Output:
-    """The answer to one sample: the reference (m) and the command with its terms."""
+    """The answer to one sample."""
 
-    reference: float
-    command: Command
+    reference: float  # m
+    voltage: float  # V, within the limits
+    terms: dict[str, float]  # the law's TERMS, in units of its own
 
 
 class ControlLoop:
-    """One command per position sample; time is the samples' own, in ns.
+    """One command per sample; time is the samples' own, in ns.
 
-    The counters only grow, so that a fault stays visible after the loop has recovered.
+    The counters only grow, so that a fault stays visible after the loop has recovered. A law that
+    fails is not asked again until :meth:`reset`.
     """
 
-    def __init__(self, parameters: PidParameters) -> None:
-        """Wait for the first sample."""
+    def __init__(self, parameters: ControllerParameters) -> None:
+        """Wait for the first sample; raises ParameterError where the law cannot be made."""
         self.setpoints = SetpointFollower(parameters)
-        self._pid = Pid(parameters)
-        self.not_finite = self.lost = self.restarts = 0
+        given = parameters.of_law()
+        self.law = make_law(parameters.LAW, given)
+        self.not_finite = self.lost = self.restarts = self.failures = 0
+        self.failure: str | None = None
+        self._limits = output_limits(given)
         self._last: int | None = None
+        self._attempt(self.law.reset)
 
-    def configure(self, parameters: PidParameters) -> None:
-        """Change the parameters without a jump in the command."""
+    def configure(self, parameters: ControllerParameters) -> None:
+        """Change the parameters, without a jump in the command where the law can."""
         self.setpoints.configure(parameters)
-        self._pid.configure(parameters)
+        given = parameters.of_law()
+        self._attempt(lambda: self.law.configure(given))
+        self._limits = output_limits(given)
 
     def reset(self) -> None:
-        """Forget the run so far; the last set-point stays in force."""
+        """Forget the run so far, a failure too; the last set-point stays in force."""
+        self.failure = None
+        self._start_anew()
+
+    def _start_anew(self) -> None:
         self.setpoints.reset()
-        self._pid.reset()
+        if self.failure is None:
+            self._attempt(self.law.reset)
         self._last = None
 
     def hold(self) -> None:
-        """Positions are missing: keep the integrator, take the next sample as a new start."""
+        """Samples are missing: tell the law that the next one comes after a gap."""
         self.lost += 1
-        self._pid.hold()
+        self._hold_law()
 
-    def sample(self, position: float, time: int) -> Output | None:
-        """Return the command for a sample taken at ``time`` (ns), or None to stay safe.
+    def _hold_law(self) -> None:
+        if self.failure is None:
+            self._attempt(self.law.hold)
 
-        None means that ``position`` (m) is not finite: the integrator holds. Time that runs
-        backwards means that the plant was reset, and so is the loop. A sample whose time
-        stands still is answered without integrating.
+    def sample(self, measurement: Measurement) -> Output | None:
+        """Return the command for a sample, or None to stay safe.
+
+        None means that something the law uses is not finite, and then the law holds; or that the
+        law has failed. Time that runs backwards means that the plant was reset, and so is the
+        loop. A sample whose time stands still is answered without integrating.
         """
-        if not math.isfinite(position):
+        if not all(map(math.isfinite, self._used(measurement))):
             self.not_finite += 1
-            self._pid.hold()
+            self._hold_law()
             return None
-        if self._last is not None and time < self._last:
+        if self._last is not None and measurement.stamp < self._last:
             self.restarts += 1
-            self.reset()
-        interval = 0.0 if self._last is None else (time - self._last) * 1e-9
-        self._last = time
-        reference, velocity = self.setpoints.sample(time * 1e-9, position)
-        return Output(reference, self._pid.update(reference, velocity, position, interval))
+            self._start_anew()
+        last = measurement.stamp if self._last is None else self._last
+        interval = (measurement.stamp - last) * SECONDS_PER_NANOSECOND
+        self._last = measurement.stamp
+        return self._answer(measurement, interval)
+
+    def _used(self, measurement: Measurement) -> tuple[float, ...]:
+        _, position, *pressures = measurement
+        return (position, *pressures) if self.law.USES_PRESSURES else (position,)
+
+    def _answer(self, measurement: Measurement, interval: float) -> Output | None:
+        time = measurement.stamp * SECONDS_PER_NANOSECOND
+        reference = self.setpoints.sample(time, measurement.position)
+        if self.failure is not None:
+            return None
+        numbers = self._attempt(
+            lambda: numbers_of(self.law, self.law.update(measurement, reference, interval))
+        )
+        if numbers is None:
+            return None
+        low, high = self._limits
+        voltage, *terms = numbers
+        return Output(
+            reference.position,
+            min(max(voltage, low), high),
+            dict(zip(self.law.TERMS, terms, strict=True)),
+        )
+
+    def _attempt(self, action: Callable[[], Result]) -> Result | None:
+        """Let the law act; whatever it raises is its failure and not the node's end."""
+        try:
+            return action()
+        except Exception as error:
+            self.failures += 1
+            self.failure = f"{law_name(self.law)} failed: {_in_one_line(error)}"
+            return None
+
+
+def _in_one_line(error: Exception) -> str:
+    """Return kind, text and place of an error."""
+    text = " ".join(str(error).split())
+    *_, place = extract_tb(error.__traceback__)
+    return f"{type(error).__name__}: {text} ({Path(place.filename).name}, line {place.lineno})"

@@ -1,120 +1,56 @@
-"""Every parameter of the controller, declared once: name, default, unit, meaning, source, range."""
+"""What controllers with any law have in common: groups of parameters, each declared once."""
 
+from collections.abc import Mapping
 from typing import ClassVar
 
+from rodless_base.constants import (
+    CARRIAGE,
+    CLOSED_VOLTAGE,
+    MAXIMUM_VOLTAGE,
+    MINIMUM_VOLTAGE,
+    STROKE,
+)
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
 
-TUNED = "tuned on the simulated rig"
-
-DECLARATIONS = declare(
-    Parameter("controller.kp", 800.0, "V/m", "proportional gain", TUNED, 0.0, 1e5),
-    Parameter("controller.ki", 55.0, "V/(m·s)", "integral gain", TUNED, 0.0, 1e5),
-    Parameter(
-        "controller.kd",
-        60.0,
-        "V·s/m",
-        "derivative gain, on the filtered measurement",
-        TUNED,
-        0.0,
-        1e4,
-    ),
-    Parameter(
-        "controller.filter_bandwidth",
-        50.0,
-        "rad/s",
-        "bandwidth of the measurement filter of the derivative",
-        TUNED,
-        1.0,
-        1e5,
-    ),
-    Parameter(
-        "controller.feedforward",
-        75.0,
-        "V·s/m",
-        "voltage per reference velocity, added inside the limits",
-        TUNED,
-        0.0,
-        1e3,
-    ),
-    Parameter(
-        "controller.integral_zone",
-        2.5e-3,
-        "m",
-        "error beyond which the integrator holds",
-        TUNED,
-        0.0,
-        10.0,
-    ),
-    Parameter(
-        "controller.error_dead_band",
-        6e-5,
-        "m",
-        "error within which the integrator holds, so that a stuck carriage is left in peace",
-        TUNED,
-        0.0,
-        0.1,
-    ),
-    Parameter(
-        "controller.anti_windup",
-        "conditional_integration",
-        "",
-        "what the integrator does at a limit: hold, be driven back, or nothing",
-        "Åström and Hägglund, PID Controllers, 1995, section 3.5",
-        choices=("conditional_integration", "back_calculation", "none"),
-    ),
-    Parameter(
-        "controller.tracking_time",
-        0.1,
-        "s",
-        "time constant of back-calculation, and of what makes a change of gains bumpless",
-        "Åström and Hägglund, PID Controllers, 1995, section 3.5",
-        1e-3,
-        100.0,
-    ),
-    Parameter(
-        "controller.dead_zone_voltage",
-        0.6,
-        "V",
-        "voltage added in the direction of the command to cross the valve's flat centre",
-        TUNED,
-        0.0,
-        2.0,
-    ),
-    Parameter(
-        "controller.dead_zone_width",
-        0.3,
-        "V",
-        "command at which three quarters of the dead-zone voltage is added",
-        TUNED,
-        1e-4,
-        5.0,
-    ),
+# What every law's command is kept within; the law knows it too, for its anti-windup.
+OUTPUT = declare(
     Parameter(
         "controller.neutral_voltage",
-        5.08,
+        CLOSED_VOLTAGE,
         "V",
         "valve command for no flow; also the fail-safe command",
         "Zhang et al. 2022, 3.5",
-        0.0,
-        10.0,
+        MINIMUM_VOLTAGE,
+        MAXIMUM_VOLTAGE,
     ),
     Parameter(
         "controller.minimum_voltage",
-        0.0,
+        MINIMUM_VOLTAGE,
         "V",
         "lower limit of the command",
         "Festo MPYE",
-        0.0,
-        10.0,
+        MINIMUM_VOLTAGE,
+        MAXIMUM_VOLTAGE,
     ),
     Parameter(
         "controller.maximum_voltage",
-        10.0,
+        MAXIMUM_VOLTAGE,
         "V",
         "upper limit of the command",
         "Festo MPYE",
-        0.0,
-        10.0,
+        MINIMUM_VOLTAGE,
+        MAXIMUM_VOLTAGE,
+    ),
+)
+
+NODE = declare(
+    Parameter(
+        "controller.law",
+        "pid",
+        "",
+        "control law: one of this package by name, or a Law of your own as package.module:Class",
+        "interface",
+        fixed=True,
     ),
     Parameter(
         "controller.position_timeout",
@@ -138,11 +74,14 @@ DECLARATIONS = declare(
     ),
     Parameter(
         "controller.joint",
-        "carriage",
+        CARRIAGE,
         "",
         "name of the joint to control in joint_states",
         "interface",
     ),
+)
+
+REFERENCE = declare(
     Parameter(
         "reference.type",
         "setpoint",
@@ -151,6 +90,24 @@ DECLARATIONS = declare(
         "step, sine: from these parameters alone",
         "interface",
         choices=("setpoint", "ramp", "move", "step", "sine"),
+    ),
+    Parameter(
+        "reference.minimum",
+        0.0,
+        "m",
+        "least position that a set-point, step or sine may ask for",
+        "stroke of the cylinder",
+        -1.0,
+        10.0,
+    ),
+    Parameter(
+        "reference.maximum",
+        STROKE,
+        "m",
+        "greatest position that a set-point, step or sine may ask for",
+        "stroke of the cylinder",
+        -1.0,
+        10.0,
     ),
     Parameter(
         "reference.start",
@@ -194,11 +151,14 @@ DECLARATIONS = declare(
 )
 
 
-class PidParameters(ParameterSet):
-    """The controller's parameters; see docs/parameters.md."""
+class LawParameters(ParameterSet):
+    """What one law is given: its own parameters and the limits of its output."""
 
-    DECLARATIONS: ClassVar[dict[str, Parameter]] = DECLARATIONS
+    DECLARATIONS: ClassVar[dict[str, Parameter]] = OUTPUT
     NODE: ClassVar[str] = "controller"
+
+    # The law these parameters are for, as ``controller.law`` names it.
+    LAW: ClassVar[str] = ""
 
     def check_together(self) -> None:
         """Refuse limits that leave the neutral voltage outside."""
@@ -210,3 +170,20 @@ class PidParameters(ParameterSet):
                 f"controller.neutral_voltage: {neutral:g} V refused, must lie between "
                 f"controller.minimum_voltage ({low:g} V) and maximum_voltage ({high:g} V)"
             )
+
+    @classmethod
+    def own(cls, values: Mapping[str, object]) -> dict[str, object]:
+        """Leave out what a file gives to the rest of the controller node, once it is checked."""
+        rest = {**NODE, **REFERENCE}
+        for name in values.keys() & rest.keys():
+            rest[name].check(values[name])
+        return {name: value for name, value in values.items() if name not in rest}
+
+    @classmethod
+    def unknown(cls, name: str) -> str:
+        """Say that ``name`` is no parameter of the law, and whose it may be."""
+        if name in NODE or name in REFERENCE:
+            return (
+                f"{name}: belongs to the controller node, not to its law; use ControllerParameters"
+            )
+        return super().unknown(name)

@@ -1,6 +1,11 @@
 """Reference trajectories: position and velocity at a time, ``sample(time) -> (m, m/s)``.
 
 All raise ValueError for a number that is not finite.
+
+Examples
+--------
+>>> step(0.0, 0.058, at=0.5).sample(1.0)
+(0.058, 0.0)
 """
 
 import math

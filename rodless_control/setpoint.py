@@ -1,6 +1,7 @@
 """From set-points, as they arrive, to the reference the controller follows."""
 
-from rodless_control.parameters import PidParameters
+from rodless_control.controller import ReferencePoint
+from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.references import Constant, Move, Ramp, Reference, Sine, Step
 
 
@@ -12,7 +13,7 @@ class SetpointFollower:
     could not be kept otherwise. ``step`` and ``sine`` come from the parameters alone.
     """
 
-    def __init__(self, parameters: PidParameters) -> None:
+    def __init__(self, parameters: ControllerParameters) -> None:
         """Follow ``parameters``; nothing is known of the carriage yet."""
         self._parameters = parameters
         self._target: float | None = None
@@ -23,7 +24,7 @@ class SetpointFollower:
         self._reference: Reference | None = None
         self._pending = self._target
 
-    def configure(self, parameters: PidParameters) -> None:
+    def configure(self, parameters: ControllerParameters) -> None:
         """Change the parameters; a new type, or a new step or sine, starts at the next sample."""
         old, self._parameters = self._parameters, parameters
         kind = parameters.text("reference.type")
@@ -32,18 +33,18 @@ class SetpointFollower:
             self.reset()
 
     def receive(self, target: float) -> None:
-        """Take a set-point (m); raises ValueError where ``reference.target`` could not be it."""
-        PidParameters.DECLARATIONS["reference.target"].check(target)
+        """Take a set-point (m); raises ParameterError outside the travel of ``reference.*``."""
+        self._parameters.check_travel("set-point", target)
         self._target = self._pending = target
 
-    def sample(self, time: float, position: float) -> tuple[float, float]:
-        """Return the reference (m, m/s) at ``time`` (s), the carriage being at ``position`` (m)."""
+    def sample(self, time: float, position: float) -> ReferencePoint:
+        """Return the reference at ``time`` (s), the carriage being at ``position`` (m)."""
         if self._reference is None:
             self._reference = self._first(time, position)
         if self._pending is not None and self._may_change(time):
             self._reference = self._towards(self._pending, time, self._reference)
             self._pending = None
-        return self._reference.sample(time)
+        return ReferencePoint(*self._reference.sample(time))
 
     def _first(self, time: float, position: float) -> Reference:
         number = self._parameters.number

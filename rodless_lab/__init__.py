@@ -1,17 +1,44 @@
-"""The bench: experiments in process and over ROS, bags, reports, and the `rodless` command."""
+"""The lab: experiments in process and over ROS, bags, reports, and the `rodless` command."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
+    from rodless_lab.runs.from_bag import read_run
+    from rodless_lab.runs.measured_run import MeasuredRun
     from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
 
-__all__ = ["ClosedLoopTrace", "closed_loop"]
+__all__ = [
+    "Bag",
+    "ClosedLoopTrace",
+    "MeasuredRun",
+    "TopicMessages",
+    "closed_loop",
+    "read_bag",
+    "read_run",
+]
+
+# Where each is. Loaded when asked for: the compiled loop takes half a second, bags need rclpy, and
+# most of this package does without either.
+_MODULES = {
+    "Bag": "bags.reader",
+    "ClosedLoopTrace": "simulation.closed_loop",
+    "MeasuredRun": "runs.measured_run",
+    "TopicMessages": "bags.reader",
+    "closed_loop": "simulation.closed_loop",
+    "read_bag": "bags.reader",
+    "read_run": "runs.from_bag",
+}
 
 
 def __getattr__(name: str) -> object:
-    """Load the compiled loop when it is asked for: most of this package does without."""
-    if name not in __all__:
+    """Load a public object from its module."""
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from rodless_lab.simulation import closed_loop as module  # noqa: PLC0415  takes half a second
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
 
-    return getattr(module, name)
+
+def __dir__() -> list[str]:
+    """Return what is public."""
+    return sorted(__all__)

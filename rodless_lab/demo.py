@@ -18,6 +18,7 @@ from rodless_base.start import Stop
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.figures.step import save_step_picture
 from rodless_lab.runs.step_metrics import StepMetrics, step_metrics
+from rodless_lab.session.errors import InterruptedRunError
 from rodless_lab.session.session import RigSession
 
 TARGET = 0.058  # m
@@ -31,10 +32,6 @@ REFERENCE = "controller/reference"
 
 # How often the progress is shown, in wall-clock s.
 PROGRESS_PERIOD = 0.1
-
-
-class InterruptedRunError(Exception):
-    """The user has asked to stop."""
 
 
 class Progress:

@@ -2,7 +2,8 @@
 
 from rodless_base.parameters import ParameterError
 from rodless_sim.parameters import RigParameters
-from rodless_sim.rig import Rig, State, simulate
+from rodless_sim.physics.state import State
+from rodless_sim.rig import Rig, simulate
 from rodless_sim.trace import Trace
 
 __all__ = ["ParameterError", "Rig", "RigParameters", "State", "Trace", "simulate"]

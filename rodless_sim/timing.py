@@ -6,10 +6,94 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
+from rodless_base.parameters import Parameter, declare
+
+PARAMETERS = declare(
+    Parameter(
+        "time.mode",
+        "realtime",
+        "",
+        "realtime: paced by the wall clock; lockstep: one period for each command",
+        "interface",
+        choices=("realtime", "lockstep"),
+        fixed=True,
+    ),
+    Parameter(
+        "time.period",
+        1e-3,
+        "s",
+        "period of the published samples",
+        "interface",
+        1e-4,
+        1.0,
+        fixed=True,
+    ),
+    Parameter(
+        "time.inner_step",
+        20e-6,
+        "s",
+        "longest integration step; the step used divides the period",
+        "interface",
+        1e-7,
+        1e-4,
+        fixed=True,
+    ),
+    Parameter(
+        "time.speed",
+        1.0,
+        "",
+        "plant seconds per wall-clock second (realtime)",
+        "interface",
+        1e-3,
+        10.0,
+        fixed=True,
+    ),
+    Parameter(
+        "time.duration",
+        0.0,
+        "s",
+        "plant time at which the run ends and the plant holds; 0 for never",
+        "interface",
+        0.0,
+        1e6,
+        fixed=True,
+    ),
+    Parameter(
+        "time.command_timeout",
+        1.0,
+        "s",
+        "wall-clock time without a command after which lockstep says so",
+        "interface",
+        1e-2,
+        1e3,
+        fixed=True,
+    ),
+    Parameter(
+        "time.recorders",
+        0,
+        "",
+        "recorders to wait for: with any, the plant starts once each of its topics has that many "
+        "subscribers, joint_states one more",
+        "interface",
+        0,
+        100,
+        fixed=True,
+    ),
+    Parameter(
+        "time.publish_clock",
+        True,
+        "",
+        "publish plant time on /clock; switch off in all but one of several rigs",
+        "interface",
+        fixed=True,
+    ),
+)
+
 
 def nanoseconds(duration: float) -> int:
     """Return ``duration`` (s) in whole nanoseconds; raises ValueError unless that is positive."""
-    span = duration * 1e9
+    span = duration * NANOSECONDS_PER_SECOND
     if not math.isfinite(span) or round(span) <= 0:
         raise ValueError(f"duration {duration!r} s refused: must be a positive number")
     return round(span)
@@ -17,7 +101,7 @@ def nanoseconds(duration: float) -> int:
 
 def sample_times(count: int, period: int) -> npt.NDArray[np.float64]:
     """Return the times in s, shape (count,), of samples ``period`` ns apart, the first at 0."""
-    return np.asarray(np.arange(count) * period * 1e-9, dtype=np.float64)
+    return np.asarray(np.arange(count) * period * SECONDS_PER_NANOSECOND, dtype=np.float64)
 
 
 def inner_steps(span: int, longest: float) -> tuple[int, float]:
@@ -25,8 +109,8 @@ def inner_steps(span: int, longest: float) -> tuple[int, float]:
 
     Returns their number and their length in seconds.
     """
-    steps = max(1, math.ceil(span / (longest * 1e9) - 1e-9))
-    return steps, span * 1e-9 / steps
+    steps = max(1, math.ceil(span / (longest * NANOSECONDS_PER_SECOND) - 1e-9))
+    return steps, span * SECONDS_PER_NANOSECOND / steps
 
 
 @lru_cache(maxsize=64)

@@ -1,65 +1,114 @@
 """A run of the rig as arrays, computed in one compiled loop."""
 
-from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.columns import Columns
 from rodless_base.kernels import kernel
-from rodless_sim.physics.motion import Motion, Plant, advance, chamber_flows
+from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.motion import advance, chamber_flows
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion, Quantity, State, quantities
 from rodless_sim.timing import sample_times
 
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Trace:
-    """Arrays named like :class:`~rodless_sim.rig.State`, one entry per sample, SI.
+class Trace(Columns):
+    """A run as arrays, one for each field of :class:`~rodless_sim.State`, one entry per sample.
 
-    Sample 0 is the start. ``voltage[k]`` is held from sample k to sample k+1, and flows are
-    those just after it is applied; the last entry has no sample after it.
+    Sample 0 is the start. ``voltage[k]`` applies from sample k to sample k+1, and flows are those
+    just after it is applied; the last entry has no sample after it.
+
+    Parameters
+    ----------
+    **columns
+        The arrays by name, shape (n,) each, SI.
+
+    Raises
+    ------
+    TypeError
+        For a column that is missing or unknown.
+
+    Examples
+    --------
+    >>> from rodless_sim import RigParameters, simulate
+    >>> run = simulate(RigParameters(), [6.0] * 500, period=1e-3)
+    >>> f"{run.position[-1] * 1e3:.1f} mm after {run.time[-1]} s"
+    '9.1 mm after 0.5 s'
+    >>> run.units()["mass_flow_a"]
+    'kg/s'
+
     """
 
-    time: Array
-    position: Array
-    velocity: Array
-    pressure_a: Array
-    pressure_b: Array
-    voltage: Array
-    force: Array
-    mass_flow_a: Array
-    mass_flow_b: Array
+    QUANTITIES: ClassVar[tuple[Quantity, ...]] = quantities(State)
+
+    def __init_subclass__(cls) -> None:
+        """Add the annotated columns of a subclass to those of the state."""
+        cls.QUANTITIES = (*quantities(State), *quantities(cls))
+
+    def __init__(self, **columns: "Array") -> None:
+        """Take the columns; raises TypeError."""
+        names = [quantity.name for quantity in self.QUANTITIES]
+        if columns.keys() != set(names):
+            missing, unknown = set(names) - columns.keys(), columns.keys() - set(names)
+            raise TypeError(f"columns missing: {sorted(missing)}, unknown: {sorted(unknown)}")
+        vars(self).update((name, columns[name]) for name in names)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Array: ...
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"{name}: a trace cannot be changed")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{name}: a trace cannot be changed")
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {len(self.time)} samples, {self.time[-1]:g} s"
+
+    def columns(self) -> "dict[str, Array]":
+        """Return the arrays by name."""
+        return {quantity.name: getattr(self, quantity.name) for quantity in self.QUANTITIES}
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of each column by name."""
+        return {quantity.name: quantity.unit for quantity in self.QUANTITIES}
 
 
-# The plant's part of a recorded sample, in the order of the columns.
-COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "mass_flow_a", "mass_flow_b")
+# The plant's part of a recorded sample.
+COLUMNS = (*Motion._fields, "mass_flow_a", "mass_flow_b")
+STATES = len(Motion._fields)
 
 
 @kernel
-def record(plant: Plant, voltage: float, state: Motion, row: Array) -> None:
-    """Write one sample into ``row``, shape (6,): see ``COLUMNS``."""
-    row[0] = state.position
-    row[1] = state.velocity
-    row[2] = state.pressure_a
-    row[3] = state.pressure_b
-    row[4], row[5] = chamber_flows(plant, voltage, state)
+def record(plant: Plant, lands: Lands, state: Motion, row: Array) -> None:
+    """Write one sample with the valve at its openings ``lands`` into ``row``: ``COLUMNS``."""
+    for k in range(STATES):
+        row[k] = state[k]
+    row[STATES], row[STATES + 1] = chamber_flows(plant, lands, state)
 
 
 @kernel
 def run_open_loop(
     plant: Plant, voltages: Array, state: Motion, steps: int, step: float
 ) -> tuple[Array, Motion]:
-    """Hold each of ``voltages`` (shape (n,), V) for ``steps`` inner steps; rows 0 to n."""
-    rows = np.empty((voltages.size + 1, 6))
+    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``steps`` inner steps; rows 0 to n."""
+    rows = np.empty((voltages.size + 1, len(COLUMNS)))
     for k in range(voltages.size):
-        record(plant, voltages[k], state, rows[k])
-        state = advance(plant, voltages[k], state, steps, step)
-    record(plant, voltages[-1], state, rows[-1])
+        lands = openings(plant, voltages[k])
+        record(plant, lands, state, rows[k])
+        state = advance(plant, lands, state, steps, step)
+    record(plant, lands, state, rows[-1])
     return rows, state
 
 
 def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
-    """Name the columns of ``rows``, shape (n, 6), sampled every ``period`` ns."""
+    """Name the columns of ``rows``, sampled every ``period`` ns: shape (n, len(``COLUMNS``))."""
     columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
     area = plant.cylinder.piston_area
     return Trace(

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_lab.reports.parameters import parameter_reference
-from rodless_sim import RigParameters
+from rodless_lab.runs.measured_run import run_of_trace
+from rodless_sim import RigParameters, simulate
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")])
@@ -46,18 +47,24 @@ def test_every_erratum_names_tests_that_exist(row: list[str]) -> None:
         assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
-def test_readme_snippet_runs() -> None:
-    """The Python of the README runs as it stands."""
+def test_readme_snippet_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Python of the README runs as it stands, where there is a bag named run1."""
+    from rig_bag import write  # noqa: PLC0415  needs ROS, which the other pages do without
+
+    write(tmp_path / "run1", run_of_trace(simulate(RigParameters(), [5.6] * 100, 1e-3), 6e5))
+    monkeypatch.chdir(tmp_path)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     snippets = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
     assert snippets
     for snippet in snippets:
         exec(compile(snippet, "README.md", "exec"), {})
+    saved = {"step.csv", "run1.csv", "joint_states.parquet"}
+    assert {file.name for file in tmp_path.iterdir() if file.is_file()} == saved
 
 
 def test_readme_names_parameters_that_exist_with_their_defaults() -> None:
     """Each parameter the README shows exists, and the numbers beside it are its default."""
-    declarations = {**RigParameters.DECLARATIONS, **PidParameters.DECLARATIONS}
+    declarations = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     named = set(
         re.findall(r"`((?:supply|valve|cylinder|controller|reference|time)\.[a-z_.]+)[`:]", readme)

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
+from rodless_lab.experiments.catalogue import EXPERIMENTS
+from rodless_lab.experiments.experiment import Options
 from rodless_lab.reports.page import page
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "experiments"

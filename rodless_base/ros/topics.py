@@ -8,6 +8,13 @@ NANOSECONDS = 1_000_000_000
 JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
 
+# By field of Measurement, in the order they are published in, before joint_states.
+PRESSURES = {
+    "pressure_a": "chamber_a/pressure",
+    "pressure_b": "chamber_b/pressure",
+    "supply_pressure": "supply/pressure",
+}
+
 # Samples a slow reader, such as a recorder on a busy disk, may fall behind before it loses any.
 QUEUE_DEPTH = 1000
 

@@ -1,4 +1,4 @@
-"""The controller as a ROS node: each position sample triggers one valve command."""
+"""The controller as a ROS node: each sample of the rig triggers one valve command."""
 
 from time import monotonic_ns
 
@@ -6,10 +6,12 @@ from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.measurement import Measurement
+from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import (
     ERROR,
     OK,
@@ -22,18 +24,13 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import send
-from rodless_base.ros.topics import (
-    JOINT_STATES,
-    LOSSLESS,
-    NANOSECONDS,
-    QUEUE_DEPTH,
-    VALVE_VOLTAGE,
-    stamp_nanoseconds,
-)
+from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
 from rodless_base.start import Stop
+from rodless_control.controller_parameters import ControllerParameters, parameters_of_other_laws
 from rodless_control.loop import ControlLoop
+from rodless_control.node.inputs import Inputs
 from rodless_control.node.telemetry import Telemetry
-from rodless_control.parameters import PidParameters
+from rodless_control.parameters import NODE
 
 # How often, in wall-clock seconds, the node looks whether positions still come.
 WATCH_PERIOD = 0.02
@@ -41,25 +38,36 @@ WATCH_PERIOD = 0.02
 # How long the last command may take to arrive; less than Ctrl-C promises.
 LAST_WORD = Duration(seconds=0.5)
 
+# What is said with the failure of a law.
+CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
+
 
 class ControllerNode:
-    """PID on ``joint_states``, commanding ``valve/voltage``."""
+    """The law of ``controller.law`` on the rig's samples, commanding ``valve/voltage``."""
 
     def __init__(self, **node_options: object) -> None:
         """Listen; raises ParameterError for parameters that are no controller's."""
         self.node = Node(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
-        self._parameters = RosParameters(self.node, PidParameters, self._configure)
+        kind = self._parameters_of_law()
+        self._parameters = RosParameters(self.node, kind, self._configure)
         self._loop = ControlLoop(self._parameters.values)
+        self._inputs = Inputs(
+            self.node,
+            self._loop.law.USES_PRESSURES,
+            lambda: self._parameters.values.text("controller.joint"),
+            self._take_sample,
+        )
         self._enabled = True
         self._arrival: int | None = None
         self._arrived = False
         self._refused = False
-        self._stamp = Time()
-        self._bad_setpoints = self._bad_samples = 0
-        self._listening = False
+        self._reported: str | None = None
+        self._stamp = 0
+        self._bad_setpoints = 0
         self._make_interface()
+        self.node.get_logger().info(self._ready_line())
 
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
@@ -69,63 +77,99 @@ class ControllerNode:
             self._voltage.wait_for_all_acked(LAST_WORD)
         self.node.destroy_node()
 
+    def _parameters_of_law(self) -> type[ControllerParameters]:
+        """Return the node's set for the law it is given; what other laws are given is left out.
+
+        A preset, for one, tunes the laws of this package, whichever is chosen.
+        """
+        declared = NODE["controller.law"]
+        given = self.node.get_parameters_by_prefix("")
+        name = declared.default
+        if declared.name in given:
+            name = declared.check(given[declared.name].value)
+        kind = ControllerParameters.for_law(str(name))
+        others = parameters_of_other_laws(set(given), kind)
+        for other in others:
+            self.node.undeclare_parameter(other)
+        if others:
+            self.node.get_logger().info(
+                f"controller.law {name}: leaving out parameters of other laws: "
+                + ", ".join(sorted(others))
+            )
+        return kind
+
     def _make_interface(self) -> None:
         recorded = self._parameters.values.number("controller.recorders") > 0
         qos = LOSSLESS if recorded else QUEUE_DEPTH
         self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, qos)
-        self._telemetry = Telemetry(self.node, qos)
+        self._telemetry = Telemetry(self.node, self._loop.law, qos)
         self._diagnostics = diagnostics_publisher(self.node)
-        self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
+        self._setpoint = self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
         self.node.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
         self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
 
-    def _configure(self, values: PidParameters) -> None:
-        self._loop.configure(values)
+    def _ready_line(self) -> str:
+        kind = self._parameters.values.text("reference.type")
+        where = self.node.get_namespace()
+        option = f" --namespace {where}" if where != "/" else ""
+        next_step = (
+            "it moves by itself"
+            if kind in ("step", "sine")
+            else f"move it with a set-point on {self._setpoint.topic_name}: rodless move 58{option}"
+        )
+        law = self._parameters.values.text("controller.law")
+        return f"ready: {law}, reference.type {kind}; {next_step}"
 
-    def _take_sample(self, message: JointState) -> None:
-        position = self._position(message)
-        if position is None:
-            return
+    def _configure(self, values: ControllerParameters) -> None:
+        self._loop.configure(values)
+        self._report_failure()
+
+    def _take_sample(self, measurement: Measurement) -> None:
         self._arrived = True
-        self._stamp = message.header.stamp
-        stamp = stamp_nanoseconds(message.header.stamp)
-        output = self._loop.sample(position, stamp) if self._enabled else None
+        self._stamp = measurement.stamp
+        output = self._loop.sample(measurement) if self._enabled else None
         self._refused = self._enabled and output is None
         if output is None:
             self._command_neutral()
+            self._report_failure()
         else:
-            send(self._voltage, Float64(data=output.command.voltage))
+            send(self._voltage, Float64(data=output.voltage))
             self._telemetry.publish(output)
 
-    def _position(self, message: JointState) -> float | None:
-        """The carriage's position; a message without it counts as no sample at all."""
-        joint = self._parameters.values.text("controller.joint")
-        if joint not in message.name or len(message.position) != len(message.name):
-            self._bad_samples += 1
-            return None
-        return float(message.position[message.name.index(joint)])
+    def _report_failure(self) -> None:
+        """Say once why the law is not asked any more."""
+        failure = self._loop.failure
+        if failure is not None and failure != self._reported:
+            self.node.get_logger().error(f"{failure}; {CLOSED_BY_FAILURE}")
+        self._reported = failure
 
     def _take_setpoint(self, message: Float64) -> None:
         try:
             self._loop.setpoints.receive(message.data)
-        except ValueError as error:
+        except ParameterError as error:
             self._bad_setpoints += 1
             self.node.get_logger().warning(str(error))
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.reset()
+        self._report_failure()
         response.success = True
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        if request.data and not self._enabled:
+        if request.data and (not self._enabled or self._loop.failure):
             self._loop.reset()
+            self._report_failure()
         self._enabled = request.data
         response.success = True
         response.message = "enabled" if self._enabled else "disabled: valve closed"
         return response
+
+    @property
+    def _with_pressures(self) -> str:
+        return " with pressures of its stamp" if self._loop.law.USES_PRESSURES else ""
 
     @property
     def _simulated(self) -> bool:
@@ -144,10 +188,8 @@ class ControllerNode:
     def _listen_once_heard(self) -> None:
         """Take the first sample only when its answer will reach everybody who waits for it."""
         recorders = self._parameters.values.number("controller.recorders")
-        if self._listening or self._voltage.get_subscription_count() <= recorders:
-            return
-        self._listening = True
-        self.node.create_subscription(JointState, JOINT_STATES, self._take_sample, QUEUE_DEPTH)
+        if not self._inputs.listening and self._voltage.get_subscription_count() > recorders:
+            self._inputs.listen()
 
     def _watch(self) -> None:
         self._telemetry.poll()
@@ -160,38 +202,48 @@ class ControllerNode:
         elif self._positions_are_missing(self._now() - self._arrival):
             self._arrival = None
             self._loop.hold()
+            self._report_failure()
             self.node.get_logger().warning(
-                "positions have stopped coming: commanding a closed valve"
+                f"positions{self._with_pressures} have stopped coming: commanding a closed valve"
             )
             self._command_neutral()
 
     def _positions_are_missing(self, silence: int) -> bool:
         timeout = self._parameters.values.number("controller.position_timeout")
-        return 0.0 < timeout * NANOSECONDS < silence
+        return 0.0 < timeout * NANOSECONDS_PER_SECOND < silence
 
     def _command_neutral(self) -> None:
         neutral = self._parameters.values.number("controller.neutral_voltage")
         send(self._voltage, Float64(data=neutral))
 
     def _publish_diagnostics(self) -> None:
+        loop, inputs = self._loop, self._inputs
         faults = {
-            "positions lost": self._loop.lost,
-            "positions not finite": self._loop.not_finite,
-            "samples without the joint": self._bad_samples,
+            "positions lost": loop.lost,
+            "positions not finite": loop.not_finite,
+            "samples without the joint": inputs.without_joint,
             "set-points refused": self._bad_setpoints,
-            "restarts by time running backwards": self._loop.restarts,
+            "restarts by time running backwards": loop.restarts,
+            "failures of the law": loop.failures,
         }
+        if loop.law.USES_PRESSURES:
+            faults["samples without all pressures"] = inputs.incomplete
         level, text = self._judge(faults)
-        self._diagnostics.publish(diagnostic(self.node, self._stamp, level, text, faults))
+        second, nanosecond = divmod(self._stamp, NANOSECONDS_PER_SECOND)
+        stamp = Time(sec=second, nanosec=nanosecond)
+        self._diagnostics.publish(diagnostic(self.node, stamp, level, text, faults))
 
     def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for past faults, or all well."""
+        if self._loop.failure is not None:
+            return ERROR, f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
         if self._arrival is None:
-            return ERROR, "no position: valve closed"
+            return ERROR, f"no position{self._with_pressures}: valve closed"
         if not self._enabled:
             return WARN, "disabled: valve closed"
         if self._refused:
-            return ERROR, "position not finite: valve closed"
+            used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
+            return ERROR, f"{used} not finite: valve closed"
         seen = [name for name, count in faults.items() if count]
         if seen:
             return WARN, "since start: " + ", ".join(seen)
@@ -201,7 +253,7 @@ class ControllerNode:
 def load() -> None:
     """Load the compiled control law, so that the first command does not wait for it."""
     get_logger("controller").info("loading the compiled control law (the first start compiles it)")
-    ControlLoop(PidParameters()).sample(0.0, 0)
+    ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
 
 
 def main(stop: Stop) -> int:

@@ -5,30 +5,32 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
 from rodless_base.ros.publish import OnDemand
+from rodless_control.controller import Law
 from rodless_control.loop import Output
 
-TERMS = ("reference", "error", "p", "i", "d", "feedforward")
+REFERENCE = "reference"
 
 
 class Telemetry:
-    """One topic per term below the node's name: m for reference and error, V for the others."""
+    """The reference (m) and each of the law's terms, in units of its own, below the node's name."""
 
-    def __init__(self, node: Node, qos: QoSProfile | int) -> None:
+    def __init__(self, node: Node, law: Law, qos: QoSProfile | int) -> None:
         """Make the publishers, with the quality of service of the commands."""
-        self._publishers = [
-            OnDemand(node.create_publisher(Float64, f"~/{term}", qos), _message) for term in TERMS
-        ]
+        self._publishers = {
+            name: OnDemand(node.create_publisher(Float64, f"~/{name}", qos), _message)
+            for name in (REFERENCE, *law.TERMS)
+        }
 
     def poll(self) -> None:
         """Look up who listens."""
-        for publisher in self._publishers:
+        for publisher in self._publishers.values():
             publisher.poll()
 
     def publish(self, output: Output) -> None:
         """Publish to those who listen."""
-        _, *terms = output.command
-        for publisher, value in zip(self._publishers, (output.reference, *terms), strict=True):
-            publisher.publish(value)
+        self._publishers[REFERENCE].publish(output.reference)
+        for name, value in output.terms.items():
+            self._publishers[name].publish(value)
 
 
 def _message(value: float) -> Float64:

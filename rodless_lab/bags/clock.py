@@ -7,6 +7,8 @@ from collections.abc import Callable
 from enum import Enum, auto
 from typing import NamedTuple
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+
 # Clock messages remembered, to date messages that arrive late.
 _REMEMBERED = 10_000
 
@@ -16,8 +18,6 @@ POLLS = 100
 
 # Messages of one topic that may wait for the first clock message.
 _WAITING = 20_000
-
-_NANOSECONDS = 1_000_000_000
 
 
 class Arrival(NamedTuple):
@@ -153,4 +153,4 @@ def leading_time(data: bytes) -> int:
     # The second byte of the encapsulation header tells the byte order.
     order = "<" if data[1] & 1 else ">"
     seconds, nanoseconds = struct.unpack_from(f"{order}iI", data, 4)
-    return int(seconds) * _NANOSECONDS + int(nanoseconds)
+    return int(seconds) * NANOSECONDS_PER_SECOND + int(nanoseconds)

@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from mcap.records import Channel
+
+from rodless_base.atomic_write import atomic_write
+from rodless_lab.bags.mcap_file.index import McapIndex
 
 METADATA_FILE = "metadata.yaml"
 
@@ -34,6 +38,25 @@ class BagTopic:
     def qos_text(self) -> str:
         """The profiles as the text that a channel of the storage file carries."""
         return yaml.safe_dump([dict(profile) for profile in self.qos], sort_keys=False).strip()
+
+
+def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
+    """Return the topics that a storage file names, by channel."""
+    return {number: _topic(channel, index) for number, channel in index.channels.items()}
+
+
+def _topic(channel: Channel, index: McapIndex) -> BagTopic:
+    schema = index.schemas.get(channel.schema_id)
+    try:
+        qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
+    except yaml.YAMLError:
+        qos = ()
+    return BagTopic(
+        name=channel.topic,
+        type_name="" if schema is None else schema.name,
+        type_hash=channel.metadata.get("topic_type_hash", ""),
+        qos=tuple(qos),
+    )
 
 
 @dataclass(frozen=True)
@@ -104,13 +127,7 @@ def information_text(files: Sequence[FileContents]) -> str:
 def write_metadata(bag: Path, files: Sequence[FileContents]) -> None:
     """Write ``metadata.yaml`` whole or not at all; raises OSError."""
     text = yaml.safe_dump({"rosbag2_bagfile_information": information(files)}, sort_keys=False)
-    unfinished = bag / f".{METADATA_FILE}.unfinished"
-    try:
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(bag / METADATA_FILE)
-    except OSError:
-        unfinished.unlink(missing_ok=True)
-        raise
+    atomic_write(bag / METADATA_FILE, text)
 
 
 def storage_files(bag: Path) -> list[Path]:

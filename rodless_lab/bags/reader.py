@@ -10,20 +10,28 @@ import numpy as np
 import numpy.typing as npt
 from rclpy.serialization import deserialize_message
 
+from rodless_base.columns import Columns
 from rodless_lab.bags.mcap_file.reader import McapError, McapMessage, McapReader
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, storage_files
-from rodless_lab.bags.writer import recorded_topics
+from rodless_lab.bags.metadata import BagError, BagTopic, recorded_topics, storage_files
 
 Times = npt.NDArray[np.int64]
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Recording:
+class TopicMessages(Columns):
     """The messages of one topic in the order they were recorded; times in ns.
 
-    Message objects and arrays are made when first asked for.
+    Message objects and arrays are made when first asked for. As columns, the messages are log time,
+    stamp where the type has one, and each field of numbers; arrays of k numbers become the columns
+    ``name[0]`` to ``name[k-1]``.
+
+    Examples
+    --------
+    >>> voltage = read_bag("run1")["/valve/voltage"]
+    >>> len(voltage), voltage.topic.type_name, list(voltage.columns())
+    (101, 'std_msgs/msg/Float64', ['time', 'data'])
     """
 
     topic: BagTopic
@@ -69,43 +77,89 @@ class Recording:
         names = _numeric_fields(self.messages[0])
         return {name: _column(self.messages, name) for name in names}
 
+    def columns(self) -> dict[str, Array]:
+        """Return log time, stamps and fields, shape (n,) each; raises :class:`BagError`."""
+        columns = {"time": self.time}
+        if self.messages and hasattr(self.messages[0], "header"):
+            columns["stamp"] = self.stamp
+        for name, values in self.fields.items():
+            if values.ndim == 1:
+                columns[name] = values
+            else:
+                columns |= {f"{name}[{k}]": column for k, column in enumerate(values.T)}
+        return columns
+
+    def units(self) -> dict[str, str]:
+        """Return the units of the columns: seconds; a field's own is not recorded."""
+        return {name: "s" if name in ("time", "stamp") else "" for name in self.columns()}
+
     def restarts(self) -> list[int]:
         """Return the places where log time goes backwards, as a reset of the plant makes it."""
         return [int(place) + 1 for place in np.flatnonzero(np.diff(self.log_time) < 0)]
 
 
 class Bag:
-    """Recordings by topic; ``complete`` unless the bag was never closed or is damaged."""
+    """Messages by topic; ``complete`` unless the bag was never closed or is damaged.
 
-    def __init__(self, path: Path, recordings: Mapping[str, Recording], complete: bool) -> None:
+    Examples
+    --------
+    >>> bag = read_bag("run1")
+    >>> "/joint_states" in bag
+    True
+    >>> float(bag["/joint_states"].fields["position"][0, 0])
+    0.0
+    """
+
+    def __init__(self, path: Path, messages: Mapping[str, TopicMessages], complete: bool) -> None:
         self.path = path
         self.complete = complete
-        self._recordings = recordings
+        self._messages = messages
 
     @property
     def topics(self) -> list[str]:
         """Names of the recorded topics."""
-        return list(self._recordings)
+        return list(self._messages)
 
-    def __getitem__(self, topic: str) -> Recording:
-        if topic not in self._recordings:
-            there = ", ".join(self._recordings) or "no topics"
+    def __getitem__(self, topic: str) -> TopicMessages:
+        if topic not in self._messages:
+            there = ", ".join(self._messages) or "no topics"
             raise BagError(f"{self.path}: {topic} was not recorded; the bag holds {there}")
-        return self._recordings[topic]
+        return self._messages[topic]
 
     def __contains__(self, topic: str) -> bool:
-        return topic in self._recordings
+        return topic in self._messages
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._recordings)
+        return iter(self._messages)
 
 
 def read_bag(path: str | Path, recover: bool = False) -> Bag:
     """Read the bag in folder ``path`` (or a single storage file).
 
-    With ``recover``, a bag whose recording was killed is read as far as it goes, and a damaged
-    one up to the damage. Otherwise, and for a bag that is missing or in a storage other than
-    MCAP, :class:`BagError` is raised.
+    Parameters
+    ----------
+    path
+        The bag's folder, or one of its storage files (MCAP).
+    recover
+        Read a bag whose recording was killed as far as it goes, and a damaged one up to the damage.
+
+    Returns
+    -------
+    Bag
+        Its messages by topic: ``bag["/joint_states"].fields["position"]``.
+
+    Raises
+    ------
+    BagError
+        For a bag that is missing, in another storage than MCAP, or, without ``recover``, cut off or
+        damaged.
+
+    Examples
+    --------
+    >>> bag = read_bag("run1")
+    >>> bag.topics[:2]
+    ['/joint_states', '/valve/voltage']
+    >>> bag["/joint_states"].save("joint_states.csv")
     """
     topics: dict[str, BagTopic] = {}
     messages: dict[str, list[McapMessage]] = {}
@@ -120,8 +174,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
         count = sum(map(len, messages.values()))
         rest = f"; {count} messages can be recovered (rodless recover)" if count else ""
         raise BagError(f"{path}: {fault}{rest}")
-    recordings = {name: _recording(topic, messages[name]) for name, topic in topics.items()}
-    return Bag(Path(path), recordings, complete=not fault)
+    by_topic = {name: _of_topic(topic, messages[name]) for name, topic in topics.items()}
+    return Bag(Path(path), by_topic, complete=not fault)
 
 
 class _FileContents(NamedTuple):
@@ -148,8 +202,8 @@ def _read_file(file: Path) -> _FileContents:
     )
 
 
-def _recording(topic: BagTopic, messages: Sequence[McapMessage]) -> Recording:
-    return Recording(
+def _of_topic(topic: BagTopic, messages: Sequence[McapMessage]) -> TopicMessages:
+    return TopicMessages(
         topic,
         np.array([message.log_time for message in messages], dtype=np.int64),
         np.array([message.publish_time for message in messages], dtype=np.int64),

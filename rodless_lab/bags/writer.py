@@ -5,9 +5,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
-import yaml
-from mcap.records import Channel
-
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.mcap_file.writer import McapWriter
@@ -18,6 +15,7 @@ from rodless_lab.bags.metadata import (
     BagTopic,
     FileContents,
     information_text,
+    recorded_topics,
     storage_files,
     write_metadata,
 )
@@ -179,23 +177,4 @@ def _contents(name: str, index: McapIndex) -> FileContents:
         last_time=index.last_time,
         topics=list(recorded_topics(index).values()),
         counts={channel.topic: counts[number] for number, channel in index.channels.items()},
-    )
-
-
-def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
-    """Return the topics that a storage file names, by channel."""
-    return {number: _topic(channel, index) for number, channel in index.channels.items()}
-
-
-def _topic(channel: Channel, index: McapIndex) -> BagTopic:
-    schema = index.schemas.get(channel.schema_id)
-    try:
-        qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
-    except yaml.YAMLError:
-        qos = ()
-    return BagTopic(
-        name=channel.topic,
-        type_name="" if schema is None else schema.name,
-        type_hash=channel.metadata.get("topic_type_hash", ""),
-        qos=tuple(qos),
     )

@@ -8,8 +8,9 @@ from pathlib import Path
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.demo import TARGET, InterruptedRunError, Outcome, move, write_results
-from rodless_lab.runs.step_metrics import SETTLING_BAND
+from rodless_lab.demo import TARGET, Outcome, move, write_results
+from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
+from rodless_lab.session.errors import InterruptedRunError
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -53,15 +54,7 @@ def show_progress(share: float, position: float) -> None:
 
 def print_table(preset: str, outcome: Outcome) -> None:
     """Print what was measured."""
-    metrics = outcome.metrics
     gauge = outcome.supply_pressure - STANDARD_ATMOSPHERE
     print(f"{'preset':28}{preset:>12}")
-    for label, value, unit in (
-        ("rise time 10-90 %", metrics.rise_time, "s"),
-        ("settling time to ±0.2 mm", metrics.settling_time, "s"),
-        ("overshoot", metrics.overshoot * 1e3, "mm"),
-        ("final error", metrics.final_error * 1e3, "mm"),
-        ("peak valve voltage", metrics.peak_voltage, "V"),
-        ("supply pressure, gauge", gauge * 1e-6, "MPa"),
-    ):
-        print(f"{label:28}{value:12.3f} {unit}")
+    print("\n".join(metric_lines(outcome.metrics)))
+    print(f"{'supply pressure, gauge':28}{gauge * 1e-6:12.3f} MPa")

@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,9 +9,10 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.experiments import sine
-from rodless_lab.experiments.catalogue import EXPERIMENTS, Options
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
-from rodless_lab.reports.report import Performed, write_report
+from rodless_lab.experiments.catalogue import EXPERIMENTS
+from rodless_lab.experiments.experiment import Options
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
+from rodless_lab.reports.report import Performed, check_writable, write_report
 from rodless_lab.reports.table import cells, verdict
 from rodless_sim import RigParameters
 
@@ -26,8 +26,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     names = list(EXPERIMENTS) if options.name == "all" else [options.name]
     folder = options.output or default_folder(options.name)
     try:
-        bench = over_ros(options.name) if options.ros else IN_PROCESS
-        checked = chosen(options, bench)
+        runner = over_ros(options.name) if options.ros else IN_PROCESS
+        checked = chosen(options, runner)
         check_writable(folder)
         performed = perform(names, checked)
         if len(names) == 1:
@@ -42,35 +42,25 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     except RuntimeError as error:
         print(f"\n{error}", file=sys.stderr)
         return 1
-    print(f"report: {report}, summary: {summary}")
+    print(f"report: {report}, summary: {summary}, pictures as PNG, PDF and CSV beside them")
     holds = all(row.holds for one in performed for row in one.result.comparisons)
     return 0 if holds else 1
 
 
-def check_writable(folder: Path) -> None:
-    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
-    made = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
-    for place in made:
-        place.rmdir()
-
-
-def over_ros(name: str) -> Bench:
-    """Return the bench of the nodes, which shows a dot for each of its runs.
+def over_ros(name: str) -> Runner:
+    """Return the runner of the nodes, which shows a dot for each of its runs.
 
     Raises ValueError for the name of an experiment that has nothing to drive.
     """
     if name != "all" and not EXPERIMENTS[name].moves:
         able = ", ".join(other for other, one in EXPERIMENTS.items() if one.moves)
         raise ValueError(f"--ros: {name} has no moving rig to drive; these have: {able}")
-    from rodless_lab.experiments.ros_runner import ros_bench  # noqa: PLC0415  needs ROS
+    from rodless_lab.experiments.ros_runner import nodes_runner  # noqa: PLC0415  needs ROS
 
-    return ros_bench(lambda: print(".", end="", flush=True))
+    return nodes_runner(lambda: print(".", end="", flush=True))
 
 
-def chosen(options: argparse.Namespace, bench: Bench) -> Options:
+def chosen(options: argparse.Namespace, runner: Runner) -> Options:
     """Return the options in SI; raises ValueError for one that no rig could follow."""
     stroke = RigParameters().number("cylinder.stroke")
     if not 0.0 <= options.position * 1e-3 <= stroke:
@@ -81,12 +71,12 @@ def chosen(options: argparse.Namespace, bench: Bench) -> Options:
         raise ValueError(f"--seed {options.seed}: must not be negative")
     sine.check_within_stroke(options.amplitude * 1e-3, options.centre * 1e-3)
     return Options(
-        tuple(options.preset or preset_names()[::-1]),
-        options.amplitude * 1e-3,
-        options.centre * 1e-3,
-        options.position * 1e-3,
-        options.seed,
-        bench,
+        presets=tuple(options.preset or preset_names()[::-1]),
+        amplitude=options.amplitude * 1e-3,
+        centre=options.centre * 1e-3,
+        position=options.position * 1e-3,
+        seed=options.seed,
+        runner=runner,
     )
 
 
@@ -95,7 +85,7 @@ def perform(names: Sequence[str], options: Options) -> list[Performed]:
     performed = []
     for count, name in enumerate(names, 1):
         experiment = EXPERIMENTS[name]
-        still = options.bench is not IN_PROCESS and not experiment.moves
+        still = options.runner is not IN_PROCESS and not experiment.moves
         where = " (no moving rig: in process)" if still else ""
         print(f"[{count}/{len(names)}] {name}{where} ... ", end="", flush=True)
         start = time.monotonic()

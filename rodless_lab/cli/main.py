@@ -2,9 +2,10 @@
 
 import argparse
 import importlib
+import importlib.util
 import sys
 
-from rodless_base.start import Stop
+from rodless_base.start import NO_ROS, Stop
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
 VERBS = {
@@ -16,6 +17,9 @@ VERBS = {
         "rodless_lab.cli.rig",
         "run plant and controller until Ctrl-C, without ros2 launch",
     ),
+    "move": ("rodless_lab.cli.move", "send the carriage of a running rig somewhere, in mm"),
+    "set": ("rodless_lab.cli.set_parameters", "change parameters of a running rig, all or none"),
+    "status": ("rodless_lab.cli.status", "show how a running rig is"),
     "experiment": (
         "rodless_lab.cli.experiment",
         "repeat the paper's experiments beside what they report",
@@ -43,5 +47,20 @@ def main() -> None:
     parser.add_argument("verb", choices=VERBS, metavar="verb")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="see rodless VERB --help")
     chosen = parser.parse_args()
-    module = importlib.import_module(VERBS[chosen.verb][0])
-    sys.exit(module.main(chosen.arguments, stop))
+    try:
+        module = importlib.import_module(VERBS[chosen.verb][0])
+        code = module.main(chosen.arguments, stop)
+    except ModuleNotFoundError:
+        if _is_there("rclpy"):
+            raise
+        print(NO_ROS, file=sys.stderr)
+        code = 2
+    sys.exit(code)
+
+
+def _is_there(module: str) -> bool:
+    """Whether a module can be imported."""
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ValueError:  # of one that is kept from being imported
+        return False

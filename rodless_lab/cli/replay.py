@@ -1,7 +1,6 @@
 """`rodless replay`: feed a bag's voltages to the plant and tell how far it leaves the record."""
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -9,13 +8,13 @@ from pathlib import Path
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.atomic_write import atomic_write
-from rodless_lab.cli.compare import table
-from rodless_lab.figures.comparison import comparison_picture
-from rodless_lab.runs.comparison import QUANTITIES, difference
+from rodless_lab.identification.friction.run import bias_note
+from rodless_lab.identification.parameter_writer import is_identified
+from rodless_lab.reports.differences import differences_table, write_differences
+from rodless_lab.runs.comparison import differences
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import MeasuredRun, RunError
-from rodless_lab.runs.resimulate import resimulate
+from rodless_lab.runs.resimulate import replay
 from rodless_sim import ParameterError, RigParameters
 
 
@@ -54,25 +53,13 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
     return RigParameters.preset(options.preset)
 
 
-def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
-    """Run the plant from the recorded start at rest, at the recorded voltages and mean supply.
-
-    Raises ParameterError for a supply pressure that no rig has.
-    """
-    pressures = (float(recorded.pressure_a[0]), float(recorded.pressure_b[0]))
-    return resimulate(parameters, recorded, pressures)
-
-
 def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:
-    labels = (options.bag.resolve().name, "replay")
-    found = {
-        name: difference(recorded.time, getattr(recorded, name), getattr(replayed, name))
-        for name in QUANTITIES
-    }
-    options.output.mkdir(parents=True, exist_ok=True)
-    picture = comparison_picture(labels, (recorded, replayed), recorded.time)
-    atomic_write(options.output / "replay.png", picture)
-    values = {name: asdict(value) for name, value in found.items()}
-    atomic_write(options.output / "replay.json", json.dumps(values, indent=2) + "\n")
-    print(table(labels, found))
+    names = (options.bag.resolve().name, "replay")
+    time = recorded.time
+    found = differences(recorded, replayed, time)
+    numbers = {name: asdict(value) for name, value in found.items()}
+    write_differences(options.output / "replay", names, (recorded, replayed), time, numbers)
+    print(differences_table(names, found))
+    if options.parameters is not None and is_identified(options.parameters):
+        print(f"{options.parameters.name} was identified: {bias_note()}")
     print(f"replay.json and replay.png are in {options.output}")

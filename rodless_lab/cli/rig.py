@@ -8,7 +8,7 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.session.errors import NodeDiedError
-from rodless_lab.session.processes import ProcessPlan, run_rig
+from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 # How often the processes are polled, in wall-clock s.
@@ -22,15 +22,27 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """Run the nodes; return 1 if one ends by itself."""
     plan = _plan(arguments)
     stop.from_now_on_wait()
-    with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
-        while not stop.requested:
-            try:
-                processes.check()
-            except NodeDiedError as error:
-                print(error)
-                return 1
-            time.sleep(POLL_SECONDS)
+    try:
+        with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
+            _watch(processes, plan, stop)
+    except NodeDiedError as error:
+        print(error)
+        return 1
     return 0
+
+
+def _watch(processes: SessionProcesses, plan: ProcessPlan, stop: Stop) -> None:
+    """Say when the nodes are ready and wait for ``stop``; raises NodeDiedError."""
+    # Here, so that help is quick and works without ROS.
+    from rodless_lab.session.readiness import say_when_ready  # noqa: PLC0415
+
+    def ended() -> bool:
+        processes.check()
+        return stop.requested
+
+    say_when_ready(plan, ended, lambda line: print(line, flush=True))
+    while not ended():
+        time.sleep(POLL_SECONDS)
 
 
 def _plan(arguments: Sequence[str]) -> ProcessPlan:

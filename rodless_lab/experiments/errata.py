@@ -6,14 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodless_lab.experiments import errata_pictures as drawn
+from rodless_base.constants import CLOSED_VOLTAGE, STANDARD_ATMOSPHERE, absolute
+from rodless_lab.experiments.errata_pictures import (
+    PRINTED_OFFSET,
+    assembled,
+    held_force,
+    mid_position_leak,
+    pictures,
+    printed_friction,
+    printed_polynomial,
+)
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.experiments.valve_area import RATED, rated_flow
 from rodless_lab.experiments.valve_stand import FREE_AIR_DENSITY
 from rodless_lab.identification.valve_bench.area_curve import effective_area as area_of_flow
 from rodless_sim import RigParameters, simulate
 from rodless_sim.physics.cylinder import pressure_rate
-from rodless_sim.physics.flow import LAMINAR_RATIO, gap_flow, gap_flow_printed, orifice_flow
+from rodless_sim.physics.flow import LAMINAR_RATIO, gap_flow, orifice_flow
 from rodless_sim.physics.friction import sliding_friction
 from rodless_sim.physics.valve import (
     SPOOL_GAIN,
@@ -22,9 +32,8 @@ from rodless_sim.physics.valve import (
     flow_coefficient,
     spool_displacement,
 )
+from rodless_sim.physics.valve_assemblies.printed import gap_flow_printed
 
-AMBIENT = 101325.0
-CLOSED = 5.08
 ARROW = " → "
 
 
@@ -58,20 +67,20 @@ def run_errata() -> ErrataResult:
         *friction_rows(),
         *force_rows(),
     )
-    return ErrataResult(rows, drawn.pictures())
+    return ErrataResult(rows, pictures())
 
 
 def valve_rows() -> Iterator[Comparison]:
     """Table 1, eqs. (4) and (5)."""
     yield Comparison(
         "Table 1: highest supply the valve takes, gauge",
-        (RigParameters.DECLARATIONS["supply.pressure"].maximum - AMBIENT) * 1e-6,
+        (RigParameters.DECLARATIONS["supply.pressure"].maximum - STANDARD_ATMOSPHERE) * 1e-6,
         "MPa",
         "100",
         Limits(1.0, 1.1, "Festo MPYE: 0 to 10 bar; the parameter's range ends just above"),
     )
-    air = drawn.assembled("reconciled").air._replace(temperature=293.15)
-    flow = orifice_flow(air, 1e-6, 0.5e6, AMBIENT) / FREE_AIR_DENSITY
+    air = assembled("reconciled").air._replace(temperature=293.15)
+    flow = orifice_flow(air, 1e-6, 0.5e6, STANDARD_ATMOSPHERE) / FREE_AIR_DENSITY
     found = area_of_flow(np.array(flow), np.array(0.5e6), np.array(293.15))
     yield Comparison(
         "(4): area found for an ideal nozzle of 1 mm²",
@@ -81,8 +90,8 @@ def valve_rows() -> Iterator[Comparison]:
         Limits(0.99, 1.01, "must be 1; the factor is rounded to 0.124 and air to 1.185 kg/m³"),
         decimals=4,
     )
-    valve = drawn.assembled("reconciled").valve
-    printed = effective_area(valve, CLOSED) * 1e6
+    valve = assembled("reconciled").valve
+    printed = effective_area(valve, CLOSED_VOLTAGE) * 1e6
     yield Comparison(
         "(5): area at the closed position",
         centred_area(valve, 0.0) * 1e6,
@@ -95,7 +104,7 @@ def valve_rows() -> Iterator[Comparison]:
 
 def orifice_rows() -> Iterator[Comparison]:
     """Eqs. (6), (7), (19), (20) and the gas constant."""
-    air = drawn.assembled("reconciled").air
+    air = assembled("reconciled").air
     yield Comparison(
         "(6): flow through 1 mm² from 0.5 MPa against 0.505 MPa",
         orifice_flow(air, 1e-6, 0.5e6, 0.505e6) * 1e3,
@@ -113,7 +122,7 @@ def orifice_rows() -> Iterator[Comparison]:
     )
     yield Comparison(
         "(6): flow through 1 mm² from 0.6 MPa to atmosphere",
-        orifice_flow(air, 1e-6, 0.6e6, AMBIENT) * 1e3,
+        orifice_flow(air, 1e-6, 0.6e6, STANDARD_ATMOSPHERE) * 1e3,
         "g/s",
         "1.4 · 10⁶ (S in mm²)",
         Limits(1.3, 1.5, "choked nozzle by hand: 0.6847 S P/√(RT) = 1.41 g/s"),
@@ -130,7 +139,7 @@ def orifice_rows() -> Iterator[Comparison]:
 
 def slope(ratio: float) -> float:
     """dṁ/dr in kg/s of 1 mm² at 0.5 MPa between ``ratio`` and 1."""
-    air = drawn.assembled("reconciled").air
+    air = assembled("reconciled").air
     return orifice_flow(air, 1e-6, 0.5e6, 0.5e6 * ratio) / (1.0 - ratio)
 
 
@@ -141,11 +150,12 @@ def printed_slope(ratio: float) -> float:
 
 def gap_rows() -> Iterator[Comparison]:
     """Eqs. (3), (15), (16), (21), (22)."""
-    high = 0.6e6 + AMBIENT
-    factor = (high + AMBIENT) / (2.0 * AMBIENT)
+    high = absolute(0.6e6)
+    factor = (high + STANDARD_ATMOSPHERE) / (2.0 * STANDARD_ATMOSPHERE)
     yield Comparison(
         "(15): gap flow at 0.6 MPa, times the printed one",
-        gap_flow(1e-17, high, AMBIENT) / gap_flow_printed(1e-17, high, AMBIENT),
+        gap_flow(1e-17, high, STANDARD_ATMOSPHERE)
+        / gap_flow_printed(1e-17, high, STANDARD_ATMOSPHERE),
         "",
         "1",
         Limits(0.999 * factor, 1.001 * factor, "compressible slit: (P1 + P2)/(2 P2)"),
@@ -153,27 +163,27 @@ def gap_rows() -> Iterator[Comparison]:
     )
     yield Comparison(
         "(3): leak of the closed valve at 0.6 MPa",
-        drawn.mid_position_leak(drawn.assembled("reconciled").valve.gap_height),
+        mid_position_leak(assembled("reconciled").valve.gap_height),
         "L/min",
-        f"{drawn.mid_position_leak(11.5e-6):.1f} (gap of 11.5 µm)",
+        f"{mid_position_leak(11.5e-6):.1f} (gap of 11.5 µm)",
         Limits(0.0, 7.0, "the valve's maker states at most 7 L/min"),
     )
 
 
 def assembly_rows() -> Iterator[Comparison]:
     """The regime switch at 5.08 V, and the spool displacement of eq. (24)."""
-    printed, used = drawn.assembled("printed"), drawn.assembled("reconciled")
-    edge = np.array([CLOSED - 1e-6, CLOSED])
-    jump = ARROW.join(f"{force:.0f}" for force in drawn.held_force(printed, edge))
+    printed, used = assembled("printed"), assembled("reconciled")
+    edge = np.array([CLOSED_VOLTAGE - 1e-6, CLOSED_VOLTAGE])
+    jump = ARROW.join(f"{force:.0f}" for force in held_force(printed, edge))
     yield Comparison(
         "5.08 V: force on a held piston just above less just below",
-        float(np.diff(drawn.held_force(used, edge))[0]),
+        float(np.diff(held_force(used, edge))[0]),
         "N",
         f"jumps {jump} N",
         Limits(-0.01, 0.01, "a force cannot jump with the voltage"),
     )
-    forces = drawn.held_force(used, np.linspace(4.0, 6.2, 221))
-    least = float(np.diff(drawn.held_force(printed, np.linspace(4.0, 6.2, 221))).min())
+    forces = held_force(used, np.linspace(4.0, 6.2, 221))
+    least = float(np.diff(held_force(printed, np.linspace(4.0, 6.2, 221))).min())
     yield Comparison(
         "5.08 V: smallest rise of that force per 10 mV, 4.0 to 6.2 V",
         float(np.diff(forces).min()),
@@ -185,9 +195,9 @@ def assembly_rows() -> Iterator[Comparison]:
     run = np.array([5.24])
     yield Comparison(
         "5.24 V: settled force on a held piston",
-        float(drawn.held_force(used, run)[0]),
+        float(held_force(used, run)[0]),
         "N",
-        f"{drawn.held_force(printed, run)[0]:.0f}; yet their run went forward (Fig. 13)",
+        f"{held_force(printed, run)[0]:.0f}; yet their run went forward (Fig. 13)",
         Limits(29.0, math.inf, "must break 29 N of static friction loose, forwards"),
         decimals=1,
     )
@@ -195,15 +205,15 @@ def assembly_rows() -> Iterator[Comparison]:
         "(24): voltage at which the spool is centred",
         float(np.interp(0.0, [spool_displacement(u) for u in (0.0, 10.0)], [0.0, 10.0])),
         "V",
-        f"{-drawn.PRINTED_OFFSET / SPOOL_GAIN:.2f}",
+        f"{-PRINTED_OFFSET / SPOOL_GAIN:.2f}",
         Limits(4.98, 5.18, "the closed position, 5.08 V ± 0.1 V"),
     )
 
 
 def coefficient_rows() -> Iterator[Comparison]:
     """Eq. (25) in its three readings."""
-    plant = drawn.assembled("reconciled")
-    volts = [drawn.printed_polynomial(plant, d) for d in np.linspace(-5.0, 4.92, 200)]
+    plant = assembled("reconciled")
+    volts = [printed_polynomial(plant, d) for d in np.linspace(-5.0, 4.92, 200)]
     used = [flow_coefficient(plant.valve, d) for d in np.linspace(-5.0, 4.92, 200)]
     yield Comparison(
         "(25): smallest C_v, 0 to 10 V",
@@ -213,7 +223,7 @@ def coefficient_rows() -> Iterator[Comparison]:
         Limits(0.5, 1.132, "a flow coefficient is positive, and Fig. 11's falls with opening"),
         decimals=3,
     )
-    metres = drawn.printed_polynomial(plant, spool_displacement(10.0))
+    metres = printed_polynomial(plant, spool_displacement(10.0))
     yield Comparison(
         "(25): fall of C_v from closed to 10 V",
         flow_coefficient(plant.valve, 0.0) - flow_coefficient(plant.valve, 4.92),
@@ -222,7 +232,7 @@ def coefficient_rows() -> Iterator[Comparison]:
         Limits(0.05, 1.0, "section 3.5: smaller and smaller"),
         decimals=3,
     )
-    printed = rated_flow(drawn.assembled("printed"))[0] * 6e4
+    printed = rated_flow(assembled("printed"))[0] * 6e4
     yield Comparison(
         "(25): rated flow at 10 V",
         rated_flow(plant)[0] * 6e4,
@@ -235,8 +245,12 @@ def coefficient_rows() -> Iterator[Comparison]:
 
 def chamber_rows() -> Iterator[Comparison]:
     """Eq. (26), kept as printed: its energy is right for filling only."""
-    air = drawn.assembled("reconciled").air
-    stored = 1e-4 * pressure_rate(air, 1e-4, 0.0, AMBIENT, 1.0) / (air.isentropic_index - 1.0)
+    air = assembled("reconciled").air
+    stored = (
+        1e-4
+        * pressure_rate(air, 1e-4, 0.0, STANDARD_ATMOSPHERE, 1.0)
+        / (air.isentropic_index - 1.0)
+    )
     carried = 3.5 * air.gas_constant * air.temperature
     yield Comparison(
         "(26): energy that a kilogram brings into a chamber, over its enthalpy c_p T_s",
@@ -258,13 +272,13 @@ def friction_rows() -> Iterator[Comparison]:
         Limits(0.0, 5.0, "a quarter of the displacement sensor's scatter of 20 µm"),
         decimals=3,
     )
-    friction = drawn.assembled("reconciled").friction
+    friction = assembled("reconciled").friction
     velocity = -1e-3
     yield Comparison(
         "Table 2: power that friction takes at −1 mm/s",
         sliding_friction(friction, velocity, -1) * velocity * 1e3,
         "mW",
-        f"{drawn.printed_friction(velocity) * velocity * 1e3:.1f}: it drives",
+        f"{printed_friction(velocity) * velocity * 1e3:.1f}: it drives",
         Limits(0.0, math.inf, "friction takes energy"),
         decimals=1,
     )
@@ -273,7 +287,7 @@ def friction_rows() -> Iterator[Comparison]:
 def creep(capture_velocity: float) -> float:
     """Distance in m that the carriage creeps in 20 s at 5.24 V and 0.5 MPa gauge."""
     parameters = RigParameters(
-        {"supply.pressure": 0.5e6 + AMBIENT, "friction.capture_velocity": capture_velocity}
+        {"supply.pressure": absolute(0.5e6), "friction.capture_velocity": capture_velocity}
     )
     run = simulate(parameters, np.full(20_000, 5.24), 1e-3, position=0.02)
     return float(run.position[-1] - run.position[0])
@@ -281,7 +295,7 @@ def creep(capture_velocity: float) -> float:
 
 def force_rows() -> Iterator[Comparison]:
     """Eq. (31): its dimensions and the piston's area."""
-    area = drawn.assembled("reconciled").cylinder.piston_area
+    area = assembled("reconciled").cylinder.piston_area
     yield Comparison(
         "(31): piston area",
         area * 1e4,
@@ -298,3 +312,13 @@ def force_rows() -> Iterator[Comparison]:
         Limits(0.0, 363.0, "the magnetic coupling of the CY3R25 holds 363 N"),
         decimals=0,
     )
+
+
+EXPERIMENT = Experiment(
+    name="errata",
+    title="What the paper's equations do as printed",
+    source="all of it",
+    summary="For each fault of the paper that is more than a word, the number or picture that "
+    "shows it, beside that of the form used.",
+    run=lambda _: run_errata(),
+)

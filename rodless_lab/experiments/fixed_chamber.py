@@ -9,17 +9,18 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from rodless_base.constants import CLOSED_VOLTAGE, STANDARD_ATMOSPHERE, absolute
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Limits, Picture
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.figures.style import label, panels
 from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.physics.settled import settled_pressures
 
 Array = npt.NDArray[np.float64]
 
-AMBIENT = 101325.0
 SUPPLIES_GAUGE = (0.4e6, 0.5e6, 0.6e6)
-END_VOLTAGE, CLOSED_VOLTAGE, VENTING_VOLTAGE = 0.0, 5.08, 4.4
+END_VOLTAGE, VENTING_VOLTAGE = 0.0, 4.4
 
 # The spool's end empties A and fills B within a second; through the gaps alone the chambers then
 # take over half a minute to level out ("when the pressure of the two chambers is stabilized").
@@ -104,28 +105,30 @@ class FixedChamberResult:
         """Draw both chambers against time since the change to 4.4 V."""
         figure, (venting, filling) = panels(2)
         for run in self.runs:
-            name = f"supply {(run.supply - AMBIENT) * 1e-6:.1f} MPa gauge"
+            name = f"supply {(run.supply - STANDARD_ATMOSPHERE) * 1e-6:.1f} MPa gauge"
             venting.plot(run.time, run.pressure_a * 1e-6, label=name)
             filling.plot(run.time, run.pressure_b * 1e-6, label=name)
-        venting.axhline(AMBIENT * 1e-6, color="k", linestyle=":", linewidth=1.0, label="ambient")
+        venting.axhline(
+            STANDARD_ATMOSPHERE * 1e-6, color="k", linestyle=":", linewidth=1.0, label="ambient"
+        )
         label(venting, "time since 4.4 V / s", "chamber A, absolute / MPa")
         label(filling, "time since 4.4 V / s", "chamber B, absolute / MPa", loc="lower right")
         return figure
 
     def draw_findings(self) -> Figure:
         """Draw initial pressure and final departure against supply."""
-        figure, (initial, final) = panels(1, 2)
-        supplies = [(run.supply - AMBIENT) * 1e-6 for run in self.runs]
+        figure, (initial, final) = panels(1, 2, height=2.6)
+        supplies = [(run.supply - STANDARD_ATMOSPHERE) * 1e-6 for run in self.runs]
         initial.plot(supplies, [run.start[0] * 1e-6 for run in self.runs], "o", label="chamber A")
         initial.plot(supplies, [run.start[1] * 1e-6 for run in self.runs], "x", label="chamber B")
         line = np.linspace(0.38e6, 0.62e6, 50)
-        theory = [levelled(supply + AMBIENT) * 1e-6 for supply in line]
+        theory = [levelled(absolute(supply)) * 1e-6 for supply in line]
         initial.plot(line * 1e-6, theory, "k:", label="two equal gaps in series")
         for chamber, style in ((0, "o-"), (1, "x-")):
             departures = [run.departures[chamber] * 1e-3 for run in self.runs]
             final.plot(supplies, departures, style, label=f"chamber {'AB'[chamber]}")
-        label(initial, "supply, gauge / MPa", "pressure before 4.4 V, absolute / MPa")
-        label(final, "supply, gauge / MPa", "end: distance from a sealing valve / kPa")
+        label(initial, "supply, gauge / MPa", "pressure before 4.4 V / MPa")
+        label(final, "supply, gauge / MPa", "distance from a sealing valve / kPa")
         return figure
 
     @property
@@ -150,7 +153,7 @@ def levelled(supply: float) -> float:
 
     The flow through a gap goes with the difference of squared pressures, so the square is halved.
     """
-    return math.sqrt(0.5 * (supply**2 + AMBIENT**2))
+    return math.sqrt(0.5 * (supply**2 + STANDARD_ATMOSPHERE**2))
 
 
 def start_rows(run: ChamberRun) -> Iterator[Comparison]:
@@ -210,13 +213,13 @@ def departure_rows(low: ChamberRun, high: ChamberRun) -> Iterator[Comparison]:
 
 def named(run: ChamberRun) -> str:
     """Name a run by its gauge supply."""
-    return f"{(run.supply - AMBIENT) * 1e-6:.1f} MPa gauge"
+    return f"{(run.supply - STANDARD_ATMOSPHERE) * 1e-6:.1f} MPa gauge"
 
 
 def run_fixed_chamber(
     position: float = 0.0,
     supplies_gauge: Sequence[float] = SUPPLIES_GAUGE,
-    bench: Bench = IN_PROCESS,
+    runner: Runner = IN_PROCESS,
 ) -> FixedChamberResult:
     """Hold the piston at ``position`` (m) and repeat 6.1 for each gauge supply (Pa).
 
@@ -224,11 +227,11 @@ def run_fixed_chamber(
     4.4 V.
     """
     return FixedChamberResult(
-        position, tuple(chamber_run(position, gauge + AMBIENT, bench) for gauge in supplies_gauge)
+        position, tuple(chamber_run(position, absolute(gauge), runner) for gauge in supplies_gauge)
     )
 
 
-def chamber_run(position: float, supply: float, bench: Bench) -> ChamberRun:
+def chamber_run(position: float, supply: float, runner: Runner) -> ChamberRun:
     """Return one run at ``supply`` (Pa absolute)."""
     parameters = RigParameters(
         {
@@ -240,7 +243,7 @@ def chamber_run(position: float, supply: float, bench: Bench) -> ChamberRun:
         }
     )
     before = round((END_TIME + SETTLING_TIME) / PERIOD)
-    trace = bench.open_loop(parameters, commands(), PERIOD)
+    trace = runner.open_loop(parameters, commands(), PERIOD)
     sealing = Rig(parameters.with_values({"valve.gap_height": 0.0})).plant
     return ChamberRun(
         supply,
@@ -258,3 +261,15 @@ def commands() -> Array:
     voltages = (END_VOLTAGE, CLOSED_VOLTAGE, VENTING_VOLTAGE)
     times = (END_TIME, SETTLING_TIME, VENTING_TIME)
     return np.repeat(voltages, [round(time / PERIOD) for time in times])
+
+
+EXPERIMENT = Experiment(
+    name="fixed-chamber",
+    title="Filling and venting fixed chambers",
+    source="section 6.1, Figs. 17 and 18",
+    summary="The piston is held. The spool goes to its end, then to 5.08 V until the pressures "
+    "settle, then to 4.4 V: chamber A vents and chamber B fills. Repeated at 0.4, 0.5 and "
+    "0.6 MPa.",
+    run=lambda options: run_fixed_chamber(options.position, runner=options.runner),
+    moves=True,
+)

@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from rodless_base.constants import CLOSED_VOLTAGE, absolute
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
 from rodless_lab.experiments.valve_stand import (
     FREE_AIR_DENSITY,
@@ -23,15 +25,12 @@ from rodless_lab.identification.valve_bench.flow_coefficient import (
 )
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.valve import centred_area
 
 Array = npt.NDArray[np.float64]
 
-AMBIENT = 101325.0
 SUPPLY_GAUGE, TEMPERATURE = 0.5e6, 297.0
-CLOSED_VOLTAGE = 5.08
 READINGS = 6
 
 # Nearer to the closed position the gap leaks beside the orifice: at 0.7 V its share of the flow
@@ -167,11 +166,11 @@ class FlowCoefficientResult:
 def run_flow_coefficient(seed: int = 1) -> FlowCoefficientResult:
     """Measure C_v by eq. (23) at 0.5 MPa gauge and 297 K, noise from ``seed``, and fit eq. (25)."""
     parameters = RigParameters(
-        {"supply.pressure": SUPPLY_GAUGE + AMBIENT, "supply.temperature": TEMPERATURE}
+        {"supply.pressure": absolute(SUPPLY_GAUGE), "supply.temperature": TEMPERATURE}
     )
-    plant = plant_constants(parameters)
+    plant = Plant.of(parameters)
     instruments = parameters.with_values(DATA_SHEET)
-    stand = Stand.drawn(instruments, seed)
+    stand = Stand.specimen(instruments, seed)
     deflections = np.concatenate([-DEFLECTIONS[::-1], DEFLECTIONS])
     flow = port_flow(plant, deflections + CLOSED_VOLTAGE)
     exact = coefficients(plant, deflections, flow, np.array(plant.supply_pressure))
@@ -201,3 +200,14 @@ def coefficients(plant: Plant, deflections: Array, flow: Array, supply: Array) -
     """C_v by eq. (23) from ``flow`` (kg/s) and ``supply`` (Pa), shapes (m,)."""
     areas = np.array([centred_area(plant.valve, float(deflection)) for deflection in deflections])
     return flow_coefficient(flow, supply, areas, plant.air.temperature)
+
+
+EXPERIMENT = Experiment(
+    name="flow-coefficient",
+    title="Flow coefficient of the valve",
+    source="section 3.5, Figs. 10 and 11, eqs. (23) and (25)",
+    summary="At 0.5 MPa and 297 K the mass flow through the opening port, divided by that of an "
+    "ideal nozzle of the measured area, is the flow coefficient; a polynomial of fifth "
+    "degree is fitted to it.",
+    run=lambda options: run_flow_coefficient(options.seed),
+)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rodless_base.constants import CLOSED_VOLTAGE, absolute
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.friction_campaign import (
-    CLOSED,
     RAMP_RATE,
     FrictionRun,
     Identification,
@@ -22,14 +23,13 @@ from rodless_lab.experiments.friction_pictures import (
     draw_runs,
 )
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.friction.auxiliary_lines import auxiliary_lines
 from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
-AMBIENT = 101325.0
 SUPPLY_GAUGE = 0.5e6
 
 # The paper names 5.24 and 4.395 V; the others fill the speeds up to 20 mm/s.
@@ -77,7 +77,7 @@ class FrictionResult:
                     f"{preset}: mean speed at {voltage:g} V",
                     speed * 1e3,
                     "mm/s",
-                    "runs forward" if voltage > CLOSED else "runs in reverse",
+                    "runs forward" if voltage > CLOSED_VOLTAGE else "runs in reverse",
                     SPEED_LIMITS[preset][voltage],
                 )
 
@@ -227,28 +227,40 @@ def constructions(runs: Sequence[FrictionRun]) -> list[Construction]:
     return found
 
 
-def run_friction(seed: int = 1, bench: Bench = IN_PROCESS) -> FrictionResult:
+def run_friction(seed: int = 1, runner: Runner = IN_PROCESS) -> FrictionResult:
     """Repeat 5.1 at 0.5 MPa gauge on the ``paper`` rig, without and with sensor noise."""
-    rig = RigParameters.preset("paper").with_values({"supply.pressure": SUPPLY_GAUGE + AMBIENT})
-    traces = [(voltage, False, constant_run(rig, voltage, bench)) for voltage in FORWARD_VOLTAGES]
-    traces += [(voltage, False, constant_run(rig, voltage, bench)) for voltage in REVERSE_VOLTAGES]
-    traces += [(voltage, True, ramp_run(rig, voltage, bench)) for voltage in RAMP_ENDS]
+    rig = RigParameters.preset("paper").with_values({"supply.pressure": absolute(SUPPLY_GAUGE)})
+    traces = [(voltage, False, constant_run(rig, voltage, runner)) for voltage in FORWARD_VOLTAGES]
+    traces += [(voltage, False, constant_run(rig, voltage, runner)) for voltage in REVERSE_VOLTAGES]
+    traces += [(voltage, True, ramp_run(rig, voltage, runner)) for voltage in RAMP_ENDS]
     instruments = rig.with_values(DATA_SHEET)
     return FrictionResult(
         rig,
         identified(traces, rig, seed),
         identified(traces, instruments, seed),
-        {preset: mean_speeds(preset, bench) for preset in SPEED_LIMITS},
+        {preset: mean_speeds(preset, runner) for preset in SPEED_LIMITS},
     )
 
 
-def mean_speeds(preset: str, bench: Bench) -> dict[float, float]:
+def mean_speeds(preset: str, runner: Runner) -> dict[float, float]:
     """Mean speed in m/s over the second half of runs at three voltages."""
-    rig = RigParameters.preset(preset).with_values({"supply.pressure": SUPPLY_GAUGE + AMBIENT})
+    rig = RigParameters.preset(preset).with_values({"supply.pressure": absolute(SUPPLY_GAUGE)})
     speeds = {}
     for voltage in SPEED_LIMITS[preset]:
-        run = constant_run(rig, voltage, bench)
+        run = constant_run(rig, voltage, runner)
         half = len(run.time) // 2
         travelled = run.position[-1] - run.position[half]
         speeds[voltage] = float(travelled / (run.time[-1] - run.time[half]))
     return speeds
+
+
+EXPERIMENT = Experiment(
+    name="friction",
+    title="Friction of the cylinder",
+    source="section 5.1, Figs. 12 to 16, Table 2, eqs. (28) to (30)",
+    summary="At 0.5 MPa the carriage runs at constant voltages, forward and in reverse. Where it "
+    "moves uniformly the pressure difference is the friction, eq. (30); eq. (29) is fitted "
+    "to speed and friction by robust least squares.",
+    run=lambda options: run_friction(options.seed, options.runner),
+    moves=True,
+)

@@ -2,25 +2,27 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_base.constants import CLOSED_VOLTAGE
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
 from rodless_lab.identification.friction.run import (
-    BIAS_DIFFERENCE,
     EVENT_ACCURACY,
     FINEST_FORCE,
     FrictionPoints,
+    bias_force,
     friction_points,
+    speed_stretch,
 )
 from rodless_lab.identification.friction.uniform_motion import uniform_parts
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, Trace
-from rodless_sim.instruments.instruments import PRESSURE_RANGE, Instruments, measured
-from rodless_sim.physics.plant import piston_area
+from rodless_sim.instruments.instruments import Instruments, read_trace
+from rodless_sim.physics.cylinder import piston_area
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +34,6 @@ START, END = 0.02, 0.185
 
 # A ramp this slow breaks the carriage loose again and again, V/s; it starts from closed.
 RAMP_RATE = 0.005
-CLOSED = 5.08
 
 
 @dataclass(frozen=True)
@@ -83,27 +84,27 @@ class Identification:
     complete: FrictionFit
 
 
-def constant_run(rig: RigParameters, voltage: float, bench: Bench = IN_PROCESS) -> Trace:
+def constant_run(rig: RigParameters, voltage: float, runner: Runner = IN_PROCESS) -> Trace:
     """Hold ``voltage`` (V) from rest near one end until the carriage is near the other."""
-    forward = voltage > CLOSED
+    forward = voltage > CLOSED_VOLTAGE
     stroke = rig.number("cylinder.stroke")
     start = START if forward else stroke - START
-    run = bench.open_loop(rig, np.full(round(LONGEST / PERIOD), voltage), PERIOD, start)
+    run = runner.open_loop(rig, np.full(round(LONGEST / PERIOD), voltage), PERIOD, start)
     done = run.position > END if forward else run.position < stroke - END
     return cut(run, int(np.argmax(done)) if done.any() else len(done))
 
 
-def ramp_run(rig: RigParameters, end: float, bench: Bench = IN_PROCESS) -> Trace:
+def ramp_run(rig: RigParameters, end: float, runner: Runner = IN_PROCESS) -> Trace:
     """Ramp the voltage slowly from closed to ``end`` (V), the carriage at mid-stroke."""
-    count = round(abs(end - CLOSED) / RAMP_RATE / PERIOD)
-    return bench.open_loop(
-        rig, np.linspace(CLOSED, end, count), PERIOD, 0.5 * rig.number("cylinder.stroke")
+    count = round(abs(end - CLOSED_VOLTAGE) / RAMP_RATE / PERIOD)
+    return runner.open_loop(
+        rig, np.linspace(CLOSED_VOLTAGE, end, count), PERIOD, 0.5 * rig.number("cylinder.stroke")
     )
 
 
 def cut(run: Trace, count: int) -> Trace:
     """Return the first ``count`` samples."""
-    return replace(run, **{field.name: getattr(run, field.name)[:count] for field in fields(run)})
+    return type(run)(**{name: values[:count] for name, values in run.columns().items()})
 
 
 def identified(
@@ -111,10 +112,10 @@ def identified(
 ) -> Identification:
     """Measure the traces with one set of instruments and fit eq. (29) to all of them."""
     generator = np.random.default_rng(seed)
-    tools = Instruments.drawn(sensors, generator)
+    tools = Instruments.specimen(sensors, generator)
     runs = []
     for voltage, ramp, trace in traces:
-        seen = measured(trace, sensors, generator, tools)
+        seen = read_trace(trace, sensors, generator, tools)
         runs.append(FrictionRun(voltage, ramp, seen, read_off(seen, sensors)))
     found = [run.points for run in runs]
     return Identification(tuple(runs), fitted(found, sensors, False), fitted(found, sensors, True))
@@ -176,10 +177,7 @@ def shared(errors: Array, runs: int) -> float:
 
 def biased(fit: DirectionFit, sensors: RigParameters) -> DirectionFit:
     """Widen the intervals by what noise cannot show: bias and nonlinearity of sensors."""
-    area = piston_area(sensors)
-    bias = sensors.number("sensors.pressure_bias") * PRESSURE_RANGE
-    force = area * BIAS_DIFFERENCE * bias
-    stretch = 2.0 * math.pi * sensors.number("sensors.position_linearity")
+    force, stretch = bias_force(sensors), speed_stretch(sensors)
     return replace(
         fit,
         static=fit.static.widened(force),

@@ -34,11 +34,17 @@ def draw_runs(runs: Sequence[Trace], voltages: Sequence[float]) -> Figure:
     for column, (run, voltage) in enumerate(zip(runs, voltages, strict=True)):
         place, pressure = axes[column], axes[len(runs) + column]
         difference = (run.pressure_a - run.pressure_b) * 1e-6
-        place.plot(run.time, run.position * 1e3, linewidth=1.0)
-        pressure.plot(run.time, difference, linewidth=0.5)
+        place.plot(run.time, run.position * 1e3, linewidth=1.0, label="_measured")
+        pressure.plot(run.time, difference, linewidth=0.5, label="_measured")
         for part in uniform_parts(run.time, run.position).parts:
             chosen = slice(part.first, part.last)
-            place.plot(run.time[chosen], run.position[chosen] * 1e3, "tab:orange", linewidth=4.0)
+            place.plot(
+                run.time[chosen],
+                run.position[chosen] * 1e3,
+                "tab:orange",
+                linewidth=4.0,
+                label="_uniform part",
+            )
         place.set_title(f"{voltage:g} V")
         label(place, "time / s", "displacement / mm")
         label(pressure, "time / s", "P_a − P_b / MPa")
@@ -47,7 +53,7 @@ def draw_runs(runs: Sequence[Trace], voltages: Sequence[float]) -> Figure:
 
 def draw_curves(fit: FrictionFit, truth: RigParameters) -> Figure:
     """Draw measured friction of both directions, the fit, and the rig's own curve."""
-    figure, (slow, whole) = panels(2, height=3.4)
+    figure, (slow, whole) = panels(2, height=2.8)
     for sign, direction in ((1.0, "forward"), (-1.0, "reverse")):
         side: DirectionFit = getattr(fit, direction)
         colour = "tab:blue" if sign > 0.0 else "tab:orange"
@@ -68,10 +74,10 @@ def draw_curves(fit: FrictionFit, truth: RigParameters) -> Figure:
                 alpha=0.6,
                 label=f"uniform motion, {direction}",
             )
-            axes.plot(
-                sign * speeds * 1e3, sign * friction_force(side.curve, speeds), "k", linewidth=1.0
-            )
-            axes.plot(sign * speeds * 1e3, sign * friction_force(true, speeds), "r:")
+            fitted, table = (sign * friction_force(curve, speeds) for curve in (side.curve, true))
+            signed = sign * speeds * 1e3
+            axes.plot(signed, fitted, "k", linewidth=1.0, label=f"_fit of eq. (29), {direction}")
+            axes.plot(signed, table, "r:", label=f"_Table 2, {direction}")
         draw_events(slow, side, sign)
     slow.plot([], [], "k", linewidth=1.0, label="fit of eq. (29)")
     slow.plot([], [], "r:", label="Table 2")
@@ -89,13 +95,14 @@ def draw_events(axes: Axes, side: DirectionFit, sign: float) -> None:
         (side.stops, "mv", "stops"),
     ):
         if len(forces):
-            shown = name if sign > 0.0 else None
+            # Both directions in one colour: one entry of the legend serves.
+            shown = name if sign > 0.0 else f"_{name}, reverse"
             axes.plot(np.zeros(len(forces)), sign * forces, style, markersize=5, label=shown)
 
 
 def draw_lines(sides: Sequence[Construction]) -> Figure:
     """Draw the auxiliary lines f_1 and f_2 on the points of each direction."""
-    figure, axes = panels(1, len(sides), height=3.8)
+    figure, axes = panels(1, len(sides), height=3.0)
     for panel, side in zip(axes, sides, strict=True):
         lines = side.lines
         panel.plot(side.speeds * 1e3, side.forces, "o", label="uniform motion, one part per run")

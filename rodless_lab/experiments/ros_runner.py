@@ -1,4 +1,4 @@
-"""The bench over ROS: the same runs by the nodes, over topics, in lock-step."""
+"""The runner over ROS: the same runs by the nodes, over topics, in lock-step."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,7 +9,7 @@ from rodless_base.parameters import Value
 from rodless_base.ros.parameters import ros_value
 from rodless_control import PidParameters
 from rodless_control.references import Reference, Sine, Step
-from rodless_lab.experiments.runner import Bench
+from rodless_lab.experiments.runner import Runner
 from rodless_lab.session.samples import Sample, Samples
 from rodless_lab.session.session import RigSession
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
@@ -33,15 +33,15 @@ OF_THE_SESSION = (
 )
 
 
-def ros_bench(ran: Callable[[], None] = lambda: None) -> Bench:
-    """Return a bench whose runs are those of the nodes; ``ran`` is called after each.
+def nodes_runner(ran: Callable[[], None] = lambda: None) -> Runner:
+    """Return a runner whose runs are those of the nodes; ``ran`` is called after each.
 
-    A run's mass flows, which nobody publishes, are NaN. All else is what the bench in process
+    A run's mass flows, which nobody publishes, are NaN. All else is what the runner in process
     gives. Runs raise RuntimeError, with what the nodes have printed, where a node ends by itself
     or nothing comes from it.
     """
     runs = RosRuns(ran)
-    return Bench(runs.open_loop, runs.closed_loop)
+    return Runner(runs.open_loop, runs.closed_loop)
 
 
 class RosRuns:
@@ -77,7 +77,7 @@ class RosRuns:
     def closed_loop(
         self,
         rig_parameters: RigParameters,
-        pid_parameters: PidParameters,
+        law: PidParameters,
         reference: Reference,
         duration: float,
         period: float,
@@ -91,14 +91,14 @@ class RosRuns:
         with RigSession(
             "lockstep",
             plant=plant_values(rig_parameters, period, position),
-            controller=file_values(pid_parameters.with_values(reference_parameters(reference))),
+            controller={**file_values(law), **reference_parameters(reference)},
             duration=round(nanoseconds(duration) / span) * span * 1e-9,
         ) as rig:
             samples = rig.run(RUN_TIMEOUT)
         self._ran()
         run = trace(samples, samples.voltage, span)
         wanted = np.array([reference.sample(k * span * 1e-9)[0] for k in range(len(samples))])
-        return ClosedLoopTrace(**vars(run), reference=wanted, error=wanted - run.position)
+        return ClosedLoopTrace(**run.columns(), reference=wanted, error=wanted - run.position)
 
 
 def trace(samples: Samples, voltage: Array, period: int) -> Trace:

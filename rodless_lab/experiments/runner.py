@@ -29,7 +29,7 @@ class ClosedLoop(Protocol):
     def __call__(
         self,
         rig_parameters: RigParameters,
-        pid_parameters: PidParameters,
+        law: PidParameters,
         reference: Reference,
         duration: float,
         period: float,
@@ -38,11 +38,11 @@ class ClosedLoop(Protocol):
         """Control a rig at rest along ``reference`` for ``duration`` s."""
 
 
-class Bench(NamedTuple):
+class Runner(NamedTuple):
     """Where runs happen."""
 
     open_loop: OpenLoop
     closed_loop: ClosedLoop
 
 
-IN_PROCESS = Bench(simulate, closed_loop)
+IN_PROCESS = Runner(simulate, closed_loop)

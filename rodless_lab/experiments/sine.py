@@ -9,8 +9,9 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from rodless_control import PidParameters, references
+from rodless_lab.experiments.experiment import Experiment, Options
 from rodless_lab.experiments.result import Comparison, Limits, Picture
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.experiments.step import top_speed
 from rodless_lab.figures.style import PRESET_COLOURS, label, panels
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
@@ -24,8 +25,8 @@ SAMPLE_PERIOD = 1e-3
 # The text gives neither. Centre: mid-stroke, the only place with equal room to both sides.
 # Amplitude: the largest round one that the friction of Table 2 allows. It caps the speed at
 # 54 mm/s, and 2π · 0.381 Hz · 20 mm is 47.9 mm/s.
-CENTRE = 0.100
-AMPLITUDE = 0.020
+CENTRE = Options.centre
+AMPLITUDE = Options.amplitude
 
 # Half the stroke's half: within the cylinder's rating, out of reach with Table 2's friction.
 LARGE_AMPLITUDE = 0.050
@@ -102,12 +103,12 @@ class SineResult:
                 "sine",
                 f"Sine of 0.381 Hz, {self.amplitude * 1e3:g} mm about "
                 f"{self.centre * 1e3:g} mm: position and error",
-                lambda: drawn(self.runs),
+                lambda: draw(self.runs),
             ),
             Picture(
                 "sine_50mm",
                 "Sine of 0.381 Hz, 50 mm about 100 mm: out of reach with Table 2's friction",
-                lambda: drawn(self.large),
+                lambda: draw(self.large),
             ),
         )
 
@@ -153,7 +154,7 @@ def steady(run: ClosedLoopTrace) -> npt.NDArray[np.bool_]:
     return run.time > START + 1.0 / FREQUENCY
 
 
-def drawn(runs: Mapping[str, ClosedLoopTrace]) -> Figure:
+def draw(runs: Mapping[str, ClosedLoopTrace]) -> Figure:
     """Draw position with its reference, and error, against time."""
     figure, (position, error) = panels(2)
     for preset, run in runs.items():
@@ -170,10 +171,10 @@ def drawn(runs: Mapping[str, ClosedLoopTrace]) -> Figure:
 
 
 def run_sine(
-    presets: Sequence[str] = ("paper", "calibrated"),
+    presets: Sequence[str] = Options.presets,
     amplitude: float = AMPLITUDE,
     centre: float = CENTRE,
-    bench: Bench = IN_PROCESS,
+    runner: Runner = IN_PROCESS,
 ) -> SineResult:
     """Follow a sine about ``centre`` (m) at 0.52 MPa gauge; amplitudes in m.
 
@@ -183,8 +184,8 @@ def run_sine(
     return SineResult(
         amplitude,
         centre,
-        {preset: followed(preset, amplitude, centre, bench) for preset in presets},
-        {preset: followed(preset, LARGE_AMPLITUDE, CENTRE, bench) for preset in presets},
+        {preset: followed(preset, amplitude, centre, runner) for preset in presets},
+        {preset: followed(preset, LARGE_AMPLITUDE, CENTRE, runner) for preset in presets},
     )
 
 
@@ -200,11 +201,23 @@ def check_within_stroke(amplitude: float, centre: float) -> None:
         )
 
 
-def followed(preset: str, amplitude: float, centre: float, bench: Bench) -> ClosedLoopTrace:
+def followed(preset: str, amplitude: float, centre: float, runner: Runner) -> ClosedLoopTrace:
     """Run a preset along the sine, starting at rest at its centre."""
     rig = RigParameters.preset(preset)
     reference = references.sine(centre, amplitude, FREQUENCY, at=START)
     duration = START + PERIODS / FREQUENCY
-    return bench.closed_loop(
+    return runner.closed_loop(
         rig, PidParameters.preset(preset), reference, round(duration, 2), SAMPLE_PERIOD, centre
     )
+
+
+EXPERIMENT = Experiment(
+    name="sine",
+    title="Sine of 0.381 Hz",
+    source="section 6.3, Fig. 20",
+    summary="At 0.52 MPa the PID controller follows a sine of 0.381 Hz about mid-stroke.",
+    run=lambda options: run_sine(
+        options.presets, options.amplitude, options.centre, options.runner
+    ),
+    moves=True,
+)

@@ -7,13 +7,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rodless_control import PidParameters, references
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Limits, Picture
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.figures.style import PRESET_COLOURS, label, panels
 from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 TARGET = 0.058
 STEP_TIME = 0.5
@@ -95,7 +96,7 @@ class StepResult:
 
     def draw(self) -> Figure:
         """Draw position, error and the error near rest against time."""
-        figure, (position, error, near) = panels(3, height=2.4)
+        figure, (position, error, near) = panels(3, height=1.9)
         for preset, run in self.runs.items():
             colour = PRESET_COLOURS[preset]
             position.plot(run.time, run.position * 1e3, color=colour, label=preset)
@@ -124,7 +125,7 @@ class StepResult:
 
 def top_speed() -> float:
     """Speed in m/s at which Table 2's forward friction takes all the force of the supply."""
-    plant = plant_constants(RigParameters.preset("paper"))
+    plant = Plant.of(RigParameters.preset("paper"))
     force = plant.cylinder.piston_area * (plant.supply_pressure - plant.ambient_pressure)
     return (force - plant.friction.forward.coulomb) / plant.friction.forward.viscous
 
@@ -140,12 +141,12 @@ def rise_limits() -> Limits:
 
 
 def run_step(
-    presets: Sequence[str] = ("paper", "calibrated"), bench: Bench = IN_PROCESS
+    presets: Sequence[str] = ("paper", "calibrated"), runner: Runner = IN_PROCESS
 ) -> StepResult:
     """Step from 0 to 58 mm at 0.52 MPa gauge, at 0.5 s, with each preset's own gains."""
     reference = references.step(0.0, TARGET, at=STEP_TIME)
     runs = {
-        preset: bench.closed_loop(
+        preset: runner.closed_loop(
             RigParameters.preset(preset), PidParameters.preset(preset), reference, DURATION, PERIOD
         )
         for preset in presets
@@ -155,3 +156,13 @@ def run_step(
         for preset, run in runs.items()
     }
     return StepResult(runs, metrics)
+
+
+EXPERIMENT = Experiment(
+    name="step",
+    title="Step of 58 mm",
+    source="section 6.2, Fig. 19",
+    summary="At 0.52 MPa the PID controller moves the carriage from 0 to 58 mm.",
+    run=lambda options: run_step(options.presets, options.runner),
+    moves=True,
+)

@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from rodless_base.constants import CLOSED_VOLTAGE, absolute
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Limits, Picture, within
 from rodless_lab.experiments.valve_stand import (
     FREE_AIR_DENSITY,
@@ -26,13 +28,11 @@ from rodless_lab.identification.valve_bench.area_curve import (
 )
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
 SUPPLY_GAUGE = 0.4e6
-AMBIENT = 101325.0
 SWEEPS = 3
 VOLTAGES = np.linspace(0.0, 10.0, 101)
 FINE_VOLTAGES = np.linspace(0.0, 10.0, 1001)
@@ -49,7 +49,7 @@ ROUNDING = {
 }
 
 # Standard rated flow of a directional valve: 6 bar gauge into it, 5 bar gauge behind it.
-RATED_INLET, RATED_OUTLET = 0.6e6 + AMBIENT, 0.5e6 + AMBIENT
+RATED_INLET, RATED_OUTLET = absolute(0.6e6), absolute(0.5e6)
 RATED = Limits(90.0, 110.0, "Festo MPYE-5-M5: 100 L/min ± 10 %")
 
 
@@ -153,10 +153,15 @@ class ValveAreaResult:
         """Draw measured areas, the fit and its error."""
         figure, (area, error) = panels(2)
         up, down = self.areas[:, 0].T * 1e6, self.areas[:, 1].T * 1e6
-        area.plot(self.voltages, up, "^", color="tab:blue", markersize=3, alpha=0.6)
-        area.plot(self.voltages, down, "v", color="tab:orange", markersize=3, alpha=0.6)
-        area.plot([], [], "^", color="tab:blue", label="measured, 0 to 10 V")
-        area.plot([], [], "v", color="tab:orange", label="measured, 10 to 0 V")
+        for sweeps, marker, colour, name in (
+            (up, "^", "tab:blue", "measured, 0 to 10 V"),
+            (down, "v", "tab:orange", "measured, 10 to 0 V"),
+        ):
+            # One entry of the legend for the three.
+            names = [name, *(f"_{name}, sweep {count}" for count in range(2, SWEEPS + 1))]
+            area.plot(
+                self.voltages, sweeps, marker, color=colour, markersize=2.5, alpha=0.6, label=names
+            )
         fitted = self.noisy.area(self.voltages)
         area.plot(self.voltages, fitted * 1e6, "k", linewidth=1.0, label="three sines fitted")
         difference = (fitted - self._true_areas()) * 1e6
@@ -165,20 +170,22 @@ class ValveAreaResult:
             self.voltages, difference - band, difference + band, color="0.85", label="95 % band"
         )
         error.plot(self.voltages, difference, "k", linewidth=1.0, label="fit less eq. (5)")
-        error.axhline(0.0, color="tab:red", linewidth=0.8)
+        error.axhline(0.0, color="tab:red", linewidth=0.8, label="_zero")
         label(area, "valve voltage / V", "effective area / mm²", loc="lower left")
         label(error, "valve voltage / V", "difference / mm²", loc="lower center", ncols=2)
         return figure
 
     def draw_assemblies(self) -> Figure:
         """Draw eq. (5) and the area of a port in both assemblies."""
-        figure, (whole, centre) = panels(1, 2)
+        figure, (whole, centre) = panels(2)
         for axes in (whole, centre):
             for assembly, areas in self.assemblies.items():
                 axes.plot(FINE_VOLTAGES, areas * 1e6, label=assembly)
             measured = three_sines(self.truth, FINE_VOLTAGES)
             axes.plot(FINE_VOLTAGES, measured * 1e6, "k:", label="eq. (5)")
-            axes.axvline(5.08, color="0.5", linewidth=0.8, label="closed position, 5.08 V")
+            axes.axvline(
+                CLOSED_VOLTAGE, color="0.5", linewidth=0.8, label="closed position, 5.08 V"
+            )
         centre.set_xlim(4.6, 5.8)
         centre.set_ylim(0.0, 0.1)
         label(whole, "valve voltage / V", "effective area / mm²", loc="upper center")
@@ -206,15 +213,15 @@ class ValveAreaResult:
 
 def run_valve_area(seed: int = 1) -> ValveAreaResult:
     """Sweep 0 → 10 → 0 V at 0.4 MPa gauge three times, noise from ``seed``, and fit eq. (5)."""
-    parameters = RigParameters({"supply.pressure": SUPPLY_GAUGE + AMBIENT})
-    plant = plant_constants(parameters)
+    parameters = RigParameters({"supply.pressure": absolute(SUPPLY_GAUGE)})
+    plant = Plant.of(parameters)
     exact = effective_area(
         bare_flow(plant, VOLTAGES) / FREE_AIR_DENSITY,
         np.array(plant.supply_pressure),
         np.array(plant.air.temperature),
     )
     instruments = parameters.with_values(DATA_SHEET)
-    areas = measured_areas(plant, Stand.drawn(instruments, seed))
+    areas = measured_areas(plant, Stand.specimen(instruments, seed))
     truth = np.array(parameters.numbers("valve.area_coefficients"))
     assemblies = {name: assembled(name) for name in ("reconciled", "printed")}
     return ValveAreaResult(
@@ -231,8 +238,8 @@ def run_valve_area(seed: int = 1) -> ValveAreaResult:
 
 def assembled(assembly: str) -> Plant:
     """Return the constants of an assembly of the valve at 0.4 MPa gauge."""
-    return plant_constants(
-        RigParameters({"valve.assembly": assembly, "supply.pressure": SUPPLY_GAUGE + AMBIENT})
+    return Plant.of(
+        RigParameters({"valve.assembly": assembly, "supply.pressure": absolute(SUPPLY_GAUGE)})
     )
 
 
@@ -263,3 +270,14 @@ def rated_flow(plant: Plant) -> tuple[float, float]:
     supplied = plant._replace(supply_pressure=RATED_INLET)
     forward, reverse = port_flow(supplied, np.array([10.0, 0.0]), RATED_OUTLET) / FREE_AIR_DENSITY
     return float(forward), float(reverse)
+
+
+EXPERIMENT = Experiment(
+    name="valve-area",
+    title="Effective area of the valve",
+    source="section 3.2, Figs. 6 and 7, eqs. (4) and (5)",
+    summary="The supply is held at 0.4 MPa and the voltage swept from 0 to 10 V and back, three "
+    "times, while a port blows to atmosphere through a flow meter. Eq. (4) makes an area "
+    "of the flow; three sines are fitted to its mean.",
+    run=lambda options: run_valve_area(options.seed),
+)

@@ -11,9 +11,9 @@ from rodless_lab.identification.estimate import Estimate
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import PRESSURE_RANGE, Instruments
 from rodless_sim.physics.flow import orifice_flow
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.ports import edge_flow
-from rodless_sim.physics.valve import effective_area, lands
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import edge_flow, openings
+from rodless_sim.physics.valve import effective_area
 
 Array = npt.NDArray[np.float64]
 
@@ -60,10 +60,8 @@ def port_flow(plant: Plant, voltages: Array, downstream: float | None = None) ->
     pressure = plant.ambient_pressure if downstream is None else downstream
     flows = []
     for voltage in voltages:
-        edges = lands(plant.air, plant.valve, float(voltage))
-        flows.append(
-            edge_flow(plant.air, edges.printed, edges.opening, plant.supply_pressure, pressure)
-        )
+        opening = openings(plant, float(voltage)).opening
+        flows.append(edge_flow(plant, opening, plant.supply_pressure, pressure))
     return np.array(flows)
 
 
@@ -93,16 +91,16 @@ def interval_row(
 
 @dataclass(frozen=True)
 class Stand:
-    """The instruments of one stand, with the fixed errors drawn for them, and their noise."""
+    """The instruments of one stand, with the fixed errors of these specimens, and their noise."""
 
     instruments: Instruments
     generator: np.random.Generator
 
     @classmethod
-    def drawn(cls, parameters: RigParameters, seed: int) -> "Stand":
-        """Draw the instruments that the ``sensors.*`` of ``parameters`` describe."""
+    def specimen(cls, parameters: RigParameters, seed: int) -> "Stand":
+        """Choose the instruments that the ``sensors.*`` of ``parameters`` describe."""
         generator = np.random.default_rng(seed)
-        return cls(Instruments.drawn(parameters, generator), generator)
+        return cls(Instruments.specimen(parameters, generator), generator)
 
     def flow(self, mass_flow: Array) -> Array:
         """Return what the meter reads of ``mass_flow`` (kg/s), in m³/s of free air."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import absolute
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.identification.friction.run import identify_friction
@@ -20,7 +21,7 @@ from rodless_lab.identification.pressures.fit import SUPPLY
 from rodless_lab.identification.pressures.valve import AREA, AREA_FACTOR, CLOSED, identify_valve
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters, simulate
-from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, measured
+from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
 
 Array = npt.NDArray[np.float64]
 Values = dict[str, float]
@@ -85,7 +86,7 @@ def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]
 
 
 def _supply(generator: np.random.Generator) -> float:
-    return 101325.0 + float(generator.uniform(0.4e6, 0.6e6))
+    return absolute(float(generator.uniform(0.4e6, 0.6e6)))
 
 
 def _rig(values: Mapping[str, object]) -> RigParameters:
@@ -118,9 +119,9 @@ def measured_run(
     parameters: RigParameters, voltages: Array, generator: np.random.Generator
 ) -> MeasuredRun:
     """Run the rig open loop from 60 mm and return what its instruments, drawn anew, show."""
-    tools = Instruments.drawn(parameters, generator)
+    tools = Instruments.specimen(parameters, generator)
     trace = simulate(parameters, voltages, PERIOD, position=0.06)
-    seen = measured(trace, parameters, generator, tools)
+    seen = read_trace(trace, parameters, generator, tools)
     supply = np.full(trace.time.shape, parameters.number(SUPPLY))
     return MeasuredRun(
         trace.time,

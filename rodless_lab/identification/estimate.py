@@ -21,6 +21,12 @@ class Estimate:
 
     ``informed`` is false where the data does not determine the value; ``note`` then says why, and
     ``value`` is NaN unless the data at least suggests one.
+
+    Examples
+    --------
+    >>> found = Estimate(12.1, 11.8, 12.4, "N")
+    >>> str(found), found.covers(12.0)
+    ('12.1 N (11.8 to 12.4)', True)
     """
 
     value: float

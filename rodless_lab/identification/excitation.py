@@ -5,17 +5,16 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import CLOSED_VOLTAGE
+
 Array = npt.NDArray[np.float64]
 
 # Between two of these voltages, in s.
 PERIOD = 1e-3
 
-# About which they are laid out, in V: where a new MPYE-5-M5-010-B closes (paper, 3.2).
-CLOSED_VOLTAGE = 5.08
 
-
-def held(*stretches: tuple[float, float]) -> Array:
-    """Voltages held one after another: pairs of V and s."""
+def steps(*stretches: tuple[float, float]) -> Array:
+    """Constant voltages one after another: pairs of V and s."""
     return np.concatenate([np.full(round(span / PERIOD), level) for level, span in stretches])
 
 
@@ -30,16 +29,17 @@ def friction_voltages() -> Array:
         [
             ramp(5.23, 5.33, 8.0),
             ramp(5.33, 5.24, 3.0),
-            held((5.36, 1.5), (5.45, 1.5), (5.6, 1.25), (5.8, 1.0)),
+            steps((5.36, 1.5), (5.45, 1.5), (5.6, 1.25), (5.8, 1.0)),
         ]
     )
     reverse = 2.0 * CLOSED_VOLTAGE - forward
-    return np.concatenate([forward, held((CLOSED_VOLTAGE, 0.3)), reverse])
+    return np.concatenate([forward, steps((CLOSED_VOLTAGE, 0.3)), reverse])
 
 
 def chamber_voltages() -> Array:
     """Fill and vent both chambers, open and nearly closed, the carriage free to move."""
-    return held((5.08, 0.2), (5.7, 0.8), (4.6, 0.9), (5.08, 0.4), (5.45, 0.7), (4.2, 0.5))
+    closed = CLOSED_VOLTAGE
+    return steps((closed, 0.2), (5.7, 0.8), (4.6, 0.9), (closed, 0.4), (5.45, 0.7), (4.2, 0.5))
 
 
 # By what is to be identified.

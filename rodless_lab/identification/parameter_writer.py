@@ -2,11 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from rodless_lab.identification.estimate import Estimate
+from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 
 SECTION = "/**/plant"
+
+# How the first line of such a file begins.
+_TITLE = "Identified by `rodless identify"
 
 
 @dataclass(frozen=True)
@@ -22,14 +27,38 @@ class Finding:
     estimates: Mapping[str, Estimate]
 
 
-def parameter_text(title: Sequence[str], findings: Sequence[Finding]) -> str:
+def title(subject: str, bag: str, run: MeasuredRun, sensors: str, base: str) -> list[str]:
+    """Say what was identified, from what, and what was taken as known."""
+    return [
+        f"{_TITLE} {subject}` from {bag}: {run.time[-1]:.1f} s, {len(run.time)} samples.",
+        f"Intervals are 95 % confidence intervals; sensors: {sensors}; taken as known: {base}.",
+    ]
+
+
+def is_identified(file: Path) -> bool:
+    """Whether the parameter file was written by an identification; raises OSError."""
+    return file.read_text(encoding="utf-8").startswith(f"# {_TITLE}")
+
+
+def findings_table(findings: Sequence[Finding]) -> str:
+    """Return the findings as lines for people."""
+    lines = []
+    for found in findings:
+        for label, estimate in found.estimates.items():
+            shown = str(estimate) if found.value is not None else estimate.note
+            note = f"  [{estimate.note}]" if found.value is not None and estimate.note else ""
+            lines.append(f"{found.name:34} {label:10} {shown}{note}")
+    return "\n".join(lines)
+
+
+def parameter_text(heading: Sequence[str], findings: Sequence[Finding]) -> str:
     """Return the file's text: values, with intervals as comments; raises ParameterError.
 
     The values are checked as the plant checks them when it loads the file.
     """
     informed = {found.name: found.value for found in findings if found.value is not None}
     RigParameters(informed)
-    lines = [f"# {line}".rstrip() for line in title]
+    lines = [f"# {line}".rstrip() for line in heading]
     lines += [f"{SECTION}:", "  ros__parameters:" + ("" if informed else " {}")]
     for found in findings:
         lines += _entry(found)

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from rodless_lab.experiments.catalogue import Experiment
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Result
-from rodless_lab.figures.style import png
+from rodless_lab.figures.files import png
 from rodless_lab.reports.table import markdown_table
 
 
@@ -41,5 +41,5 @@ def write_page(folder: Path, experiment: Experiment, result: Result) -> None:
     """Write the page and its pictures into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     for shown in result.pictures:
-        (folder / f"{shown.name}.png").write_bytes(png(shown.draw()))
+        (folder / f"{shown.name}.png").write_bytes(png(shown.draw))
     (folder / f"{experiment.name}.md").write_text(page(experiment, result), encoding="utf-8")

@@ -1,14 +1,18 @@
 """The parameter tables of the docs, from the declarations."""
 
 from rodless_base.parameters import Parameter, ParameterSet, Value
-from rodless_control import PidParameters
-from rodless_sim import RigParameters
+from rodless_control import ControllerParameters
+from rodless_sim import RigParameters, State
+from rodless_sim.physics.state import Motion, quantities
 
 INTRODUCTION = """# Parameters
 
-Every parameter of both nodes, as declared in `rodless_sim/parameters.py` and
-`rodless_control/parameters.py`; this page is written from them by `rodless docs`. The names are the
-same in Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
+Every parameter of both nodes, and the state of the plant; this page is written from their
+declarations by `rodless docs`. The plant's parameters are declared beside the equations that use
+them, in the modules of `rodless_sim/physics`, in `rodless_sim/instruments/instruments.py`,
+`rodless_sim/timing.py` and `rodless_sim/node/command.py`; those of the controller, here with the law
+`pid`, in `rodless_control`; the state in `rodless_sim/physics/state.py`. The names are the same in
+Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
 (`config/*.yaml`) and in ROS (`ros2 param set /plant supply.pressure 600000.0`). Values are SI,
 pressures absolute. Ranges are inclusive. Parameters marked *fixed* are read when the node starts;
 all others may change while it runs. A change is refused as a whole, with a message that names the
@@ -23,10 +27,28 @@ HEADER = """| name | default | unit | range | meaning | source | calibrated |
 """
 
 
+STATE = """
+## State
+
+What is known of the plant at one instant: fields of `State`, columns of `Trace`. Of these the plant
+integrates {integrated}.
+
+| name | unit | meaning |
+|---|---|---|
+"""
+
+
 def parameter_reference() -> str:
     """Return the reference page as Markdown."""
-    tables = (_table("plant", RigParameters), _table("controller", PidParameters))
-    return INTRODUCTION + "".join(tables)
+    tables = (_table("plant", RigParameters), _table("controller", ControllerParameters))
+    return INTRODUCTION + "".join(tables) + _state()
+
+
+def _state() -> str:
+    """What a state, a trace and a record of the plant hold, from the one list of it."""
+    rows = [f"| `{name}` | {unit} | {meaning} |" for name, unit, meaning in quantities(State)]
+    integrated = ", ".join(f"`{name}`" for name in Motion._fields)
+    return STATE.format(integrated=integrated) + "\n".join(rows) + "\n"
 
 
 def _table(node: str, kind: type[ParameterSet]) -> str:

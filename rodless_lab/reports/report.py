@@ -2,15 +2,16 @@
 
 import base64
 import re
+import tempfile
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from rodless_lab.atomic_write import atomic_write
-from rodless_lab.experiments.catalogue import Experiment
+from rodless_base.atomic_write import atomic_write
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Result
-from rodless_lab.figures.style import png
+from rodless_lab.figures.files import write_figure
 from rodless_lab.reports.table import HEADINGS, cells, markdown_table, verdict
 
 TITLE = "The paper's experiments, reproduced"
@@ -33,15 +34,27 @@ class Performed(NamedTuple):
     result: Result
 
 
-def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Path]:
-    """Write ``report.html``, ``summary.md`` and the pictures into ``folder``; return the two."""
+def check_writable(folder: Path) -> None:
+    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
     folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+    for place in made:
+        place.rmdir()
+
+
+def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Path]:
+    """Write ``report.html``, ``summary.md`` and the pictures into ``folder``; return the two.
+
+    Each picture is a PNG and a PDF for print, with what it shows as CSV.
+    """
     pictures = {
-        shown.name: png(shown.draw()) for _, result in performed for shown in result.pictures
+        shown.name: write_figure(folder, shown.name, shown.draw)
+        for _, result in performed
+        for shown in result.pictures
     }
     report, summary = folder / "report.html", folder / "summary.md"
-    for name, image in pictures.items():
-        atomic_write(folder / f"{name}.png", image)
     atomic_write(summary, markdown_summary(performed))
     atomic_write(report, html_report(performed, pictures))
     return report, summary

@@ -13,7 +13,7 @@ def cells(row: Comparison) -> tuple[str, ...]:
     """Return the texts of one row in the order of ``HEADINGS``."""
     return (
         row.quantity,
-        measured(row),
+        value_text(row),
         minus(row.paper),
         "" if row.limits is None else span(row.limits, row.decimals),
         "" if row.limits is None else "yes" if row.holds else "NO",
@@ -21,7 +21,7 @@ def cells(row: Comparison) -> tuple[str, ...]:
     )
 
 
-def measured(row: Comparison) -> str:
+def value_text(row: Comparison) -> str:
     """Write the number obtained with its unit; infinite stands for what did not come."""
     if math.isinf(row.value):
         return "not in this run"

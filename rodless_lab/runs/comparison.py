@@ -1,9 +1,11 @@
 """Two runs side by side, measured the way the paper compares simulation and experiment."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 
 Array = npt.NDArray[np.float64]
 
@@ -21,16 +23,28 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Difference:
-    """Second run minus first, SI: at the end, at its largest, and its root mean square.
+    """Second run minus first, in the unit of the quantity.
 
     ``steady`` is the mean over the last half second, ``largest`` the largest magnitude, reached at
-    ``time`` (s).
+    ``time``, ``rms`` the root mean square.
     """
 
     steady: float
     largest: float
-    time: float
+    time: float  # s
     rms: float
+
+
+def differences(first: MeasuredRun, second: MeasuredRun, time: Array) -> dict[str, Difference]:
+    """Compare every one of ``QUANTITIES`` at ``time`` (s, shape (n,)), between the samples too."""
+    return {
+        name: difference(
+            time,
+            np.interp(time, first.time, getattr(first, name)),
+            np.interp(time, second.time, getattr(second, name)),
+        )
+        for name in QUANTITIES
+    }
 
 
 def difference(time: Array, first: Array, second: Array) -> Difference:
@@ -50,8 +64,24 @@ def difference(time: Array, first: Array, second: Array) -> Difference:
 
 
 def common_time(first: Array, second: Array) -> Array:
-    """Return the coarser of two even time bases (s) over the stretch both cover."""
+    """Return the coarser of two even time bases (s) over the stretch both cover.
+
+    Raises :class:`RunError` where that is less than two samples.
+    """
     start, end = max(first[0], second[0]), min(first[-1], second[-1])
     period = max(np.diff(first).mean(), np.diff(second).mean())
     count = int((end - start) / period + 1e-9) + 1
-    return np.asarray(start + period * np.arange(max(count, 0)))
+    if count < 2:
+        raise RunError("the two runs have no stretch of time in common")
+    return np.asarray(start + period * np.arange(count))
+
+
+def aligned(
+    first: tuple[MeasuredRun, Setpoint | None], second: tuple[MeasuredRun, Setpoint | None]
+) -> tuple[MeasuredRun, MeasuredRun]:
+    """Put two recorded runs on one time: by their first set-points, else by their starts."""
+    (run, own), (other, others) = first, second
+    if own is None or others is None:
+        return run, other
+    shift = others.time[0] - own.time[0]
+    return replace(run, time=run.time + shift), other

@@ -1,19 +1,19 @@
 """Read a run from a rosbag2 bag of the rig's topics, this simulator's or a real rig's."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import CARRIAGE
 from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
-from rodless_lab.bags.reader import Bag, Recording, read_bag
-from rodless_lab.runs.measured_run import MeasuredRun, RunError
+from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 
 Array = npt.NDArray[np.float64]
 
-JOINT = "carriage"
 SETPOINT = "setpoint"
 PRESSURES = ("chamber_a/pressure", "chamber_b/pressure", "supply/pressure")
 
@@ -21,22 +21,35 @@ PRESSURES = ("chamber_a/pressure", "chamber_b/pressure", "supply/pressure")
 LONGEST_GAP = 20.0
 
 
-@dataclass(frozen=True)
-class Setpoint:
-    """Set-points (m) and when each was given (s, on the time base of the run); shapes (k,)."""
-
-    time: Array
-    position: Array
-
-
 def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
-    """Read position, pressures and voltage from the bag at ``path``; time begins at 0.
+    """Read position, pressures and voltage from a bag of the rig's topics; time begins at 0.
 
-    ``namespace`` is that of the rig, such as ``/rig1``. Stamped topics count by their stamps;
-    the voltage, which has none, by its log time, shifted as those of the positions are from their
-    stamps. All are put on the evenly spaced time base of the positions. Raises :class:`RunError`,
-    which names topic and place, for a bag that is missing, damaged or empty, lacks a topic, holds
-    values that are not finite, or time going backwards.
+    Stamped topics count by their stamps; the voltage, which has none, by its log time, shifted as
+    those of the positions are from their stamps. All are put on the evenly spaced time base of the
+    positions.
+
+    Parameters
+    ----------
+    path
+        The bag's folder, or one of its storage files (MCAP).
+    namespace
+        Namespace of the rig, such as ``/rig1``.
+
+    Returns
+    -------
+    MeasuredRun
+        Arrays on one time base, SI; ``save`` and ``to_dataframe`` write them elsewhere.
+
+    Raises
+    ------
+    RunError
+        Names topic and place, for a bag that is missing, damaged or empty, lacks a topic, holds
+        values that are not finite, or time going backwards.
+
+    Examples
+    --------
+    >>> run = read_run("run1")
+    >>> run.save("run1.csv")
     """
     return read_run_and_setpoint(path, namespace)[0]
 
@@ -54,82 +67,81 @@ def read_run_and_setpoint(
 
 
 def _run(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
-    joint = _recording(bag, namespace, JOINT_STATES)
+    joint = _recorded(bag, namespace, JOINT_STATES)
     time = _stamps(joint)
     position = _checked(joint, _position(joint), time)
     pressures = []
     for topic in PRESSURES:
-        recording = _recording(bag, namespace, topic)
-        own = _stamps(recording)
-        pressures.append((own, _checked(recording, _field(recording, "fluid_pressure"), own)))
+        messages = _recorded(bag, namespace, topic)
+        own = _stamps(messages)
+        pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
     offset = float(np.median(joint.time - time))
-    voltage = _unstamped(_recording(bag, namespace, VALVE_VOLTAGE), offset)
+    voltage = _unstamped(_recorded(bag, namespace, VALVE_VOLTAGE), offset)
     run = _on_one_base((time, position), pressures, voltage)
     setpoint = None
     if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
-        when, wanted = _unstamped(_recording(bag, namespace, SETPOINT), offset)
+        when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), offset)
         setpoint = Setpoint(when - run.time[0], wanted)
     return replace(run, time=run.time - run.time[0]), setpoint
 
 
-def _unstamped(recording: Recording, offset: float) -> tuple[Array, Array]:
+def _unstamped(messages: TopicMessages, offset: float) -> tuple[Array, Array]:
     """Times, ``offset`` s before the log times, and values of a topic of plain numbers."""
-    _refuse_backwards(recording, recording.time)
-    when = recording.time - offset
-    return when, _checked(recording, _field(recording, "data"), when)
+    _refuse_backwards(messages, messages.time)
+    when = messages.time - offset
+    return when, _checked(messages, _field(messages, "data"), when)
 
 
-def _recording(bag: Bag, namespace: str, topic: str) -> Recording:
-    recording = bag[f"{namespace}/{topic}"]
-    if not len(recording):
-        raise RunError(f"{recording.topic.name} holds no message")
-    return recording
+def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
+    messages = bag[f"{namespace}/{topic}"]
+    if not len(messages):
+        raise RunError(f"{messages.topic.name} holds no message")
+    return messages
 
 
-def _stamps(recording: Recording) -> Array:
+def _stamps(messages: TopicMessages) -> Array:
     """Stamps in s; log times where the publisher left the stamps at zero."""
-    stamps = recording.stamp if recording.stamp.any() else recording.time
-    _refuse_backwards(recording, stamps)
+    stamps = messages.stamp if messages.stamp.any() else messages.time
+    _refuse_backwards(messages, stamps)
     return stamps
 
 
-def _refuse_backwards(recording: Recording, time: Array) -> None:
+def _refuse_backwards(messages: TopicMessages, time: Array) -> None:
     back = np.flatnonzero(np.diff(time) < 0.0)
     if len(back):
         place = int(back[0]) + 1
         raise RunError(
-            f"{recording.topic.name}: time goes backwards at message {place}, from "
+            f"{messages.topic.name}: time goes backwards at message {place}, from "
             f"{time[place - 1]:.6f} s to {time[place]:.6f} s; was the plant reset?"
         )
 
 
-def _field(recording: Recording, name: str) -> Array:
-    fields = recording.fields
+def _field(messages: TopicMessages, name: str) -> Array:
+    fields = messages.fields
     if name not in fields:
-        raise RunError(f"{recording.topic.name}: {recording.topic.type_name} has no {name}")
+        raise RunError(f"{messages.topic.name}: {messages.topic.type_name} has no {name}")
     return np.asarray(fields[name], dtype=np.float64)
 
 
-def _position(recording: Recording) -> Array:
+def _position(messages: TopicMessages) -> Array:
     """Position of the carriage, or of the only joint."""
-    positions = _field(recording, "position")
-    names = list(recording.messages[0].name)
+    positions = _field(messages, "position")
+    names = list(messages.messages[0].name)
     if positions.ndim != 2 or not positions.shape[1]:
-        raise RunError(f"{recording.topic.name}: its messages carry no position")
-    if JOINT in names:
-        return np.asarray(positions[:, names.index(JOINT)])
+        raise RunError(f"{messages.topic.name}: its messages carry no position")
+    if CARRIAGE in names:
+        return np.asarray(positions[:, names.index(CARRIAGE)])
     if positions.shape[1] == 1:
         return np.asarray(positions[:, 0])
-    raise RunError(f"{recording.topic.name}: no joint {JOINT!r} among {', '.join(names)}")
+    raise RunError(f"{messages.topic.name}: no joint {CARRIAGE!r} among {', '.join(names)}")
 
 
-def _checked(recording: Recording, values: Array, time: Array) -> Array:
+def _checked(messages: TopicMessages, values: Array, time: Array) -> Array:
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
         place = int(bad[0])
         raise RunError(
-            f"{recording.topic.name}: message {place}, at {time[place]:.6f} s, holds "
-            f"{values[place]}"
+            f"{messages.topic.name}: message {place}, at {time[place]:.6f} s, holds {values[place]}"
         )
     return values
 
@@ -155,7 +167,7 @@ def _on_one_base(
             f"which come every {period:.4f} s otherwise"
         )
     time = inside[0] + period * np.arange(round((inside[-1] - inside[0]) / period) + 1)
-    held = np.searchsorted(voltage[0], time + 1e-6, side="right") - 1
+    last = np.searchsorted(voltage[0], time + 1e-6, side="right") - 1
     pressure_a, pressure_b, supply = (np.interp(time, *pressure) for pressure in pressures)
     return MeasuredRun(
         time=time,
@@ -163,5 +175,5 @@ def _on_one_base(
         pressure_a=pressure_a,
         pressure_b=pressure_b,
         supply_pressure=supply,
-        voltage=voltage[1][np.maximum(held, 0)],
+        voltage=voltage[1][np.maximum(last, 0)],
     )

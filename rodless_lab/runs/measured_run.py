@@ -1,10 +1,12 @@
 """A run as instruments saw it, checked before anything is computed from it."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.columns import Columns
 from rodless_sim import Trace
 
 Array = npt.NDArray[np.float64]
@@ -25,30 +27,40 @@ class UninformativeRunError(RunError):
 
 
 @dataclass(frozen=True)
-class MeasuredRun:
-    """Arrays of one shape (n,) on one evenly spaced time base: s, m, Pa, Pa, Pa, V.
+class MeasuredRun(Columns):
+    """Arrays of one shape (n,) on one evenly spaced time base; pressures are absolute.
 
-    ``voltage[k]`` is held from sample k to sample k+1.
+    ``voltage[k]`` is held from sample k to sample k+1. Saved and made a data frame by
+    :class:`~rodless_base.columns.Columns`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> still = np.full(100, 4e5)
+    >>> run = MeasuredRun(np.arange(100) * 1e-3, still / 4e6, still, still, still, still / 1e5)
+    >>> run.units()["position"]
+    'm'
+    >>> round(run.period, 6)
+    0.001
     """
 
-    time: Array
-    position: Array
-    pressure_a: Array
-    pressure_b: Array
-    supply_pressure: Array
-    voltage: Array
+    time: Annotated[Array, "s"]
+    position: Annotated[Array, "m"]
+    pressure_a: Annotated[Array, "Pa"]
+    pressure_b: Annotated[Array, "Pa"]
+    supply_pressure: Annotated[Array, "Pa"]
+    voltage: Annotated[Array, "V"]
 
     def __post_init__(self) -> None:
         """Raise :class:`RunError` for a run too short, not finite, or with time going backwards."""
         if len(self.time) < FEWEST_SAMPLES:
             raise RunError(f"only {len(self.time)} samples, too few for a run")
-        for field in fields(self):
-            values = getattr(self, field.name)
+        for name, values in self.columns().items():
             if values.shape != self.time.shape:
-                raise RunError(f"{field.name} has {len(values)} samples, time {len(self.time)}")
+                raise RunError(f"{name} has {len(values)} samples, time {len(self.time)}")
             bad = np.flatnonzero(~np.isfinite(values))
             if len(bad):
-                raise RunError(f"{field.name}: sample {bad[0]} is {values[bad[0]]}")
+                raise RunError(f"{name}: sample {bad[0]} is {values[bad[0]]}")
         back = np.flatnonzero(np.diff(self.time) <= 0.0)
         if len(back):
             raise RunError(f"time does not increase at sample {back[0] + 1}")
@@ -68,8 +80,24 @@ class MeasuredRun:
                 )
 
 
+@dataclass(frozen=True)
+class Setpoint:
+    """Set-points and when each was given, on the time base of the run; shapes (k,)."""
+
+    time: Array  # s
+    position: Array  # m
+
+
 def run_of_trace(trace: Trace, supply_pressure: float) -> MeasuredRun:
-    """Return a trace, true or measured, as a run with a constant reading of the supply (Pa)."""
+    """Return a trace, true or measured, as a run with a constant reading of the supply (Pa).
+
+    Examples
+    --------
+    >>> from rodless_sim import RigParameters, simulate
+    >>> run = run_of_trace(simulate(RigParameters(), [5.6] * 100, 1e-3), 6e5)
+    >>> float(run.supply_pressure.mean())
+    600000.0
+    """
     return MeasuredRun(
         trace.time,
         trace.position,

@@ -1,10 +1,12 @@
 """A recorded run once more, by a simulated rig."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
+from rodless_control import PidParameters
+from rodless_lab.runs.measured_run import MeasuredRun, Setpoint, run_of_trace
+from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters, simulate
 
 
@@ -33,3 +35,38 @@ def resimulate(
     run = run_of_trace(trace, rig.number("supply.pressure"))
     # The last voltage acts on nothing in the run, and is the recorded one all the same.
     return replace(run, voltage=recorded.voltage)
+
+
+def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
+    """Feed the recorded voltages to a rig that also starts at the recorded pressures."""
+    pressures = (float(recorded.pressure_a[0]), float(recorded.pressure_b[0]))
+    return resimulate(parameters, recorded, pressures)
+
+
+def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRun:
+    """Give the recorded set-points to rig and controller of ``preset``; raises as :func:`rig_of`.
+
+    The rig is at rest where the recorded one starts.
+    """
+    parameters, start = rig_of(RigParameters.preset(preset), recorded)
+    trace = closed_loop(
+        parameters,
+        PidParameters.preset(preset),
+        _Steps(setpoint),
+        duration=float(recorded.time[-1]),
+        period=recorded.period,
+        position=start,
+    )
+    return run_of_trace(trace, parameters.number("supply.pressure"))
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Set-points, each in force until the next; the first also before it was given."""
+
+    setpoint: Setpoint
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return the set-point in force at ``time`` (s), and no velocity."""
+        place = int(np.searchsorted(self.setpoint.time, time, side="right")) - 1
+        return float(self.setpoint.position[max(place, 0)]), 0.0

@@ -48,5 +48,20 @@ def step_metrics(
     )
 
 
+def metric_lines(metrics: StepMetrics) -> list[str]:
+    """Return the metrics as lines of a table, positions in mm; a dash for what never came."""
+    rows = (
+        ("rise time 10-90 %", metrics.rise_time, "s"),
+        ("settling time to ±0.2 mm", metrics.settling_time, "s"),
+        ("overshoot", metrics.overshoot * 1e3, "mm"),
+        ("final error", metrics.final_error * 1e3, "mm"),
+        ("peak valve voltage", metrics.peak_voltage, "V"),
+    )
+    return [
+        f"{label:28}{'-' if np.isnan(value) else f'{value:.3f}':>12} {unit}"
+        for label, value, unit in rows
+    ]
+
+
 def _first(time: Array, reached: npt.NDArray[np.bool_]) -> float:
     return float(time[np.argmax(reached)]) if reached.any() else np.nan

@@ -15,3 +15,7 @@ class NodeDiedError(HarnessError):
 
 class WaitTimeoutError(HarnessError, TimeoutError):
     """What was waited for has not come."""
+
+
+class InterruptedRunError(Exception):
+    """The user has asked to stop."""

@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from rodless_base.columns import Columns
 
 Array = npt.NDArray[np.float64]
 
@@ -29,7 +31,7 @@ class Sample(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Samples:
+class Samples(Columns):
     """A run as arrays, one entry per sample, SI; named like ``rodless_sim.Trace``.
 
     ``voltage[k]`` is the last command sent after sample k and before sample k+1, NaN where there
@@ -37,20 +39,20 @@ class Samples:
     controller's answer to sample k, NaN where it sent none and in a session without telemetry.
     """
 
-    time: Array
-    position: Array
-    velocity: Array
-    force: Array
-    pressure_a: Array
-    pressure_b: Array
-    supply_pressure: Array
-    voltage: Array
-    reference: Array
-    error: Array
-    p: Array
-    i: Array
-    d: Array
-    feedforward: Array
+    time: Annotated[Array, "s"]
+    position: Annotated[Array, "m"]
+    velocity: Annotated[Array, "m/s"]
+    force: Annotated[Array, "N"]
+    pressure_a: Annotated[Array, "Pa"]
+    pressure_b: Annotated[Array, "Pa"]
+    supply_pressure: Annotated[Array, "Pa"]
+    voltage: Annotated[Array, "V"]
+    reference: Annotated[Array, "m"]
+    error: Annotated[Array, "m"]
+    p: Annotated[Array, "V"]
+    i: Annotated[Array, "V"]
+    d: Annotated[Array, "V"]
+    feedforward: Annotated[Array, "V"]
 
     def __len__(self) -> int:
         return len(self.time)

@@ -1,82 +1,195 @@
-"""Rig and PID in one compiled loop, without ROS."""
+"""Rig and control law in one loop, without ROS: compiled, or step by step for a law in Python."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.kernels import kernel
-from rodless_control import PidParameters
-from rodless_control.laws.pid import Gains, at_rest, gains_of, update
+from rodless_base.constants import SECONDS_PER_NANOSECOND
+from rodless_base.kernels import kernel, linked, unlinked
+from rodless_base.measurement import Measurement
+from rodless_control import ControllerParameters, ReferencePoint
+from rodless_control.controller import (
+    CompiledLaw,
+    FunctionLaw,
+    Kernels,
+    Law,
+    LawError,
+    law_name,
+    numbers_of,
+    output_limits,
+)
+from rodless_control.laws import law_with
+from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference
 from rodless_sim import Rig, RigParameters, Trace
-from rodless_sim.instruments.instruments import Instruments, Lags, Readings, read_rig
-from rodless_sim.instruments.sampling import NOISE_CHANNELS, drawn
-from rodless_sim.physics.motion import Motion, Plant, advance
+from rodless_sim.instruments.instruments import Instruments, Lags, read_rig
+from rodless_sim.instruments.sampling import NOISE_CHANNELS, instruments_and_noise
+from rodless_sim.physics.motion import advance
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 from rodless_sim.timing import division, nanoseconds
-from rodless_sim.trace import record, trace
+from rodless_sim.trace import COLUMNS, record, trace
 
 Array = npt.NDArray[np.float64]
 
+# What closed_loop takes for a law.
+AnyLaw = (
+    Law
+    | type[Law]
+    | LawParameters
+    | ControllerParameters
+    | Callable[[Measurement, ReferencePoint], float]
+)
 
-@dataclass(frozen=True)
+
 class ClosedLoopTrace(Trace):
-    """A run of the rig with the reference it followed (m) and the error r − y (m).
+    """A run of the rig with the reference it followed and the error r − y.
 
     Position, pressures and force are as the instruments of ``sensors.*`` read them, the rest is
-    true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones.
+    true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones. ``terms`` holds the law's
+    TERMS by name, one entry per sample.
     """
 
-    reference: Array
-    error: Array
+    reference: Annotated[Array, "m", "reference for the position"]
+    error: Annotated[Array, "m", "reference less the position read"]
+
+    terms: Mapping[str, Array] = MappingProxyType({})
+
+    def with_terms(self, terms: Mapping[str, Array]) -> "ClosedLoopTrace":
+        """Return the same run with the law's terms, one entry per sample each."""
+        run = ClosedLoopTrace(**self.columns())
+        vars(run)["terms"] = MappingProxyType(dict(terms))
+        return run
 
 
 @kernel
-def readable(plant: Plant, state: Motion) -> Readings:
-    """Return the true values of what the instruments read."""
-    return Readings(state.position, state.pressure_a, state.pressure_b, plant.supply_pressure)
+def truth(plant: Plant, stamp: int, state: Motion) -> Measurement:
+    """Return what instruments without errors would read at ``stamp`` (ns)."""
+    return Measurement(
+        stamp, state.position, state.pressure_a, state.pressure_b, plant.supply_pressure
+    )
 
 
-@kernel
+def begin(gains: Any, measurement: Measurement) -> Any:
+    """Return the law's memory before its first sample; the loop's copies have the law's own."""
+    raise NotImplementedError
+
+
+def update(
+    gains: Any, memory: Any, measurement: Measurement, reference: ReferencePoint, interval: float
+) -> Any:
+    """Return memory and command of the law; the loop's copies have the law's own."""
+    raise NotImplementedError
+
+
 def run_closed_loop(
     plant: Plant,
     instruments: Instruments,
     noise: Array,
-    gains: Gains,
+    gains: Any,
+    limits: tuple[float, float],
     references: Array,
     state: Motion,
     steps: int,
     step: float,
-    interval: float,
-) -> tuple[Array, Array]:
+    period: int,
+    columns: int,
+) -> tuple[Array, Array, int]:
     """Control ``state`` along ``references`` (shape (n, 2): m, m/s), one row per sample.
 
-    ``noise``, shape (n, 4), are what the instruments' noise is made of. Returns the rows of
-    :func:`rodless_sim.trace.record`, shape (n, 6), as read, and the commands, (n,).
+    ``noise``, shape (n, 4), are what the instruments' noise is made of, ``period`` is in ns and
+    ``limits`` in V. Returns the rows of :func:`rodless_sim.trace.record` as read;
+    the commands, shape (n, columns): the voltage, within ``limits``, and the law's terms; and the
+    number of samples done: fewer than n where the law's voltage was not finite.
     """
-    rows = np.empty((len(references), 6))
-    voltages = np.empty(len(references))
-    true = readable(plant, state)
+    rows = np.empty((len(references), len(COLUMNS)))
+    commands = np.empty((len(references), columns))
+    true = truth(plant, 0, state)
     lags = Lags(true, true)
-    read, _ = read_rig(instruments, lags, true, 0.0, noise[0])
-    memory = at_rest(read.position)
+    read, _ = read_rig(instruments, lags, true, noise[0])
+    memory = begin(gains, read)
     for k in range(len(references)):
-        since = 0.0 if k == 0 else interval
-        true = readable(plant, state)
-        read, lags = read_rig(instruments, lags, true, since, noise[k])
-        memory, command = update(
-            gains, memory, references[k, 0], references[k, 1], read.position, since
-        )
-        voltages[k] = command.voltage
-        record(plant, command.voltage, state, rows[k])
+        since = 0.0 if k == 0 else period * SECONDS_PER_NANOSECOND
+        read, lags = read_rig(instruments, lags, truth(plant, k * period, state), noise[k])
+        reference = ReferencePoint(references[k, 0], references[k, 1])
+        memory, command = update(gains, memory, read, reference, since)
+        for column in range(columns):
+            commands[k, column] = command[column]
+        if not math.isfinite(command[0]):
+            return rows, commands, k
+        voltage = min(max(command[0], limits[0]), limits[1])
+        commands[k, 0] = voltage
+        lands = openings(plant, voltage)
+        record(plant, lands, state, rows[k])
         rows[k, 0], rows[k, 2], rows[k, 3] = read.position, read.pressure_a, read.pressure_b
-        state = advance(plant, command.voltage, state, steps, step)
-    return rows, voltages
+        state = advance(plant, lands, state, steps, step)
+    return rows, commands, len(references)
+
+
+@cache
+def compiled_loop(kernels: Kernels) -> Callable[..., tuple[Array, Array, int]]:
+    """Return the loop compiled together with a law."""
+    return linked(run_closed_loop, begin=kernels.begin, update=kernels.update)
+
+
+def plain_loop(law: Law) -> Callable[..., tuple[Array, Array, int]]:
+    """Return the loop in Python, around a law in Python."""
+
+    def begin_plain(_gains: None, _measurement: Measurement) -> None:
+        law.reset()
+
+    def update_plain(
+        _gains: None,
+        _memory: None,
+        measurement: Measurement,
+        reference: ReferencePoint,
+        interval: float,
+    ) -> tuple[None, tuple[float, ...]]:
+        # A law divides by zero as it does in the node: numpy's numbers would go on with infinity.
+        reference = ReferencePoint(float(reference.position), float(reference.velocity))
+        try:
+            return None, numbers_of(law, law.update(measurement, reference, interval))
+        except LawError as error:
+            raise LawError(f"at {measurement.time:g} s: {error}") from error
+
+    return unlinked(run_closed_loop, begin=begin_plain, update=update_plain)
+
+
+def loop_of(law: Law) -> tuple[Callable[..., tuple[Array, Array, int]], Any]:
+    """Return the loop around a law, and the gains it takes; compiled where the law is."""
+    # A subclass that updates in Python wants to be asked there.
+    if isinstance(law, CompiledLaw) and type(law).update is CompiledLaw.update:
+        return compiled_loop(law.KERNELS), law.gains
+    return plain_loop(law), None
+
+
+def as_law(law: AnyLaw) -> Law:
+    """Return the law that is meant; raises TypeError for what is none."""
+    if isinstance(law, Law):
+        return law
+    if isinstance(law, type) and issubclass(law, Law):
+        return law()
+    if isinstance(law, ControllerParameters):
+        return law.LAW(law.of_law())
+    if isinstance(law, LawParameters):
+        return law_with(law)
+    if callable(law) and not isinstance(law, type):
+        return FunctionLaw(law)
+    raise TypeError(
+        f"{law!r} is no control law: give a Law, a law's parameters, or a function "
+        "(measurement, reference) -> voltage in V"
+    )
 
 
 def closed_loop(
     rig_parameters: RigParameters,
-    pid_parameters: PidParameters,
+    law: AnyLaw,
     reference: Reference,
     duration: float,
     period: float,
@@ -84,26 +197,85 @@ def closed_loop(
 ) -> ClosedLoopTrace:
     """Control a rig at rest for ``duration`` s with a sample and a command every ``period`` s.
 
-    The carriage starts at ``position`` (m; default ``cylinder.initial_position``). Samples 0 to
-    ``duration``/``period`` are returned. Raises ValueError for times that are not positive.
+    Samples 0 to ``duration``/``period`` are returned. The law is given what the instruments of
+    ``sensors.*`` read.
+
+    Parameters
+    ----------
+    rig_parameters
+        The rig.
+    law
+        A law of :mod:`rodless_control` or of your own, a law's parameters, or a function of
+        measurement and reference that returns a voltage in V. The law is reset first; a law in
+        plain Python keeps what the run leaves in it.
+    reference
+        Where the carriage should be: position (m) and velocity (m/s) by plant time (s).
+    duration, period
+        In s, to the nanosecond.
+    position
+        Where the carriage starts, in m (default ``cylinder.initial_position``).
+
+    Raises
+    ------
+    ValueError
+        For times that are not positive, a position outside the stroke, and a law that answers with
+        something that is no command; that text names law, time and answer.
+    ParameterError
+        For parameters that are no law's.
+    TypeError
+        For what is no law.
+
+    Examples
+    --------
+    >>> from rodless_control import PidParameters, references
+    >>> step = references.step(0.0, 0.058, at=0.1)
+    >>> run = closed_loop(RigParameters(), PidParameters(), step, duration=3.0, period=1e-3)
+    >>> bool(abs(run.error[-1]) < 2e-4)
+    True
+
+    The same with a law of one line, 0.1 V per mm:
+
+    >>> run = closed_loop(
+    ...     RigParameters(), lambda m, r: 5.08 + 100.0 * (r.position - m.position), step, 0.5, 1e-3
+    ... )
+    >>> len(run.voltage)
+    501
     """
+    chosen = as_law(law)
+    chosen.reset()
     rig = Rig(rig_parameters)
     rig.reset(position)
     span, steps, step = division(period, rig_parameters.number("time.inner_step"))
     count = round(nanoseconds(duration) / span) + 1
-    references = np.array([reference.sample(k * span * 1e-9) for k in range(count)])
-    instruments, noise = drawn(rig_parameters)
-    rows, voltages = run_closed_loop(
+    times = [k * span * SECONDS_PER_NANOSECOND for k in range(count)]
+    references = np.array([reference.sample(time) for time in times])
+    instruments, noise = instruments_and_noise(rig_parameters)
+    run, gains = loop_of(chosen)
+    rows, commands, done = run(
         rig.plant,
         instruments,
         noise.standard_normal((count, NOISE_CHANNELS)),
-        gains_of(pid_parameters),
+        gains,
+        output_limits(getattr(chosen, "parameters", None) or chosen.Parameters()),
         references,
         rig.motion,
         steps,
         step,
-        span * 1e-9,
+        span,
+        1 + len(chosen.TERMS),
     )
-    run = trace(rig.plant, span, voltages, rows)
-    wanted = references[:, 0]
-    return ClosedLoopTrace(**vars(run), reference=wanted, error=wanted - run.position)
+    if done < count:
+        raise LawError(
+            f"at {times[done]:g} s: {law_name(chosen)} answered {commands[done, 0]!s} V: "
+            "must be a finite number"
+        )
+    return _traced(rig.plant, span, rows, commands, references[:, 0].copy(), chosen.TERMS)
+
+
+def _traced(
+    plant: Plant, span: int, rows: Array, commands: Array, wanted: Array, names: tuple[str, ...]
+) -> ClosedLoopTrace:
+    voltage, *terms = commands.T.copy()
+    run = trace(plant, span, voltage, rows)
+    found = ClosedLoopTrace(**run.columns(), reference=wanted, error=wanted - run.position)
+    return found.with_terms(dict(zip(names, terms, strict=True)))

@@ -11,32 +11,119 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.kernels import kernel
+from rodless_base.measurement import Measurement
 from rodless_base.parameter_file import preset_directory, read_parameter_file
+from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.instruments.transmitter import Transmitter, followed, read
-from rodless_sim.parameters import RigParameters
-from rodless_sim.physics.plant import piston_area
+from rodless_sim.physics.cylinder import piston_area
+from rodless_sim.physics.sources import JUDGEMENT, PAPER
 from rodless_sim.trace import Trace
 
 Array = npt.NDArray[np.float64]
 
-# Ranges that 1-5 V stand for (paper, Table 1): m, Pa.
-POSITION_RANGE = 0.2
-PRESSURE_RANGE = 1e6
-FLOW_RANGE = 200.0 / 6e4
+# Ranges that 1-5 V stand for (paper, Table 1).
+POSITION_RANGE = 0.2  # m
+PRESSURE_RANGE = 1e6  # Pa
+FLOW_RANGE = 200.0 / 6e4  # m³/s
+
+PARAMETERS = declare(
+    Parameter(
+        "sensors.position_noise",
+        0.0,
+        "m",
+        "noise of the position sensor, standard deviation",
+        f"{JUDGEMENT}: 20 µm",
+        0.0,
+        1e-2,
+    ),
+    Parameter(
+        "sensors.position_linearity",
+        0.0,
+        "",
+        "largest nonlinearity of the position sensor, share of its range",
+        f"{PAPER}, Table 1: 0.05 %",
+        0.0,
+        0.05,
+    ),
+    Parameter(
+        "sensors.position_repeatability",
+        0.0,
+        "m",
+        "largest offset of the position sensor in a run",
+        f"{PAPER}, Table 1: 0.01 mm",
+        0.0,
+        1e-2,
+    ),
+    Parameter(
+        "sensors.pressure_noise",
+        0.0,
+        "Pa",
+        "noise of the pressure sensors, standard deviation",
+        f"{JUDGEMENT}: 200 Pa",
+        0.0,
+        1e5,
+    ),
+    Parameter(
+        "sensors.pressure_bias",
+        0.0,
+        "",
+        "largest bias of a pressure sensor, share of its range",
+        f"{PAPER}, Table 1: 0.5 %",
+        0.0,
+        0.1,
+    ),
+    Parameter(
+        "sensors.pressure_lag",
+        0.0,
+        "s",
+        "time constant of the pressure sensors",
+        f"{JUDGEMENT}: 5 ms",
+        0.0,
+        1.0,
+    ),
+    Parameter(
+        "sensors.flow_noise",
+        0.0,
+        "m³/s",
+        "noise of the volume-flow meter, standard deviation",
+        f"{JUDGEMENT}: 0.1 L/min",
+        0.0,
+        1e-3,
+    ),
+    Parameter(
+        "sensors.flow_gain_error",
+        0.0,
+        "",
+        "largest error of the volume-flow meter, share of the reading",
+        f"{JUDGEMENT}: 1 %",
+        0.0,
+        0.1,
+    ),
+    Parameter(
+        "sensors.converter_bits",
+        0,
+        "",
+        "bits of the converter over ±10 V, 0 for no rounding",
+        f"{PAPER}, section 2: 16",
+        0.0,
+        24.0,
+    ),
+    Parameter(
+        "sensors.seed",
+        1,
+        "",
+        "draws the fixed errors of the sensors and, from each reset on, their noise",
+        "interface",
+        0,
+        2**31 - 1,
+    ),
+)
 
 DATA_SHEET = MappingProxyType(
     read_parameter_file(preset_directory() / "sensors" / "data_sheet.yaml", "plant")
 )
-
-
-class Readings(NamedTuple):
-    """One sample of what the rig measures, true or read: m, and Pa absolute."""
-
-    position: float
-    pressure_a: float
-    pressure_b: float
-    supply_pressure: float
 
 
 class Instruments(NamedTuple):
@@ -49,8 +136,8 @@ class Instruments(NamedTuple):
     volume_flow: Transmitter
 
     @classmethod
-    def drawn(cls, parameters: RigParameters, generator: np.random.Generator) -> "Instruments":
-        """Draw the fixed errors of every instrument within the bounds ``parameters`` state."""
+    def specimen(cls, parameters: ParameterSet, generator: np.random.Generator) -> "Instruments":
+        """Choose the fixed errors of every instrument, within the bounds ``parameters`` state."""
 
         def within(bound: float) -> float:
             return bound * float(generator.uniform(-1.0, 1.0))
@@ -84,20 +171,23 @@ class Instruments(NamedTuple):
 class Lags(NamedTuple):
     """What the instruments' lags remember of the sample before: the truth, and what they showed."""
 
-    true: Readings
-    late: Readings
+    true: Measurement
+    late: Measurement
 
 
 @kernel
 def read_rig(
-    instruments: Instruments, before: Lags, true: Readings, period: float, noise: Array
-) -> tuple[Readings, Lags]:
-    """Read the instruments ``period`` s after the sample ``before``; ``noise``, shape (4,).
+    instruments: Instruments, before: Lags, true: Measurement, noise: Array
+) -> tuple[Measurement, Lags]:
+    """Read the instruments at the stamp of ``true``, after the sample ``before``.
 
-    For the first sample ``before`` is ``Lags(true, true)`` and ``period`` 0.
+    ``noise``, shape (4,), are standard normal numbers. For the first sample ``before`` is
+    ``Lags(true, true)``.
     """
+    period = (true.stamp - before.true.stamp) * SECONDS_PER_NANOSECOND
     position, a, b, supply, _ = instruments
-    late = Readings(
+    late = Measurement(
+        true.stamp,
         followed(before.late.position, before.true.position, true.position, period, position.lag),
         followed(before.late.pressure_a, before.true.pressure_a, true.pressure_a, period, a.lag),
         followed(before.late.pressure_b, before.true.pressure_b, true.pressure_b, period, b.lag),
@@ -109,7 +199,8 @@ def read_rig(
             supply.lag,
         ),
     )
-    readings = Readings(
+    readings = Measurement(
+        true.stamp,
         read(position, true.position, late.position, noise[0]),
         read(a, true.pressure_a, late.pressure_a, noise[1]),
         read(b, true.pressure_b, late.pressure_b, noise[2]),
@@ -118,19 +209,19 @@ def read_rig(
     return readings, Lags(true, late)
 
 
-def measured(
+def read_trace(
     trace: Trace,
-    parameters: RigParameters,
+    parameters: ParameterSet,
     generator: np.random.Generator,
     instruments: Instruments | None = None,
 ) -> Trace:
     """Return ``trace`` as the instruments of ``parameters`` show it.
 
-    ``generator`` draws the noise, and the instruments unless given. Time and voltage are known;
-    force is A (P_a - P_b) of the readings; velocity and mass flows, which nothing on the rig
-    measures, are NaN.
+    The noise comes from ``generator``, and so do the instruments unless given. Time and voltage
+    are known; force is A (P_a - P_b) of the readings; velocity and mass flows, which nothing on
+    the rig measures, are NaN.
     """
-    tools = instruments or Instruments.drawn(parameters, generator)
+    tools = instruments or Instruments.specimen(parameters, generator)
     period = float(trace.time[1] - trace.time[0]) if len(trace.time) > 1 else 1.0
     pressure_a = tools.pressure_a.measure(trace.pressure_a, period, generator)
     pressure_b = tools.pressure_b.measure(trace.pressure_b, period, generator)

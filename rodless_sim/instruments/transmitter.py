@@ -19,19 +19,16 @@ CONVERTER_SPAN = 20.0
 class Transmitter(NamedTuple):
     """One instrument with 1-5 V output, with the fixed errors of this specimen.
 
-    ``span`` is what 4 V stand for, in the unit measured. ``nonlinearity`` (that unit) is the
-    largest deviation from a straight line, over one wave along the range; ``offset`` and
-    ``gain_error`` are constant, ``noise`` is the standard deviation of a sample, ``lag`` a time
-    constant in s. ``bits`` of the converter: 0 means no rounding.
+    Its unit is that of what it measures: m, Pa or m³/s.
     """
 
-    span: float
-    offset: float = 0.0
-    gain_error: float = 0.0
-    nonlinearity: float = 0.0
-    noise: float = 0.0
-    lag: float = 0.0
-    bits: int = 0
+    span: float  # unit, what 4 V stand for
+    offset: float = 0.0  # unit
+    gain_error: float = 0.0  # -
+    nonlinearity: float = 0.0  # unit, largest deviation from a line; one wave along the range
+    noise: float = 0.0  # unit, standard deviation of a sample
+    lag: float = 0.0  # s, time constant
+    bits: int = 0  # of the converter; 0 means no rounding
 
     def measure(self, values: Array, period: float, generator: np.random.Generator) -> Array:
         """Return what is read of the true ``values``, shape (n,), sampled every ``period`` s."""
@@ -43,7 +40,7 @@ class Transmitter(NamedTuple):
 def followed(behind: float, before: float, true: float, period: float, lag: float) -> float:
     """Return where a first-order lag is that was ``behind`` a ``period`` ago, at ``before`` then.
 
-    The true value is held between samples; without a lag it is ``true`` at once.
+    The true value is constant between samples; without a lag it is ``true`` at once.
     """
     if lag <= 0.0:
         return true

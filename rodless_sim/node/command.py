@@ -2,7 +2,21 @@
 
 import math
 
-from rodless_sim.physics.valve import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, NANOSECONDS_PER_SECOND
+from rodless_base.parameters import Parameter, declare
+from rodless_sim.physics.sources import JUDGEMENT
+
+PARAMETERS = declare(
+    Parameter(
+        "valve.command_timeout",
+        0.1,
+        "s",
+        "time without a command after which the node closes the valve",
+        JUDGEMENT,
+        1e-3,
+        60.0,
+    )
+)
 
 
 class CommandInput:
@@ -21,7 +35,7 @@ class CommandInput:
     def configure(self, closed_voltage: float, timeout: float) -> None:
         """Change what is given when no command counts, and after how long (V, s)."""
         self._closed_voltage = closed_voltage
-        self._timeout = round(timeout * 1e9)
+        self._timeout = round(timeout * NANOSECONDS_PER_SECOND)
 
     def reset(self) -> None:
         """Forget the last command; keep the counters."""

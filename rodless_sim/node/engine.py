@@ -3,13 +3,15 @@
 import threading
 from collections.abc import Callable
 
-from rodless_sim.instruments.sampling import Sensing
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.measurement import Measurement
 from rodless_sim.node.command import CommandInput
 from rodless_sim.parameters import RigParameters
-from rodless_sim.rig import Rig, State
+from rodless_sim.physics.state import State
+from rodless_sim.rig import Rig
 
-# Takes each sample as the instruments read it: plant time in ns, state, supply pressure in Pa.
-Publish = Callable[[int, State, float], None]
+# Takes each sample: what the instruments read, and the true state, which they do not show whole.
+Publish = Callable[[Measurement, State], None]
 
 
 class Engine:
@@ -24,18 +26,17 @@ class Engine:
         self._publish = publish
         self._lock = threading.RLock()
         self._period = parameters.number("time.period")
-        self._duration = round(parameters.number("time.duration") * 1e9)
+        self._duration = round(parameters.number("time.duration") * NANOSECONDS_PER_SECOND)
         self.rig = Rig(parameters)
         self.rig.advance(self.rig.state.voltage, self._period)
+        self.rig.read()
         self.rig.reset()
-        self._sensing = Sensing(parameters)
         self.command = CommandInput(*_command_settings(parameters))
 
     def configure(self, parameters: RigParameters) -> None:
         """Change the parameters; the state stays as it is."""
         with self._lock:
             self.rig.configure(parameters)
-            self._sensing.configure(parameters)
             self.command.configure(*_command_settings(parameters))
 
     def receive(self, voltage: float) -> None:
@@ -51,26 +52,24 @@ class Engine:
     def offer(self) -> None:
         """Hand out the present state."""
         with self._lock:
-            self._hand_out(self.rig.state)
+            self._hand_out()
 
     def step(self) -> None:
         """Advance by one period at the command in force, and hand out the sample."""
         with self._lock:
             voltage = self.command.voltage(self.rig.nanoseconds)
-            state = self.rig.advance(voltage, self._period)
-            self._sensing.step()
-            self._hand_out(state)
+            self.rig.advance(voltage, self._period)
+            self._hand_out()
 
     def reset(self) -> None:
         """Return to the start, forget the command, hand out sample 0."""
         with self._lock:
             self.command.reset()
-            self._sensing.start()
-            self._hand_out(self.rig.reset())
+            self.rig.reset()
+            self._hand_out()
 
-    def _hand_out(self, state: State) -> None:
-        supply = self.rig.parameters.number("supply.pressure")
-        self._publish(self.rig.nanoseconds, *self._sensing.read(state, supply))
+    def _hand_out(self) -> None:
+        self._publish(self.rig.read(), self.rig.state)
 
 
 def _command_settings(parameters: RigParameters) -> tuple[float, float]:

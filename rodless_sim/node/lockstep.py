@@ -62,6 +62,11 @@ class Lockstep:
         return self._paused
 
     @property
+    def running(self) -> bool:
+        """Whether plant time advances with each command now."""
+        return self._running and not self._paused and not self._engine.ended
+
+    @property
     def at_start(self) -> bool:
         """Whether plant time is zero."""
         return self._engine.rig.nanoseconds == 0

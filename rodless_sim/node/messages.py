@@ -5,15 +5,22 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Header
 
-from rodless_base.ros.topics import NANOSECONDS
-from rodless_sim.rig import State
+from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
+from rodless_base.measurement import Measurement
 
-JOINT = "carriage"
+# The frame, and first part of the topic, of each pressure of a measurement.
+PRESSURE_FRAMES = {
+    "pressure_a": "chamber_a",
+    "pressure_b": "chamber_b",
+    "supply_pressure": "supply",
+}
 
 
 def stamp(nanoseconds: int) -> Time:
     """Plant time (ns) as a ROS time."""
-    return Time(sec=nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
+    return Time(
+        sec=nanoseconds // NANOSECONDS_PER_SECOND, nanosec=nanoseconds % NANOSECONDS_PER_SECOND
+    )
 
 
 def clock(nanoseconds: int) -> Clock:
@@ -21,14 +28,19 @@ def clock(nanoseconds: int) -> Clock:
     return Clock(clock=stamp(nanoseconds))
 
 
-def joint_state(state: State, nanoseconds: int) -> JointState:
-    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage."""
+def joint_state(measurement: Measurement, velocity: float, piston_area: float) -> JointState:
+    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage.
+
+    The force is A (P_a - P_b) of the pressures read. The velocity is the true one: nothing on the
+    rig measures it.
+    """
+    force = piston_area * (measurement.pressure_a - measurement.pressure_b)
     return JointState(
-        header=Header(stamp=stamp(nanoseconds)),
-        name=[JOINT],
-        position=[state.position],
-        velocity=[state.velocity],
-        effort=[state.force],
+        header=Header(stamp=stamp(measurement.stamp)),
+        name=[CARRIAGE],
+        position=[measurement.position],
+        velocity=[velocity],
+        effort=[force],
     )
 
 

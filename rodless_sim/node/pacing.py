@@ -1,9 +1,9 @@
-"""Deadlines on the wall clock, held by sleeping; lateness is counted, never made up."""
+"""Deadlines on the wall clock, kept by sleeping; lateness is counted, never made up."""
 
 import time
 from collections.abc import Callable
 
-NANOSECONDS = 1_000_000_000
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 
 # A long sleep is taken in pieces, so that a request to stop is seen in time.
 LONGEST_SLEEP = 50_000_000
@@ -44,5 +44,5 @@ class Pacer:
             remaining = self._deadline - self._now()
             if remaining <= 0:
                 return True
-            self._sleep(min(remaining, LONGEST_SLEEP) / NANOSECONDS)
+            self._sleep(min(remaining, LONGEST_SLEEP) / NANOSECONDS_PER_SECOND)
         return False

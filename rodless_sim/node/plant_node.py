@@ -10,6 +10,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
     ERROR,
     OK,
@@ -22,15 +23,23 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import OnDemand, send
-from rodless_base.ros.topics import JOINT_STATES, LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros.topics import (
+    JOINT_STATES,
+    LOSSLESS,
+    QUEUE_DEPTH,
+    VALVE_VOLTAGE,
+)
 from rodless_base.start import Stop
 from rodless_sim.node import messages
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
+from rodless_sim.node.pace import Pace, PaceMeter, PaceNews
+from rodless_sim.node.ready import ready_line
 from rodless_sim.node.realtime import POLL_PERIOD, Realtime
 from rodless_sim.node.simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.parameters import RigParameters
-from rodless_sim.rig import Rig, State
+from rodless_sim.physics.state import State
+from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
 
 
@@ -40,6 +49,10 @@ class TimeKeeper(Simulation, Protocol):
     @property
     def overruns(self) -> int:
         """Periods that the machine could not keep."""
+
+    @property
+    def running(self) -> bool:
+        """Whether plant time is meant to advance now."""
 
     @property
     def problem(self) -> str | None:
@@ -71,7 +84,9 @@ class PlantNode:
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
         )
         self._time = self._make_time_keeper(self._parameters.values)
+        self._pace, self._pace_news = self._make_pace_meter(self._parameters.values)
         self._make_services()
+        self._say_ready()
 
     def close(self) -> None:
         """Stop the plant and destroy the node."""
@@ -87,7 +102,7 @@ class PlantNode:
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._pressures = {
             frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
-            for frame in ("chamber_a", "chamber_b", "supply")
+            for frame in messages.PRESSURE_FRAMES.values()
         }
         self._clock = (
             OnDemand(publisher(Clock, "/clock"), messages.clock)
@@ -103,6 +118,17 @@ class PlantNode:
             return Lockstep(self._engine, timeout, self._ready, self._commanders)
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready)
+
+    @staticmethod
+    def _make_pace_meter(values: RigParameters) -> tuple[PaceMeter, PaceNews]:
+        lockstep = values.text("time.mode") == "lockstep"
+        speed = 0.0 if lockstep else values.number("time.speed")
+        period = values.number("time.period")
+        return PaceMeter(speed, nanoseconds(period)), PaceNews(speed, period)
+
+    def _say_ready(self) -> None:
+        samples, commands = self._joint_states.topic_name, self._commands.topic_name
+        self.node.get_logger().info(ready_line(self._parameters.values, samples, commands))
 
     def _make_services(self) -> None:
         self.node.create_service(Trigger, "~/reset", self._reset)
@@ -128,6 +154,7 @@ class PlantNode:
         for publisher in self._on_demand:
             publisher.poll()
         self._time.poll()
+        self._pace.observe(self._engine.rig.nanoseconds, self._time.running)
 
     def _configure(self, values: RigParameters) -> None:
         self._pressure_variance = pressure_variance(values)
@@ -153,14 +180,15 @@ class PlantNode:
         response.message = obstacle or ""
         return response
 
-    def _publish(self, time: int, state: State, supply: float) -> None:
+    def _publish(self, measurement: Measurement, state: State) -> None:
+        time = measurement.stamp
         if self._clock is not None:
             self._clock.publish(time)
-        variance = self._pressure_variance
-        self._pressures["chamber_a"].publish(state.pressure_a, variance, "chamber_a", time)
-        self._pressures["chamber_b"].publish(state.pressure_b, variance, "chamber_b", time)
-        self._pressures["supply"].publish(supply, variance, "supply", time)
-        send(self._joint_states, messages.joint_state(state, time))
+        for name, frame in messages.PRESSURE_FRAMES.items():
+            value = getattr(measurement, name)
+            self._pressures[frame].publish(value, self._pressure_variance, frame, time)
+        area = self._engine.rig.plant.cylinder.piston_area
+        send(self._joint_states, messages.joint_state(measurement, state.velocity, area))
 
     def _publish_diagnostics(self) -> None:
         command = self._engine.command
@@ -172,6 +200,7 @@ class PlantNode:
         }
         level, message = self._judge(faults)
         flow = self._engine.rig.free_air_flow * 6e4
+        pace = self._take_pace()
         self._diagnostics.publish(
             diagnostic(
                 self.node,
@@ -179,12 +208,25 @@ class PlantNode:
                 level,
                 message,
                 {
+                    "mode": self._parameters.values.text("time.mode"),
+                    "paused": self._time.paused,
+                    "speed factor": f"{pace.speed_factor:.3f}",
+                    "lag (s)": f"{pace.lag:.3f}",
                     "commands received": command.received,
                     **faults,
                     "free-air supply flow (L/min)": f"{flow:.2f}",
                 },
             )
         )
+
+    def _take_pace(self) -> Pace:
+        pace = self._pace.report()
+        news = self._pace_news.hear(pace)
+        if news is not None and self._pace_news.behind:
+            self.node.get_logger().warning(news)
+        elif news is not None:
+            self.node.get_logger().info(news)
+        return pace
 
     def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for past faults, or all well."""

@@ -47,6 +47,11 @@ class Realtime:
         return self._paused
 
     @property
+    def running(self) -> bool:
+        """Whether plant time is meant to advance now."""
+        return self._started and not self._paused and not self._engine.ended
+
+    @property
     def at_start(self) -> bool:
         """Whether plant time is zero."""
         return self._engine.rig.nanoseconds == 0

@@ -1,23 +1,113 @@
-"""The air: properties every flow and chamber equation shares."""
+"""The air: properties every flow and chamber equation shares, and where it comes from and goes."""
 
 import math
 from typing import NamedTuple
 
+from rodless_base.constants import STANDARD_ATMOSPHERE, SUPPLY_PRESSURE
 from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
+from rodless_sim.physics.sources import PAPER
+
+PARAMETERS = declare(
+    Parameter(
+        "supply.pressure",
+        SUPPLY_PRESSURE,
+        "Pa",
+        "supply pressure P_s, absolute",
+        f"{PAPER}, 6.2 (gauge reading assumed)",
+        5e4,
+        1.2e6,
+    ),
+    Parameter(
+        "supply.temperature",
+        297.0,
+        "K",
+        "supply temperature T_s, which the air keeps everywhere",
+        f"{PAPER}, 3.5",
+        200.0,
+        400.0,
+    ),
+    Parameter(
+        "atmosphere.pressure",
+        STANDARD_ATMOSPHERE,
+        "Pa",
+        "ambient pressure P_e, absolute",
+        "standard atmosphere",
+        5e4,
+        1.2e5,
+    ),
+    Parameter(
+        "atmosphere.temperature",
+        293.15,
+        "K",
+        "ambient temperature, at which free-air flow is stated",
+        "ISO 8778 reference atmosphere",
+        200.0,
+        400.0,
+    ),
+    Parameter(
+        "air.gas_constant",
+        287.05,
+        "J/(kg·K)",
+        "specific gas constant R",
+        f"{PAPER}, 3.2, corrected",
+        100.0,
+        5000.0,
+    ),
+    Parameter("air.isentropic_index", 1.4, "", "isentropic index κ", f"{PAPER}, 3.2", 1.05, 1.7),
+    Parameter(
+        "air.critical_ratio",
+        0.528,
+        "",
+        "critical pressure ratio b; must belong to the isentropic index",
+        f"{PAPER}, 3.2",
+        0.4,
+        0.65,
+    ),
+    Parameter("air.viscosity", 1.83e-5, "Pa·s", "dynamic viscosity μ", f"{PAPER}, 3.3", 1e-6, 1e-4),
+)
 
 
 class Air(NamedTuple):
-    """Ideal gas (paper, section 3): J/(kg·K), -, -, Pa·s, K.
+    """Ideal gas (paper, section 3)."""
 
-    ``choked_function`` is :func:`choked_nozzle_function` of the isentropic index.
-    """
+    gas_constant: float  # J/(kg·K)
+    isentropic_index: float  # -
+    critical_ratio: float  # -
+    viscosity: float  # Pa·s
+    temperature: float  # K
+    choked_function: float  # -, choked_nozzle_function of the isentropic index
 
-    gas_constant: float
-    isentropic_index: float
-    critical_ratio: float
-    viscosity: float
-    temperature: float
-    choked_function: float
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> "Air":
+        """Return the constants for ``parameters``."""
+        index = parameters.number("air.isentropic_index")
+        return cls(
+            gas_constant=parameters.number("air.gas_constant"),
+            isentropic_index=index,
+            critical_ratio=parameters.number("air.critical_ratio"),
+            viscosity=parameters.number("air.viscosity"),
+            temperature=parameters.number("supply.temperature"),
+            choked_function=choked_nozzle_function(index),
+        )
+
+
+def check(parameters: ParameterSet) -> None:
+    """Refuse a supply below the atmosphere, and a critical ratio that is not the gas's."""
+    supply, ambient = parameters.number("supply.pressure"), parameters.number("atmosphere.pressure")
+    if supply < ambient:
+        raise ParameterError(
+            f"supply.pressure: {supply:g} Pa refused, it is absolute and must not be below "
+            f"atmosphere.pressure ({ambient:g} Pa)"
+        )
+    index = parameters.number("air.isentropic_index")
+    ratio = parameters.number("air.critical_ratio")
+    theory = (2.0 / (index + 1.0)) ** (index / (index - 1.0))
+    if abs(ratio - theory) > 1e-3:
+        raise ParameterError(
+            f"air.critical_ratio: {ratio:g} refused, air.isentropic_index {index:g} "
+            f"needs {theory:.4f} within 0.001 or the flow jumps where it chokes"
+        )
 
 
 @kernel

@@ -1,22 +1,100 @@
-"""The rodless cylinder (SMC CY3R25-200): chamber volumes, pressure rates, end stops."""
+"""The rodless cylinder (SMC CY3R25-200): piston, chamber volumes, pressure rates."""
 
+import math
 from typing import NamedTuple
 
+from rodless_base.constants import STROKE
 from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
 from rodless_sim.physics.air import Air
+from rodless_sim.physics.sources import JUDGEMENT, PAPER
+
+PARAMETERS = declare(
+    Parameter("cylinder.bore", 0.025, "m", "piston diameter", "SMC CY3R25", 5e-3, 0.1),
+    Parameter("cylinder.stroke", STROKE, "m", "stroke", "SMC CY3R25-200", 0.01, 2.0),
+    Parameter(
+        "cylinder.moving_mass",
+        1.0,
+        "kg",
+        "mass m of piston, carriage and bracket",
+        f"{JUDGEMENT}: not in the paper",
+        0.05,
+        100.0,
+    ),
+    Parameter(
+        "cylinder.dead_volume_a",
+        15e-6,
+        "m³",
+        "volume V_a0 of chamber A, tube and fittings at position 0",
+        f"{JUDGEMENT}: cavity 5, tube 7.5, fittings 1-2 cm³",
+        2e-6,
+        1e-2,
+    ),
+    Parameter(
+        "cylinder.dead_volume_b",
+        15e-6,
+        "m³",
+        "volume of chamber B, tube and fittings at full stroke",
+        f"{JUDGEMENT}: as chamber A",
+        2e-6,
+        1e-2,
+    ),
+    Parameter(
+        "cylinder.initial_position",
+        0.0,
+        "m",
+        "position of the carriage at the start and after a reset",
+        "chamber A's end",
+        0.0,
+        2.0,
+    ),
+    Parameter(
+        "cylinder.locked",
+        False,
+        "",
+        "hold the carriage where it is, as for the fixed-chamber experiment",
+        f"{PAPER}, 6.1",
+    ),
+)
 
 
 class Cylinder(NamedTuple):
-    """Constants of the cylinder, SI; ``locked`` holds the carriage."""
+    """Constants of the cylinder."""
 
-    locked: bool
-    piston_area: float
-    stroke: float
-    moving_mass: float
-    dead_volume_a: float
-    dead_volume_b: float
-    end_stop_stiffness: float
-    end_stop_damping: float
+    locked: bool  # holds the carriage where it is
+    piston_area: float  # m²
+    stroke: float  # m
+    moving_mass: float  # kg
+    dead_volume_a: float  # m³
+    dead_volume_b: float  # m³
+
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> "Cylinder":
+        """Return the constants for ``parameters``."""
+        return cls(
+            locked=bool(parameters["cylinder.locked"]),
+            piston_area=piston_area(parameters),
+            stroke=parameters.number("cylinder.stroke"),
+            moving_mass=parameters.number("cylinder.moving_mass"),
+            dead_volume_a=parameters.number("cylinder.dead_volume_a"),
+            dead_volume_b=parameters.number("cylinder.dead_volume_b"),
+        )
+
+
+def check(parameters: ParameterSet) -> None:
+    """Refuse a start beyond the stroke."""
+    position = parameters.number("cylinder.initial_position")
+    stroke = parameters.number("cylinder.stroke")
+    if position > stroke:
+        raise ParameterError(
+            f"cylinder.initial_position: {position:g} m refused, beyond "
+            f"cylinder.stroke ({stroke:g} m)"
+        )
+
+
+def piston_area(parameters: ParameterSet) -> float:
+    """Area of the piston in m²: the same on both sides, there is no rod."""
+    return math.pi / 4.0 * parameters.number("cylinder.bore") ** 2
 
 
 @kernel
@@ -41,16 +119,3 @@ def pressure_rate(
         / volume
         * (air.gas_constant * air.temperature * mass_flow - pressure * volume_rate)
     )
-
-
-@kernel
-def end_stop_force(cylinder: Cylinder, position: float, velocity: float) -> float:
-    """Force in N of the end cap in contact (Kelvin-Voigt), which pushes and never pulls."""
-    if position < 0.0:
-        push = -cylinder.end_stop_stiffness * position - cylinder.end_stop_damping * velocity
-        return max(push, 0.0)
-    if position > cylinder.stroke:
-        depth = position - cylinder.stroke
-        push = cylinder.end_stop_stiffness * depth + cylinder.end_stop_damping * velocity
-        return -max(push, 0.0)
-    return 0.0

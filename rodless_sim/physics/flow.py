@@ -58,9 +58,3 @@ def gap_conductance(air: Air, perimeter: float, height: float, length: float) ->
 def gap_flow(conductance: float, pressure_1: float, pressure_2: float) -> float:
     """Mass flow in kg/s through a slit, gas density following the pressure along it."""
     return conductance * (pressure_1 * pressure_1 - pressure_2 * pressure_2)
-
-
-@kernel
-def gap_flow_printed(conductance: float, pressure_1: float, pressure_2: float) -> float:
-    """Mass flow in kg/s of eqs. (15), (16), (21), (22) as printed: density held at side 2."""
-    return 2.0 * conductance * pressure_2 * (pressure_1 - pressure_2)

@@ -1,29 +1,78 @@
-"""Seal and guide friction: Stribeck curve, eqs. (28)-(29), one set of values per direction."""
+"""Seal and guide friction, eqs. (28)-(29), in one of several forms: values for each direction.
 
-import math
-from typing import NamedTuple
+A form is one module of ``friction_forms`` with ``NAME``, ``MEANING``, its own ``PARAMETERS``, its
+constants ``of(parameters)``, and a kernel ``force(constants, side, speed)``: the magnitude in N on
+a carriage that slides.
+"""
 
-from rodless_base.kernels import kernel
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
+from rodless_base.kernels import dispatch, kernel
+from rodless_base.parameters import Parameter, ParameterSet, collect, declare
+from rodless_sim.physics.friction_forms import saturating, stribeck
+from rodless_sim.physics.friction_forms.direction import (
+    Direction,
+    check_direction,
+    declare_direction,
+)
+from rodless_sim.physics.sources import JUDGEMENT, PAPER
 
-class Direction(NamedTuple):
-    """Magnitudes for one direction of motion: N, N, m/s, N·s/m."""
+FORMS = (stribeck, saturating)
 
-    static: float
-    coulomb: float
-    stribeck_velocity: float
-    viscous: float
+PARAMETERS = collect(
+    declare(
+        Parameter(
+            "friction.form",
+            "stribeck",
+            "",
+            "; ".join(f"{form.NAME}: {form.MEANING}" for form in FORMS),
+            f"{PAPER}, eq. (29)",
+            choices=tuple(form.NAME for form in FORMS),
+        )
+    ),
+    declare_direction("forward", Direction(29.0, 12.0, 1.3e-3, 4500.0)),
+    declare_direction("reverse", Direction(36.0, 12.5, 3.6e-3, 4800.0)),
+    *(form.PARAMETERS for form in FORMS),
+    declare(
+        Parameter(
+            "friction.capture_velocity",
+            1e-5,
+            "m/s",
+            "speed α below which a force within F_s holds the carriage, eq. (28)",
+            JUDGEMENT,
+            0.0,
+            1e-4,
+        )
+    ),
+)
 
 
 class Friction(NamedTuple):
-    """Friction constants, SI; ``saturating`` bends the viscous term at creep speed."""
+    """Constants of the friction."""
 
-    saturating: bool
+    form: int  # place in FORMS of the form in use
+    own: tuple[Any, ...]  # each form's own constants
     forward: Direction
     reverse: Direction
-    high_speed_viscous: float
-    saturation_velocity: float
-    capture_velocity: float
+    capture_velocity: float  # m/s
+
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> "Friction":
+        """Return the constants for ``parameters``."""
+        return cls(
+            form=parameters.choice("friction.form"),
+            own=tuple(form.of(parameters) for form in FORMS),
+            forward=Direction.of(parameters, "forward"),
+            reverse=Direction.of(parameters, "reverse"),
+            capture_velocity=parameters.number("friction.capture_velocity"),
+        )
+
+
+def check(parameters: ParameterSet) -> None:
+    """Refuse a breakaway force below the Coulomb force, in either direction."""
+    check_direction(parameters, "forward")
+    check_direction(parameters, "reverse")
 
 
 @kernel
@@ -32,20 +81,11 @@ def static_limit(friction: Friction, net_force: float) -> float:
     return friction.forward.static if net_force >= 0.0 else friction.reverse.static
 
 
-@kernel
-def viscous_force(friction: Friction, side: Direction, speed: float) -> float:
-    """Viscous part F_v in N at ``speed`` >= 0: B v, or B falling to its high-speed value."""
-    if not friction.saturating:
-        return side.viscous * speed
-    knee = friction.saturation_velocity
-    bend = knee * (1.0 - math.exp(-speed / knee))
-    return friction.high_speed_viscous * speed + (side.viscous - friction.high_speed_viscous) * bend
+form_force: Callable[..., float] = dispatch([form.force for form in FORMS])
 
 
 @kernel
 def sliding_friction(friction: Friction, velocity: float, direction: int) -> float:
     """Friction force in N on a sliding carriage, eq. (29), signed like ``direction`` (+1 or -1)."""
     side = friction.forward if direction > 0 else friction.reverse
-    speed = velocity * direction
-    drop = (side.static - side.coulomb) * math.exp(-((speed / side.stribeck_velocity) ** 2))
-    return direction * (side.coulomb + drop + viscous_force(friction, side, speed))
+    return direction * form_force(friction.form, friction.own, side, velocity * direction)

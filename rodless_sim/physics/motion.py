@@ -1,46 +1,24 @@
 """The carriage and its chambers in time: eqs. (26), (27), (31) with true stick and slip."""
 
-from typing import NamedTuple
-
 from rodless_base.kernels import kernel
-from rodless_sim.physics.air import Air
-from rodless_sim.physics.cylinder import Cylinder, end_stop_force, pressure_rate, volume_a, volume_b
-from rodless_sim.physics.friction import Friction, sliding_friction, static_limit
-from rodless_sim.physics.ports import flow_into_a, flow_into_b
-from rodless_sim.physics.valve import Lands, Valve, lands
+from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
+from rodless_sim.physics.forces import other_forces
+from rodless_sim.physics.friction import sliding_friction, static_limit
+from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.state import Motion, moved, stopped
 
 # Stick and slip change the equations inside a step; the step is cut there. More than this many
 # changes within one step (20 µs) do not happen on the rig; if they did, the last cut stands.
 MAXIMUM_CUTS = 8
 
 
-class Plant(NamedTuple):
-    """Everything that stays constant while the rig moves, SI."""
-
-    air: Air
-    valve: Valve
-    cylinder: Cylinder
-    friction: Friction
-    supply_pressure: float
-    ambient_pressure: float
-
-
-class Motion(NamedTuple):
-    """The rig's state (or its rate of change): m, m/s, Pa, Pa."""
-
-    position: float
-    velocity: float
-    pressure_a: float
-    pressure_b: float
-
-
 @kernel
 def net_force(plant: Plant, state: Motion) -> float:
     """Applied force without friction in N, the F_e of eq. (28)."""
     difference = state.pressure_a - state.pressure_b
-    return plant.cylinder.piston_area * difference + end_stop_force(
-        plant.cylinder, state.position, state.velocity
-    )
+    return plant.cylinder.piston_area * difference + other_forces(plant.forces, state)
 
 
 @kernel
@@ -58,7 +36,7 @@ def sliding_direction(plant: Plant, state: Motion) -> int:
 
 
 @kernel
-def rates(plant: Plant, edges: Lands, state: Motion, direction: int) -> Motion:
+def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
     """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
     cylinder, air = plant.cylinder, plant.air
     velocity = state.velocity if direction != 0 else 0.0
@@ -66,12 +44,8 @@ def rates(plant: Plant, edges: Lands, state: Motion, direction: int) -> Motion:
     if direction != 0:
         friction = sliding_friction(plant.friction, velocity, direction)
         acceleration = (net_force(plant, state) - friction) / cylinder.moving_mass
-    flow_a = flow_into_a(
-        air, edges, plant.supply_pressure, state.pressure_a, plant.ambient_pressure
-    )
-    flow_b = flow_into_b(
-        air, edges, plant.supply_pressure, state.pressure_b, plant.ambient_pressure
-    )
+    flow_a = flow_into_a(plant, lands, state.pressure_a)
+    flow_b = flow_into_b(plant, lands, state.pressure_b)
     rate_a = cylinder.piston_area * velocity
     return Motion(
         velocity,
@@ -82,27 +56,10 @@ def rates(plant: Plant, edges: Lands, state: Motion, direction: int) -> Motion:
 
 
 @kernel
-def moved(state: Motion, rate: Motion, duration: float) -> Motion:
-    """State after ``duration`` seconds at a constant rate."""
-    return Motion(
-        state.position + duration * rate.position,
-        state.velocity + duration * rate.velocity,
-        state.pressure_a + duration * rate.pressure_a,
-        state.pressure_b + duration * rate.pressure_b,
-    )
-
-
-@kernel
-def midpoint(plant: Plant, edges: Lands, state: Motion, direction: int, step: float) -> Motion:
+def midpoint(plant: Plant, lands: Lands, state: Motion, direction: int, step: float) -> Motion:
     """One explicit midpoint step (second order) in one mode of friction."""
-    halfway = moved(state, rates(plant, edges, state, direction), 0.5 * step)
-    return moved(state, rates(plant, edges, halfway, direction), step)
-
-
-@kernel
-def stopped(state: Motion) -> Motion:
-    """Return the same state with the carriage at rest, exactly."""
-    return Motion(state.position, 0.0, state.pressure_a, state.pressure_b)
+    halfway = moved(state, rates(plant, lands, state, direction), 0.5 * step)
+    return moved(state, rates(plant, lands, halfway, direction), step)
 
 
 @kernel
@@ -124,19 +81,19 @@ def fraction_to_event(plant: Plant, before: Motion, after: Motion, direction: in
 
 
 @kernel
-def inner_step(plant: Plant, edges: Lands, state: Motion, step: float) -> Motion:
+def inner_step(plant: Plant, lands: Lands, state: Motion, step: float) -> Motion:
     """Advance by ``step`` seconds, cutting the step where the carriage sticks or slips."""
     remaining = step
     direction = sliding_direction(plant, state)
     for _ in range(MAXIMUM_CUTS):
         if direction == 0:
             state = stopped(state)
-        after = midpoint(plant, edges, state, direction, remaining)
+        after = midpoint(plant, lands, state, direction, remaining)
         fraction = fraction_to_event(plant, state, after, direction)
         if fraction >= 1.0:
             return after
         if fraction > 0.0:
-            state = midpoint(plant, edges, state, direction, fraction * remaining)
+            state = midpoint(plant, lands, state, direction, fraction * remaining)
             remaining *= 1.0 - fraction
         state = stopped(state)
         # A push within rounding of F_s must not be judged anew: it has just been found to grow
@@ -151,30 +108,28 @@ def inner_step(plant: Plant, edges: Lands, state: Motion, step: float) -> Motion
 
 
 @kernel
-def advance(plant: Plant, voltage: float, state: Motion, steps: int, step: float) -> Motion:
-    """Hold ``voltage`` (V) for ``steps`` inner steps of ``step`` seconds."""
-    edges = lands(plant.air, plant.valve, voltage)
+def advance(plant: Plant, lands: Lands, state: Motion, steps: int, step: float) -> Motion:
+    """Keep the valve at its openings ``lands`` for ``steps`` inner steps of ``step`` seconds."""
     for _ in range(steps):
-        state = inner_step(plant, edges, state, step)
+        state = inner_step(plant, lands, state, step)
     return state
 
 
 @kernel
-def chamber_flows(plant: Plant, voltage: float, state: Motion) -> tuple[float, float]:
-    """Mass flows into chambers A and B in kg/s at ``voltage`` (V)."""
-    edges = lands(plant.air, plant.valve, voltage)
-    supply, ambient = plant.supply_pressure, plant.ambient_pressure
+def chamber_flows(plant: Plant, lands: Lands, state: Motion) -> tuple[float, float]:
+    """Mass flows into chambers A and B in kg/s."""
     return (
-        flow_into_a(plant.air, edges, supply, state.pressure_a, ambient),
-        flow_into_b(plant.air, edges, supply, state.pressure_b, ambient),
+        flow_into_a(plant, lands, state.pressure_a),
+        flow_into_b(plant, lands, state.pressure_b),
     )
 
 
 @kernel
-def held(
+def advance_at_voltage(
     plant: Plant, voltage: float, state: Motion, steps: int, step: float
 ) -> tuple[Motion, float, float]:
-    """:func:`advance`, with the chamber flows at the end."""
-    state = advance(plant, voltage, state, steps, step)
-    flow_a, flow_b = chamber_flows(plant, voltage, state)
+    """:func:`advance` at ``voltage`` (V), with the :func:`chamber_flows` at the end."""
+    lands = openings(plant, voltage)
+    state = advance(plant, lands, state, steps, step)
+    flow_a, flow_b = chamber_flows(plant, lands, state)
     return state, flow_a, flow_b

@@ -4,12 +4,11 @@ from collections.abc import Callable
 
 from scipy.optimize import brentq
 
-from rodless_sim.physics.air import Air
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b
-from rodless_sim.physics.valve import Lands, lands
+from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
 
-ChamberFlow = Callable[[Air, Lands, float, float, float], float]
+ChamberFlow = Callable[[Plant, Lands, float], float]
 
 
 def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
@@ -17,12 +16,12 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
 
     A valve that seals perfectly leaves both at ambient pressure.
     """
-    edges = lands(plant.air, plant.valve, voltage)
+    lands = openings(plant, voltage)
     supply, ambient = plant.supply_pressure, plant.ambient_pressure
 
     def balance(chamber_flow: ChamberFlow) -> float:
         def net(pressure: float) -> float:
-            return chamber_flow(plant.air, edges, supply, pressure, ambient)
+            return chamber_flow(plant, lands, pressure)
 
         if net(ambient) <= 0.0:
             return ambient

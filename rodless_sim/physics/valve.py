@@ -1,11 +1,12 @@
-"""The proportional valve (Festo MPYE-5-M5-010-B): from voltage to the openings of its lands."""
+"""The proportional valve (Festo MPYE-5-M5-010-B): what is measured of it, eqs. (5), (24), (25)."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.kernels import kernel
-from rodless_sim.physics.air import Air
-from rodless_sim.physics.flow import gap_conductance
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
+from rodless_sim.physics.sources import JUDGEMENT, PAPER
 
 # Eq. (24) with the missing zero restored: x_v = 0.00021485 U - 0.00108499 (metres).
 SPOOL_GAIN = 0.00021485
@@ -14,41 +15,107 @@ SPOOL_OFFSET = -0.00108499
 # The flow-coefficient polynomial (25) was fitted up to this distance from the closed position.
 COEFFICIENT_RANGE = 5.0
 
-
-# Command range of the MPYE-5-...-010-B (Festo data sheet); the valve saturates beyond it.
-MINIMUM_VOLTAGE = 0.0
-MAXIMUM_VOLTAGE = 10.0
+PARAMETERS = declare(
+    Parameter(
+        "valve.closed_voltage",
+        CLOSED_VOLTAGE,
+        "V",
+        "command at which the valve is closed; also its fail-safe position",
+        f"{PAPER}, 3.5",
+        4.0,
+        6.0,
+    ),
+    Parameter(
+        "valve.curve_centre",
+        5.2416,
+        "V",
+        "voltage of the smallest area on the measured curve, eq. (5)",
+        f"{PAPER}, eq. (5)",
+        4.0,
+        6.5,
+    ),
+    Parameter(
+        "valve.area_coefficients",
+        (2.108, 0.2636, 0.1742, 2.012, 0.4851, 2.157, -0.0933, 1.331, 0.9104),
+        "mm², rad/V, rad",
+        "amplitude, frequency and phase of the three sines of eq. (5)",
+        f"{PAPER}, eq. (5)",
+        -100.0,
+        100.0,
+    ),
+    Parameter(
+        "valve.flow_coefficients",
+        (1.132, -0.006917, -0.0339, 0.02509, -0.006486, 0.0004983),
+        "1/V^k",
+        "flow coefficient polynomial, constant term first",
+        f"{PAPER}, eq. (25)",
+        -10.0,
+        10.0,
+    ),
+    Parameter("valve.spool_diameter", 6e-3, "m", "spool diameter d_s", f"{PAPER}, 3.2", 1e-3, 0.05),
+    Parameter(
+        "valve.sleeve_diameter",
+        6.023e-3,
+        "m",
+        "sleeve diameter d_h; gives the gap of the printed assembly by eq. (3)",
+        f"{PAPER}, 3.2",
+        1e-3,
+        0.05,
+    ),
+    Parameter(
+        "valve.gap_length", 2e-3, "m", "initial gap length L_0", f"{PAPER}, 3.3", 1.2e-3, 0.05
+    ),
+    Parameter(
+        "valve.gap_height",
+        6e-6,
+        "m",
+        "effective gap height h_0 of the reconciled assembly",
+        f"{JUDGEMENT}: maker's leakage bound and eq. (5) near closed",
+        0.0,
+        5e-5,
+    ),
+)
 
 
 class Valve(NamedTuple):
-    """Constants of the valve, SI; ``printed`` selects the paper's own assembly of its equations."""
+    """Constants of the valve."""
 
-    printed: bool
-    closed_voltage: float
-    curve_centre: float
+    closed_voltage: float  # V
+    curve_centre: float  # V
+    # Amplitude, frequency and phase of three sines: mm², rad/V, rad.
     area_coefficients: tuple[float, float, float, float, float, float, float, float, float]
-    flow_coefficients: tuple[float, float, float, float, float, float]
-    spool_diameter: float
-    sleeve_diameter: float
-    gap_length: float
-    gap_height: float
-    gap_fade_voltage: float
+    flow_coefficients: tuple[float, float, float, float, float, float]  # 1/V^k, from k = 0
+    spool_diameter: float  # m
+    sleeve_diameter: float  # m
+    gap_length: float  # m
+    gap_height: float  # m
+
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> "Valve":
+        """Return the constants for ``parameters``."""
+        area: Any = parameters.numbers("valve.area_coefficients")
+        coefficient: Any = parameters.numbers("valve.flow_coefficients")
+        return cls(
+            closed_voltage=parameters.number("valve.closed_voltage"),
+            curve_centre=parameters.number("valve.curve_centre"),
+            area_coefficients=area,
+            flow_coefficients=coefficient,
+            spool_diameter=parameters.number("valve.spool_diameter"),
+            sleeve_diameter=parameters.number("valve.sleeve_diameter"),
+            gap_length=parameters.number("valve.gap_length"),
+            gap_height=parameters.number("valve.gap_height"),
+        )
 
 
-class Edge(NamedTuple):
-    """One land edge: C_v·S of its orifice in m², conductance of its gap in kg/(s·Pa²)."""
-
-    orifice_area: float
-    gap: float
-
-
-class Lands(NamedTuple):
-    """The edges at one spool position: one pair opens, the other closes."""
-
-    printed: bool
-    forward: bool
-    opening: Edge
-    closing: Edge
+def check(parameters: ParameterSet) -> None:
+    """Refuse a sleeve that is narrower than its spool."""
+    spool = parameters.number("valve.spool_diameter")
+    sleeve = parameters.number("valve.sleeve_diameter")
+    if sleeve < spool:
+        raise ParameterError(
+            f"valve.sleeve_diameter: {sleeve:g} m refused, smaller than "
+            f"valve.spool_diameter ({spool:g} m)"
+        )
 
 
 @kernel
@@ -78,58 +145,6 @@ def flow_coefficient(valve: Valve, deflection: float) -> float:
 
 
 @kernel
-def flow_coefficient_printed(valve: Valve, spool_displacement: float) -> float:
-    """Flow coefficient C_v, eq. (25) letter by letter: its argument in metres, branches as printed.
-
-    Over the spool's ±1 mm this stays within 10 ppm of its constant term.
-    """
-    x = spool_displacement
-    k = valve.flow_coefficients
-    even = k[0] + k[2] * x**2 + k[4] * x**4
-    odd = k[1] * x + k[3] * x**3 + k[5] * x**5
-    return even + odd if x <= 0.0 else even - odd
-
-
-@kernel
 def spool_displacement(voltage: float) -> float:
     """Spool displacement x_v in m, eq. (24); zero at 5.05 V."""
     return SPOOL_GAIN * voltage + SPOOL_OFFSET
-
-
-@kernel
-def lands(air: Air, valve: Valve, voltage: float) -> Lands:
-    """Openings of the four land edges at ``voltage`` (V) by the selected assembly."""
-    if valve.printed:
-        return lands_printed(air, valve, voltage)
-    return lands_reconciled(air, valve, voltage)
-
-
-@kernel
-def lands_reconciled(air: Air, valve: Valve, voltage: float) -> Lands:
-    """Every port has two edges, continuous through the closed position.
-
-    The opening edge passes the orifice flow and, fading out as the land clears, its gap; the
-    closing edge passes the gap, which lengthens with the spool's travel from closed. The fade is
-    flat at the closed position: the orifice opens with the square of the deflection, and a gap
-    that faded linearly there would close the edge first and push a held piston backwards.
-    """
-    deflection = voltage - valve.closed_voltage
-    perimeter = math.pi * valve.spool_diameter
-    overlap = valve.gap_length + abs(SPOOL_GAIN * deflection)
-    area = flow_coefficient(valve, deflection) * centred_area(valve, deflection)
-    fade = math.exp(-((deflection / valve.gap_fade_voltage) ** 2))
-    opening_gap = fade * gap_conductance(air, perimeter, valve.gap_height, valve.gap_length)
-    closing_gap = gap_conductance(air, perimeter, valve.gap_height, overlap)
-    return Lands(False, deflection >= 0.0, Edge(area, opening_gap), Edge(0.0, closing_gap))
-
-
-@kernel
-def lands_printed(air: Air, valve: Valve, voltage: float) -> Lands:
-    """Eqs. (1)-(25) as printed: orifice on one edge, gap on the other, joined at closed."""
-    forward = voltage >= valve.closed_voltage
-    displacement = spool_displacement(voltage)
-    overlap = valve.gap_length + (displacement if forward else -displacement)
-    height = 0.5 * (valve.sleeve_diameter - valve.spool_diameter)  # eq. (3)
-    area = flow_coefficient_printed(valve, displacement) * effective_area(valve, voltage)
-    gap = gap_conductance(air, math.pi * valve.spool_diameter, height, overlap)
-    return Lands(True, forward, Edge(area, 0.0), Edge(0.0, gap))

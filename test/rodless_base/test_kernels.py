@@ -12,7 +12,7 @@ import numba
 import pytest
 
 from rodless_base import kernels
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
 IMPORT = "from rodless_base.kernels import kernel\n"
@@ -23,7 +23,20 @@ OUTER = IMPORT + (
 ASK = (
     "from rodless_probe.outer import outer\nprint(outer(1.0), sum(outer.stats.cache_hits.values()))"
 )
-SAMPLES = [(0.002 * math.sin(k), 0.01, 0.001 * math.cos(k), 0.01) for k in range(50)]
+SAMPLES = [
+    (Measurement(0, 0.001 * math.cos(k)), ReferencePoint(0.002 * math.sin(k), 0.01), 0.01)
+    for k in range(50)
+]
+
+
+def inner(x: float) -> float:
+    """What :func:`one_more` calls unless it is linked."""
+    return x
+
+
+def one_more(x: float) -> float:
+    """One more than what :func:`inner` gives."""
+    return inner(x) + 1.0
 
 
 def environment(**changes: str) -> dict[str, str]:
@@ -145,6 +158,22 @@ def test_a_direct_call_is_the_same_function_for_one_set_of_types() -> None:
     assert fraction.signatures == [(numba.float64, numba.float64)]  # type: ignore[attr-defined]
 
 
+def test_a_linked_copy_calls_what_it_is_given() -> None:
+    """Copies of one function around two kernels are two functions, and the original stays."""
+
+    @kernels.kernel
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    @kernels.kernel
+    def half(x: float) -> float:
+        return x / 2.0
+
+    twice, halves = (kernels.linked(one_more, inner=inner) for inner in (double, half))
+    assert (twice(3.0), halves(3.0), one_more(3.0)) == (7.0, 2.5, 4.0)
+    assert kernels.unlinked(one_more, inner=math.sqrt)(9.0) == 4.0
+
+
 def test_a_plain_function_needs_no_direct_call() -> None:
     """Uncompiled kernels are passed through."""
     assert kernels.specialise(math.hypot, 1.0, 1.0) is math.hypot
@@ -154,7 +183,8 @@ def test_everything_runs_uncompiled() -> None:
     """With NUMBA_DISABLE_JIT the controller is plain Python and gives the same commands."""
     code = (
         "import json, sys, types\n"
-        "from rodless_control import Pid, PidParameters\nfrom rodless_control.laws import pid\n"
+        "from math import nan\nfrom rodless_control import *\n"
+        "from rodless_control.laws import pid\n"
         "assert isinstance(pid.update, types.FunctionType)\n"
         "law = Pid(PidParameters())\n"
         f"print(json.dumps([law.update(*s) for s in {SAMPLES!r}]))"

@@ -7,7 +7,7 @@ import pytest
 
 from rodless_base.parameter_file import read_parameter_file
 from rodless_base.parameters import ParameterError
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_sim import RigParameters
 
 Write = Callable[[str], Path]
@@ -133,7 +133,7 @@ def test_a_file_gives_each_node_its_own(written: Write) -> None:
         section("/**/plant", "supply.pressure: 600000")
         + section("/**/controller", "controller: {kp: 500, joint: slide}")
     )
-    rig, pid = RigParameters.from_file(path), PidParameters.from_file(path)
+    rig, pid = RigParameters.from_file(path), ControllerParameters.from_file(path)
     assert rig.number("supply.pressure") == 6e5
     assert (pid.number("controller.kp"), pid.text("controller.joint")) == (500.0, "slide")
     assert rig == RigParameters({"supply.pressure": 6e5})

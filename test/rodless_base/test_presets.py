@@ -7,10 +7,10 @@ import yaml
 
 from rodless_base import parameter_file
 from rodless_base.parameters import ParameterError, ParameterSet
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters, PidParameters
 from rodless_sim import RigParameters
 
-SETS = {"plant": RigParameters, "controller": PidParameters}
+SETS = {"plant": RigParameters, "controller": ControllerParameters}
 
 
 @pytest.fixture

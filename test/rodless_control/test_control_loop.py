@@ -1,10 +1,12 @@
 """One position sample after the other: time, faults and what survives them."""
 
 import math
+import re
+from typing import NamedTuple
 
 import pytest
 
-from rodless_control import Pid, PidParameters
+from rodless_control import ControllerParameters, Law, Measurement, Pid, ReferencePoint
 from rodless_control.loop import ControlLoop
 
 MILLISECOND = 1_000_000
@@ -13,57 +15,61 @@ NOT_FINITE = (math.nan, math.inf, -math.inf)
 
 def charged(**values: object) -> tuple[ControlLoop, int, float]:
     """A loop whose integrator has worked for 50 ms, its time (ns) and its integral term."""
-    loop = ControlLoop(PidParameters({f"reference.{k}": v for k, v in values.items()}))
+    loop = ControlLoop(ControllerParameters({f"reference.{k}": v for k, v in values.items()}))
     loop.setpoints.receive(0.051)
     for k in range(51):
-        output = loop.sample(0.05, k * MILLISECOND)
+        output = loop.sample(Measurement(k * MILLISECOND, 0.05))
     assert output is not None
-    assert output.command.i == pytest.approx(55.0 * 1e-3 * 50e-3, rel=1e-9)
-    return loop, 50 * MILLISECOND, output.command.i
+    assert output.terms["i"] == pytest.approx(55.0 * 1e-3 * 50e-3, rel=1e-9)
+    return loop, 50 * MILLISECOND, output.terms["i"]
 
 
 def test_it_runs_the_law_on_the_reference_in_force() -> None:
     """Samples at uneven times give what Pid gives for that reference and those intervals."""
     values = {"reference.type": "sine", "reference.at": 0.0, "reference.centre": 0.05}
-    parameters = PidParameters(values)
-    loop, pid, last = ControlLoop(parameters), Pid(parameters), 0
+    parameters = ControllerParameters(values)
+    loop, pid, last = ControlLoop(parameters), Pid(parameters.of_law()), 0
     for k in range(200):
         time = MILLISECOND * (k * k // 7)
         position = 0.05 + 0.001 * math.cos(k)
         angle = 2.0 * math.pi * 0.381 * time * 1e-9
         reference = 0.05 + 0.02 * math.sin(angle)
         velocity = 0.02 * 2.0 * math.pi * 0.381 * math.cos(angle)
-        output = loop.sample(position, time)
-        expected = pid.update(reference, velocity, position, (time - last) * 1e-9)
+        output = loop.sample(Measurement(time, position))
+        expected = pid.update(
+            Measurement(0, position), ReferencePoint(reference, velocity), (time - last) * 1e-9
+        )
         last = time
         assert output is not None
         assert output.reference == pytest.approx(reference, rel=1e-12)
-        assert list(output.command) == pytest.approx(list(expected), rel=1e-9, abs=1e-12)
+        assert [output.voltage, *output.terms.values()] == pytest.approx(
+            list(expected), rel=1e-9, abs=1e-12
+        )
 
 
 def test_time_that_stands_still_integrates_nothing() -> None:
     """A second sample at the same time is answered with the same integral and velocity."""
     loop, now, integral = charged()
-    loop.sample(0.0501, now + MILLISECOND)
-    again = [loop.sample(0.0501, now + MILLISECOND) for _ in range(20)]
+    loop.sample(Measurement(now + MILLISECOND, 0.0501))
+    again = [loop.sample(Measurement(now + MILLISECOND, 0.0501)) for _ in range(20)]
     assert again[0] is not None
     assert again == [again[0]] * 20
-    assert again[0].command.i > integral
+    assert again[0].terms["i"] > integral
     assert loop.restarts == 0
 
 
 def test_time_that_runs_backwards_starts_the_loop_anew() -> None:
     """A plant set back to zero: no integral, no velocity, the set-point still in force."""
     loop, now, _ = charged()
-    loop.sample(0.06, now + MILLISECOND)
-    output = loop.sample(0.02, 0)
+    loop.sample(Measurement(now + MILLISECOND, 0.06))
+    output = loop.sample(Measurement(0, 0.02))
     assert output is not None
-    assert (output.command.i, output.command.d) == (0.0, 0.0)
+    assert (output.terms["i"], output.terms["d"]) == (0.0, 0.0)
     assert output.reference == 0.051
     assert loop.restarts == 1
-    after = loop.sample(0.0505, MILLISECOND)
+    after = loop.sample(Measurement(MILLISECOND, 0.0505))
     assert after is not None
-    assert after.command.i == pytest.approx(55.0 * 5e-4 * 1e-3, rel=1e-9)
+    assert after.terms["i"] == pytest.approx(55.0 * 5e-4 * 1e-3, rel=1e-9)
     assert loop.restarts == 1
 
 
@@ -72,52 +78,52 @@ def test_a_position_that_is_not_finite_gives_none_and_keeps_the_integral(positio
     """The caller is told to stay safe; the next good sample goes on with the integral."""
     loop, now, integral = charged()
     for k in range(1, 6):
-        assert loop.sample(position, now + k * MILLISECOND) is None
+        assert loop.sample(Measurement(now + k * MILLISECOND, position)) is None
     assert loop.not_finite == 5
-    output = loop.sample(0.045, now + 6 * MILLISECOND)
+    output = loop.sample(Measurement(now + 6 * MILLISECOND, 0.045))
     assert output is not None
-    assert output.command.i == integral
-    assert output.command.d == 0.0
-    later = loop.sample(0.0505, now + 7 * MILLISECOND)
+    assert output.terms["i"] == integral
+    assert output.terms["d"] == 0.0
+    later = loop.sample(Measurement(now + 7 * MILLISECOND, 0.0505))
     assert later is not None
-    assert later.command.i == pytest.approx(integral + 55.0 * 5e-4 * 1e-3, rel=1e-9)
+    assert later.terms["i"] == pytest.approx(integral + 55.0 * 5e-4 * 1e-3, rel=1e-9)
     assert loop.not_finite == 5
 
 
 @pytest.mark.parametrize("position", NOT_FINITE)
 def test_the_first_position_may_be_missing(position: float) -> None:
     """Without any good sample there is no command; the first good one is where it holds."""
-    loop = ControlLoop(PidParameters())
-    assert loop.sample(position, 0) is None
-    output = loop.sample(0.03, MILLISECOND)
+    loop = ControlLoop(ControllerParameters())
+    assert loop.sample(Measurement(0, position)) is None
+    output = loop.sample(Measurement(MILLISECOND, 0.03))
     assert output is not None
-    assert (output.reference, output.command.voltage) == (0.03, 5.08)
+    assert (output.reference, output.voltage) == (0.03, 5.08)
 
 
 def test_missing_positions_keep_the_integral() -> None:
     """hold() over a gap of 10 s: the integral stays, the way moved meanwhile is no velocity."""
     loop, now, integral = charged()
     loop.hold()
-    output = loop.sample(0.0503, now + 10_000 * MILLISECOND)
+    output = loop.sample(Measurement(now + 10_000 * MILLISECOND, 0.0503))
     assert output is not None
-    assert (output.command.i, output.command.d) == (integral, 0.0)
+    assert (output.terms["i"], output.terms["d"]) == (integral, 0.0)
     assert loop.lost == 1
 
 
 @pytest.mark.parametrize("kind", ["ramp", "move"])
 def test_a_restart_behind_a_gap_is_noticed(kind: str) -> None:
     """A plant that went away and came back at time zero is still moved to its set-points."""
-    loop = ControlLoop(PidParameters({"reference.type": kind}))
+    loop = ControlLoop(ControllerParameters({"reference.type": kind}))
     start = 100_000 * MILLISECOND
-    loop.sample(0.0, start)
+    loop.sample(Measurement(start, 0.0))
     loop.setpoints.receive(0.05)
     for k in range(1500):
-        loop.sample(0.0, start + k * MILLISECOND)
+        loop.sample(Measurement(start + k * MILLISECOND, 0.0))
     loop.hold()
-    loop.sample(0.0, 0)
+    loop.sample(Measurement(0, 0.0))
     assert loop.restarts == 1
     loop.setpoints.receive(0.02)
-    outputs = [loop.sample(0.0, k * MILLISECOND) for k in range(1, 4000)]
+    outputs = [loop.sample(Measurement(k * MILLISECOND, 0.0)) for k in range(1, 4000)]
     assert outputs[-1] is not None
     assert outputs[-1].reference == 0.02
 
@@ -126,9 +132,9 @@ def test_reset_keeps_the_set_point_and_nothing_else() -> None:
     """A reset by hand forgets integral and velocity, and is no fault to be counted."""
     loop, now, _ = charged()
     loop.reset()
-    output = loop.sample(0.02, now + MILLISECOND)
+    output = loop.sample(Measurement(now + MILLISECOND, 0.02))
     assert output is not None
-    assert (output.command.i, output.command.d, output.reference) == (0.0, 0.0, 0.051)
+    assert (output.terms["i"], output.terms["d"], output.reference) == (0.0, 0.0, 0.051)
     assert (loop.restarts, loop.lost, loop.not_finite) == (0, 0, 0)
 
 
@@ -136,21 +142,112 @@ def test_changed_parameters_reach_law_and_reference() -> None:
     """New gains and a new reference act from the next sample on."""
     loop, now, _ = charged()
     values = {"controller.kp": 100.0, "reference.type": "step", "reference.target": 0.08}
-    loop.configure(PidParameters({**values, "reference.at": 0.0}))
-    output = loop.sample(0.05, now + MILLISECOND)
+    loop.configure(ControllerParameters({**values, "reference.at": 0.0}))
+    output = loop.sample(Measurement(now + MILLISECOND, 0.05))
     assert output is not None
     assert output.reference == 0.08
-    assert output.command.p == pytest.approx(100.0 * 0.03, rel=1e-12)
+    assert output.terms["p"] == pytest.approx(100.0 * 0.03, rel=1e-12)
 
 
 @pytest.mark.parametrize("position", [1e308, -1e308])
 def test_a_wild_position_is_answered_within_the_limits(position: float) -> None:
     """A finite position is used however far it is; afterwards the loop finds its way back."""
     loop, now, _ = charged()
-    output = loop.sample(position, now + MILLISECOND)
+    output = loop.sample(Measurement(now + MILLISECOND, position))
     assert output is not None
-    assert output.command.voltage == (0.0 if position > 0.0 else 10.0)
+    assert output.voltage == (0.0 if position > 0.0 else 10.0)
     for k in range(2, 3000):
-        output = loop.sample(0.051, now + k * MILLISECOND)
+        output = loop.sample(Measurement(now + k * MILLISECOND, 0.051))
     assert output is not None
-    assert output.command.d == pytest.approx(0.0, abs=1e-9)
+    assert output.terms["d"] == pytest.approx(0.0, abs=1e-9)
+
+
+class Moody(Law):
+    """A law that does what it is told to: answer, or fail."""
+
+    TERMS = ("mood",)
+
+    class Answer(NamedTuple):
+        """A voltage and a term."""
+
+        voltage: float
+        mood: float
+
+    def reset(self) -> None:
+        """Be well again."""
+        self.answer: object = self.Answer(6.0, 1.0)
+
+    def hold(self) -> None:
+        """Fail where that is asked for."""
+        if self.answer == "hold":
+            raise RuntimeError("no hold")
+
+    def update(self, *_: object) -> object:
+        """Answer."""
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+@pytest.fixture
+def moody() -> ControlLoop:
+    """Return a loop around a moody law that has answered one sample."""
+    parameters = type("Set", (ControllerParameters,), {"LAW": Moody})
+    loop = ControlLoop(parameters({"controller.maximum_voltage": 5.5}))
+    output = loop.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
+    assert output is not None
+    assert (output.reference, output.voltage, output.terms) == (0.05, 5.5, {"mood": 1.0})
+    return loop
+
+
+@pytest.mark.parametrize(
+    ("answer", "complaint"),
+    [
+        (KeyError("x"), "KeyError: 'x'"),
+        (RuntimeError("two\nlines"), "RuntimeError: two lines"),
+        (None, "LawError: law Moody answered None"),
+        (5.0, "LawError: law Moody answered 5.0: must be voltage and mood"),
+        (Moody.Answer(math.nan, 1.0), "LawError: law Moody answered nan V"),
+    ],
+)
+def test_a_law_that_fails_is_not_asked_again_until_reset(
+    moody: ControlLoop, answer: object, complaint: str
+) -> None:
+    """No command comes of it; the text names law and error in one line; a reset heals it."""
+    moody.law.answer = answer  # type: ignore[attr-defined]
+    for k in range(1, 4):
+        assert moody.sample(Measurement(k * MILLISECOND, 0.05, 1e5, 1e5, 6e5)) is None
+    assert moody.failure is not None
+    assert moody.failure.startswith("law Moody failed: ")
+    assert complaint in moody.failure
+    assert "\n" not in moody.failure
+    assert moody.failures == 1
+    moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
+    assert moody.failure is not None, "a reset of the plant is none of the controller"
+    moody.reset()
+    assert moody.failure is None
+    output = moody.sample(Measurement(MILLISECOND, 0.05, 1e5, 1e5, 6e5))
+    assert output is not None
+    assert moody.failures == 1
+
+
+def test_a_law_may_fail_wherever_it_is_asked(moody: ControlLoop) -> None:
+    """hold() and configure() of a user are no more trusted than update()."""
+    moody.law.answer = "hold"  # type: ignore[attr-defined]
+    moody.hold()
+    place = r"\(test_control_loop\.py, line \d+\)"
+    assert re.fullmatch(rf"law Moody failed: RuntimeError: no hold {place}", moody.failure or "")
+    moody.law.configure = None  # type: ignore[assignment,method-assign]
+    moody.configure(ControllerParameters())
+    assert moody.failures == 2
+    assert "TypeError" in (moody.failure or "")
+
+
+def test_a_pressure_that_is_not_finite_counts_where_the_law_uses_pressures(
+    moody: ControlLoop,
+) -> None:
+    """A NaN among the pressures keeps a law that reads them from answering, and not the PID."""
+    sample = Measurement(MILLISECOND, 0.05, 1e5, math.nan, 6e5)
+    assert moody.sample(sample) is None
+    assert (moody.not_finite, moody.failure) == (1, None)
+    assert ControlLoop(ControllerParameters()).sample(sample) is not None

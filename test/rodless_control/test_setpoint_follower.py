@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters, ParameterError
 from rodless_control.setpoint import SetpointFollower
 
 
@@ -15,10 +15,10 @@ def follower(kind: str = "setpoint", **values: object) -> SetpointFollower:
     return SetpointFollower(parameters(kind, **values))
 
 
-def parameters(kind: str, **values: object) -> PidParameters:
+def parameters(kind: str, **values: object) -> ControllerParameters:
     """Parameters with a reference of type ``kind``."""
     given = {f"reference.{name}": value for name, value in values.items()}
-    return PidParameters({"reference.type": kind, **given})
+    return ControllerParameters({"reference.type": kind, **given})
 
 
 @pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
@@ -71,7 +71,7 @@ def test_a_move_is_finished_before_the_latest_set_point_is_gone_to() -> None:
     track = []
     for k, time in enumerate(times):
         if k in (300, 400):
-            found.receive(0.3 if k == 300 else 0.02)
+            found.receive(0.19 if k == 300 else 0.02)
         track.append(found.sample(time, 0.0)[0])
     first = 0.05 / 0.05 + 0.05 / 0.5 + 0.5 / 10.0
     second = 0.03 / 0.05 + 0.05 / 0.5 + 0.5 / 10.0
@@ -88,7 +88,7 @@ def test_moves_in_a_row_keep_the_acceleration_limit() -> None:
     velocities = []
     for k in range(5000):
         if k % 37 == 0:
-            found.receive(0.1 * math.sin(k))
+            found.receive(0.1 + 0.1 * math.sin(k))
         velocities.append(found.sample(0.001 * k, 0.0)[1])
     steps = [abs(b - a) for a, b in pairwise(velocities)]
     assert 0.4e-3 < max(steps) <= 0.5e-3 * (1.0 + 1e-9)
@@ -177,9 +177,9 @@ def test_a_new_type_starts_from_the_carriage(kind: str) -> None:
     assert found.sample(9.0, 0.04) == (0.058, 0.0)
 
 
-@pytest.mark.parametrize("target", [math.nan, math.inf, -math.inf, 1e308, 58.0])
+@pytest.mark.parametrize("target", [math.nan, math.inf, -math.inf, 1e308, 58.0, 0.201, -0.001])
 def test_a_set_point_that_no_rig_could_reach_is_refused(target: float) -> None:
-    """Not finite, or in millimetres: the message names it, and the reference stays as it was."""
+    """Not finite, in millimetres or beyond: the message names it, and the reference stays."""
     found = follower()
     found.receive(0.058)
     with pytest.raises(ValueError, match=re.escape(f"{target!r}")):
@@ -187,3 +187,26 @@ def test_a_set_point_that_no_rig_could_reach_is_refused(target: float) -> None:
     assert found.sample(0.0, 0.0) == (0.058, 0.0)
     found.reset()
     assert found.sample(0.0, 0.0) == (0.058, 0.0)
+
+
+def test_a_refusal_names_limits_and_the_way_out() -> None:
+    """A set-point beyond the travel is answered with both limits and the parameter to change."""
+    found = follower(minimum=0.01, maximum=0.15)
+    with pytest.raises(ParameterError) as refusal:
+        found.receive(0.16)
+    assert str(refusal.value) == (
+        "set-point: 0.16 m refused, must be from reference.minimum (0.01 m) to reference.maximum "
+        "(0.15 m); change reference.maximum for another travel"
+    )
+    found.receive(0.15)
+    found.receive(0.01)
+    assert found.sample(0.0, 0.1).position == 0.01
+    found.configure(parameters("setpoint", maximum=0.16))
+    found.receive(0.16)
+    assert found.sample(0.0, 0.1).position == 0.16
+
+
+@pytest.mark.parametrize("position", [-0.0011, 0.2011])
+def test_a_carriage_found_outside_the_travel_is_held_there(position: float) -> None:
+    """A carriage that rests 1.1 mm beyond its end is no set-point: it stays where it is."""
+    assert follower().sample(0.0, position) == (position, 0.0)

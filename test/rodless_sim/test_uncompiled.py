@@ -10,20 +10,22 @@ import pytest
 PROGRAM = """
 import json
 from rodless_sim import RigParameters
-from rodless_sim.physics.motion import Motion, advance
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.motion import advance
+from rodless_sim.physics.state import Motion
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
 
 ends = []
 for assembly in ("reconciled", "printed"):
     for form in ("stribeck", "saturating"):
-        plant = plant_constants(RigParameters({"valve.assembly": assembly, "friction.form": form}))
+        plant = Plant.of(RigParameters({"valve.assembly": assembly, "friction.form": form}))
         # breaks away forward, breaks away in reverse, bounces off the cap of chamber A
         for voltage, state in (
             (7.0, Motion(0.1, 0.0, 4.6e5, 4.1e5)),
             (3.0, Motion(0.1, 0.0, 4.0e5, 4.6e5)),
             (4.0, Motion(0.0005, -0.4, 3.0e5, 4.5e5)),
         ):
-            ends.append(advance(plant, voltage, state, 500, 20e-6))
+            ends.append(advance(plant, openings(plant, voltage), state, 500, 20e-6))
 print(json.dumps(ends))
 """
 

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+
 # Messages of a topic that wait while the disk is busy: ten seconds at 1 kHz.
 DEPTH = 10_000
-
-_NANOSECONDS = 1_000_000_000
 
 
 def recorded_profile(offered: QoSProfile) -> Mapping[str, object]:
@@ -27,7 +27,7 @@ def recorded_profile(offered: QoSProfile) -> Mapping[str, object]:
 
 
 def _duration(duration: Duration) -> Mapping[str, int]:
-    seconds, nanoseconds = divmod(duration.nanoseconds, _NANOSECONDS)
+    seconds, nanoseconds = divmod(duration.nanoseconds, NANOSECONDS_PER_SECOND)
     return {"sec": seconds, "nsec": nanoseconds}
 
 

@@ -12,26 +12,44 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class AuxiliaryLines:
-    """Line f_1 through the start of the curve, line f_2 along the motion: N, N, m/s, N·s/m.
+    """Line f_1 through the start of the curve, line f_2 along the motion.
 
     ``static`` and ``stribeck_velocity`` are NaN where nothing was measured left of the minimum;
     ``note`` then says so.
     """
 
-    static: float
-    coulomb: float
-    stribeck_velocity: float
-    viscous: float
+    static: float  # N
+    coulomb: float  # N
+    stribeck_velocity: float  # m/s
+    viscous: float  # N·s/m
     note: str = ""
 
 
 def auxiliary_lines(speeds: Array, forces: Array, breakaway: float | None = None) -> AuxiliaryLines:
-    """Construct f_1 and f_2 on points of one direction, magnitudes, shape (n,), m/s and N.
+    """Construct f_1 and f_2 on points of one direction, Fig. 12 and section 5.1 of the paper.
 
     f_2 runs along the upper half of the speeds: its slope is B, it meets the force axis in F_c.
-    f_1 falls from the force axis at F_s (``breakaway``, N, or by the points left of the minimum)
-    to the slowest point of the motion, and meets the level F_c at v_s. Raises ValueError for
-    fewer than two points.
+    f_1 falls from the force axis at F_s to the slowest point of the motion, and meets the level F_c
+    at v_s.
+
+    Parameters
+    ----------
+    speeds, forces
+        Magnitudes in m/s and N, shape (n,).
+    breakaway
+        F_s in N; otherwise the points left of the minimum give it.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two points.
+
+    Examples
+    --------
+    >>> speeds = np.array([5e-3, 10e-3, 20e-3])
+    >>> lines = auxiliary_lines(speeds, 12.0 + 4500.0 * speeds)
+    >>> round(lines.coulomb, 6), round(lines.viscous, 6)
+    (12.0, 4500.0)
     """
     if len(speeds) < 2:
         raise ValueError("auxiliary lines need two uniform runs in a direction")

@@ -11,28 +11,35 @@ Array = npt.NDArray[np.float64]
 
 
 class Stribeck(NamedTuple):
-    """Magnitudes for one direction: F_s, F_c in N, v_s in m/s, B in N·s/m."""
+    """Magnitudes for one direction."""
 
-    static: float
-    coulomb: float
-    stribeck_velocity: float
-    viscous: float
+    static: float  # N, F_s
+    coulomb: float  # N, F_c
+    stribeck_velocity: float  # m/s, v_s
+    viscous: float  # N·s/m, B
 
 
 class TurningPoints(NamedTuple):
-    """Where a rising force lets go and a falling one catches again: speeds in m/s, forces in N.
+    """Where a rising force lets go and a falling one catches again.
 
     Between the two speeds the curve falls and no uniform motion is stable.
     """
 
-    hump_speed: float
-    hump: float
-    valley_speed: float
-    valley: float
+    hump_speed: float  # m/s
+    hump: float  # N
+    valley_speed: float  # m/s
+    valley: float  # N
 
 
 def friction_force(curve: Stribeck, speed: Array) -> Array:
-    """Friction in N at ``speed`` >= 0, shape (n,), eq. (29)."""
+    """Friction in N at ``speed`` >= 0 (m/s), shape (n,), eq. (29).
+
+    Examples
+    --------
+    >>> curve = Stribeck(29.0, 12.0, 1.3e-3, 4500.0)
+    >>> friction_force(curve, np.array([0.0, 0.02])).round(6).tolist()
+    [29.0, 102.0]
+    """
     drop = (curve.static - curve.coulomb) * np.exp(-((speed / curve.stribeck_velocity) ** 2))
     return np.asarray(curve.coulomb + drop + curve.viscous * speed)
 
@@ -50,6 +57,12 @@ def turning_points(curve: Stribeck) -> TurningPoints:
     Its slope is B at rest, so even breakaway is preceded by a creep, and the force that lets go
     exceeds F_s a little. Where viscous friction hides the fall altogether, both points are its
     inflection: :func:`has_unstable_branch` tells.
+
+    Examples
+    --------
+    >>> ends = turning_points(Stribeck(29.0, 12.0, 1.3e-3, 4500.0))
+    >>> round(ends.hump, 2), round(ends.valley, 2)
+    (29.51, 22.56)
     """
     share = min(_steepness(curve), math.sqrt(0.5 / math.e))
     # x exp(-x²) = share  <=>  -2x² exp(-2x²) = -2 share²

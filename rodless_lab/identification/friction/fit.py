@@ -16,15 +16,17 @@ from rodless_lab.identification.friction.curve import (
     friction_force,
     turning_points,
 )
+from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
 
-# Of F_s, F_c, v_s, B in this order: unit, natural size for the solver, and bounds, which are those
-# of the plant's declarations.
-UNITS = ("N", "N", "m/s", "N·s/m")
+# Of F_s, F_c, v_s, B: natural size for the solver; unit and bounds as the plant declares them,
+# the same for both directions.
 _SCALE = np.array([10.0, 10.0, 1e-3, 1e3])
-_LOW = np.array([0.0, 0.0, 1e-4, 0.0])
-_HIGH = np.array([1e4, 1e4, 1.0, 1e5])
+_DECLARED = [RigParameters.DECLARATIONS[f"friction.forward.{name}"] for name in Stribeck._fields]
+UNITS = [parameter.unit for parameter in _DECLARED]
+_LOW = np.array([parameter.minimum for parameter in _DECLARED])
+_HIGH = np.array([parameter.maximum for parameter in _DECLARED])
 
 # Stribeck velocities (m/s) the search starts from; the cost has a minimum of its own near many.
 _STARTS = np.geomspace(5e-4, 1.2e-2, 6)
@@ -118,12 +120,35 @@ def fit_friction(
 ) -> FrictionFit:
     """Fit eq. (29) to points of uniform motion by robust least squares, per direction.
 
-    ``speeds`` (m/s) and ``forces`` (N, eq. (30)), shape (n,), are signed like the motion.
-    ``breakaways`` and ``stops`` (N, signed, shapes (k,) and (l,)) are the forces at which the
-    carriage lets go and catches again in slow stick-slip (:func:`stick_slip_events`): maximum and
-    minimum of the curve's slow end, which uniform motion cannot reach. Standard errors, where
-    given, weight the points; otherwise scatter about the curve is all that is known of them, and
-    all are alike. Raises ValueError for shapes that differ or values that are not finite.
+    Standard errors, where given, weight the points; otherwise scatter about the curve is all that
+    is known of them, and all are alike.
+
+    Parameters
+    ----------
+    speeds, forces
+        Uniform motion in m/s and N (eq. (30)), shape (n,), signed like the motion.
+    speed_errors, force_errors
+        Standard errors, shape (n,) or one for all.
+    breakaways, stops
+        Forces in N, signed, shapes (k,) and (l,), at which the carriage lets go and catches again
+        in slow stick-slip (:func:`stick_slip_events`): maximum and minimum of the curve's slow end,
+        which uniform motion cannot reach.
+    breakaway_errors, stop_errors
+        Their standard errors.
+
+    Raises
+    ------
+    ValueError
+        For shapes that differ or values that are not finite.
+
+    Examples
+    --------
+    >>> speeds = np.linspace(4e-3, 40e-3, 12)
+    >>> fit = fit_friction(speeds, 12.0 + 4500.0 * speeds, force_errors=0.1)
+    >>> round(fit.forward.coulomb.value, 3), round(fit.forward.viscous.value, 3)
+    (12.0, 4500.0)
+    >>> fit.forward.static.informed, fit.reverse.viscous.informed
+    (False, False)
     """
     speed, force = _vector(speeds), _vector(forces)
     given = speed_errors is not None or force_errors is not None

@@ -12,8 +12,8 @@ from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stic
 from rodless_lab.identification.friction.uniform_motion import UniformPart, uniform_parts
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import PRESSURE_RANGE
-from rodless_sim.physics.plant import piston_area
+from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
+from rodless_sim.physics.cylinder import piston_area
 
 Array = npt.NDArray[np.float64]
 
@@ -50,6 +50,17 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
 
     Of ``parameters`` bore, moving mass and the lag of the pressure sensors are used; ``reason``
     says why where there is no uniform motion. Raises ValueError for a run of no length.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters()
+    >>> run = run_of_trace(simulate(rig, [5.6] * 2000, 1e-3, position=0.01), 621325.0)
+    >>> points = friction_points(run, rig)
+    >>> friction = 12.0 + 4500.0 * points.speeds  # Table 2
+    >>> bool(np.allclose(points.forces, friction, atol=0.3))
+    True
     """
     area = piston_area(parameters)
     lag = parameters.number("sensors.pressure_lag")
@@ -83,15 +94,37 @@ def _force(time: Array, force: Array, part: UniformPart, lag: float) -> tuple[fl
 
 
 def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFit:
-    """Identify both directions' friction from one run.
+    """Identify both directions' friction, eq. (29), from one run.
 
     The intervals hold the noise of the run and, by the ``sensors.*`` of ``parameters``, what its
     noise cannot show: a bias of the pressure sensors moves F_s and F_c of both directions by one
-    force, a nonlinearity of the position sensor moves the slope B. Raises
-    :class:`UninformativeRunError` for a run without uniform motion.
+    force, a nonlinearity of the position sensor moves the slope B.
+
+    Parameters
+    ----------
+    run
+        The measured run.
+    parameters
+        What is taken as known: bore, moving mass and ``sensors.*``.
+
+    Raises
+    ------
+    UninformativeRunError
+        For a run without uniform motion.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters()
+    >>> voltages = np.repeat([5.4, 5.5, 5.6, 5.7], 1500)
+    >>> run = run_of_trace(simulate(rig, voltages, 1e-3, position=0.01), 621325.0)
+    >>> fit = identify_friction(run, rig)
+    >>> fit.forward.viscous.covers(rig.number("friction.forward.viscous"))
+    True
     """
     points = friction_points(run, parameters)
-    nonlinearity = 0.5 * _stretch(parameters) * np.abs(points.speeds)
+    nonlinearity = 0.5 * speed_stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
         raise UninformativeRunError(f"no uniform motion: {points.reason}")
     events = points.events
@@ -117,10 +150,7 @@ def _alike(forces: Array, errors: Array) -> Array:
 
 
 def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
-    area = piston_area(parameters)
-    bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
-    force = area * BIAS_DIFFERENCE * bias
-    stretch = _stretch(parameters)
+    force, stretch = bias_force(parameters), speed_stretch(parameters)
     return replace(
         fit,
         static=_widened(fit.static, force, "bias of the pressure sensors"),
@@ -134,7 +164,23 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit
     )
 
 
-def _stretch(parameters: RigParameters) -> float:
+def bias_force(parameters: RigParameters) -> float:
+    """Force in N by which a bias of the pressure sensors moves F_s and F_c, in 98 of 100 cases."""
+    bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
+    return piston_area(parameters) * BIAS_DIFFERENCE * bias
+
+
+def bias_note() -> str:
+    """Say in a line what a bias within the data sheet does to identified friction."""
+    sheet = RigParameters(DATA_SHEET)
+    bias = sheet.number("sensors.pressure_bias") * PRESSURE_RANGE
+    return (
+        f"friction holds the bias of the pressure sensors, by data sheet ±{bias * 1e-3:g} kPa each "
+        f"or {bias_force(sheet):.1f} N; compare over its intervals (docs/identification.md)"
+    )
+
+
+def speed_stretch(parameters: RigParameters) -> float:
     """Largest relative error of a speed from a nonlinearity that makes one wave along the range."""
     return 2.0 * math.pi * parameters.number("sensors.position_linearity")
 

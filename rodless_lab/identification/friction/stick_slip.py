@@ -57,11 +57,25 @@ def stick_slip_events(
 ) -> StickSlipEvents:
     """Find where a slowly rising force lets the carriage go and a falling one catches it.
 
-    ``time`` (s, evenly spaced), ``position`` (m) and ``force`` (N, A (P_a - P_b)) have one shape
-    (n,). ``lag`` (s) is the time constant of the pressure sensors, which is taken out. On either
-    side of an event the force is smooth: a curve is fitted to each, and their crossing is the
-    event. Left out are events at which the force does not turn (a creep that just begins or
+    On either side of an event the force is smooth: a curve is fitted to each, and their crossing is
+    the event. Left out are events at which the force does not turn (a creep that just begins or
     ends), or turns too fast.
+
+    Parameters
+    ----------
+    time, position, force
+        Shape (n,): s, evenly spaced, m, and N (A (P_a - P_b)).
+    lag
+        Time constant of the pressure sensors in s, which is taken out.
+
+    Examples
+    --------
+    >>> from rodless_sim import RigParameters, simulate
+    >>> rig = RigParameters({"supply.pressure": 601325.0})
+    >>> run = simulate(rig, [5.26] * 8000, 1e-3, position=0.02)
+    >>> events = stick_slip_events(run.time, run.position, run.force)
+    >>> round(float(events.stops.mean()), 1)  # the minimum of the curve, 22.56 N
+    22.5
     """
     motion = _direction_of_motion(time, position)
     period = float(time[-1] - time[0]) / (len(time) - 1)

@@ -88,9 +88,26 @@ def uniform_parts(
 ) -> UniformSearch:
     """Find the parts of a run at uniform speed.
 
-    ``time`` (s, increasing, evenly spaced) and ``position`` (m) have one shape (n,). A part is as
-    long as its speed stays within ``tolerance`` of its own mean, and no shorter than ``window``
-    (s). Raises ValueError for a run shorter than one window.
+    Parameters
+    ----------
+    time, position
+        Shape (n,): s, increasing and evenly spaced, and m.
+    window
+        Shortest part in s.
+    tolerance
+        Share of its own mean within which the speed of a part stays.
+
+    Raises
+    ------
+    ValueError
+        For a run shorter than one window.
+
+    Examples
+    --------
+    >>> time = np.arange(2000) * 1e-3
+    >>> search = uniform_parts(time, 0.05 + 0.01 * time)
+    >>> round(search.longest.speed, 6)
+    0.01
     """
     stretches = _stretches(time, position, window)
     if not stretches:

@@ -8,9 +8,8 @@ from rodless_base.kernels import kernel
 from rodless_lab.identification.friction.uniform_motion import position_noise
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b
-from rodless_sim.physics.valve import lands
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
 
 Array = npt.NDArray[np.float64]
 
@@ -40,24 +39,24 @@ def chamber_pressures(
     pressures = np.empty((voltage.size, 2))
     a, b = start
     step = period / steps
-    edges = lands(air, plant.valve, voltage[0])
+    lands = openings(plant, voltage[0])
     for k in range(voltage.size):
         pressures[k, 0] = a
         pressures[k, 1] = b
         if k == 0 or voltage[k] != voltage[k - 1]:
-            edges = lands(air, plant.valve, voltage[k])
+            lands = openings(plant, voltage[k])
         following = min(k + 1, voltage.size - 1)
         speed = 0.5 * (velocity[k] + velocity[following])
         for i in range(steps):
             where = position[k] + speed * step * (i + 0.5)
             first, second = volume_a(cylinder, where), volume_b(cylinder, where)
             change = cylinder.piston_area * speed
-            flow_a = flow_into_a(air, edges, plant.supply_pressure, a, plant.ambient_pressure)
-            flow_b = flow_into_b(air, edges, plant.supply_pressure, b, plant.ambient_pressure)
+            flow_a = flow_into_a(plant, lands, a)
+            flow_b = flow_into_b(plant, lands, b)
             half_a = a + 0.5 * step * pressure_rate(air, first, change, a, flow_a)
             half_b = b + 0.5 * step * pressure_rate(air, second, -change, b, flow_b)
-            flow_a = flow_into_a(air, edges, plant.supply_pressure, half_a, plant.ambient_pressure)
-            flow_b = flow_into_b(air, edges, plant.supply_pressure, half_b, plant.ambient_pressure)
+            flow_a = flow_into_a(plant, lands, half_a)
+            flow_b = flow_into_b(plant, lands, half_b)
             a += step * pressure_rate(air, first, change, half_a, flow_a)
             b += step * pressure_rate(air, second, -change, half_b, flow_b)
     return pressures

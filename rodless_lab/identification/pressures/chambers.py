@@ -10,7 +10,7 @@ from rodless_lab.identification.pressures.fit import (
 )
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.plant import Plant
 
 VOLUMES = ("cylinder.dead_volume_a", "cylinder.dead_volume_b")
 GAP = "valve.gap_height"
@@ -22,6 +22,17 @@ def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFi
     Works on fixed chambers and on moving ones alike. Of ``parameters`` everything else is taken
     as known, the valve's area above all: a valve that passes a tenth more makes the volumes look
     a tenth smaller. Raises :class:`UninformativeRunError` where no pressure changes.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters({"cylinder.locked": True})
+    >>> voltages = [5.7] * 500 + [4.6] * 500
+    >>> run = run_of_trace(simulate(rig, voltages, 1e-3, position=0.06), 621325.0)
+    >>> fit = identify_chambers(run, rig)
+    >>> round(fit.estimates["cylinder.dead_volume_a"].value * 1e6, 1)
+    15.0
     """
     return fit_pressures(
         run, parameters, [*(_volume(parameters, name) for name in VOLUMES), gap(parameters)]
@@ -39,7 +50,7 @@ def gap(parameters: RigParameters) -> Unknown:
     def apply(plant: Plant, value: float) -> Plant:
         return plant._replace(valve=plant.valve._replace(gap_height=value))
 
-    return Unknown(GAP, "m", parameters.number(GAP), 1e-6, 0.0, 5e-5, apply)
+    return Unknown.parameter(GAP, parameters, 1e-6, apply)
 
 
 def _volume(parameters: RigParameters, name: str) -> Unknown:
@@ -49,4 +60,4 @@ def _volume(parameters: RigParameters, name: str) -> Unknown:
             return plant._replace(cylinder=cylinder._replace(dead_volume_a=value))
         return plant._replace(cylinder=cylinder._replace(dead_volume_b=value))
 
-    return Unknown(name, "m³", parameters.number(name), 1e-5, 2e-6, 1e-2, apply)
+    return Unknown.parameter(name, parameters, 1e-5, apply)

@@ -25,8 +25,7 @@ from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import POSITION_RANGE, PRESSURE_RANGE
 from rodless_sim.instruments.transmitter import lagged
-from rodless_sim.physics.motion import Plant
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -63,9 +62,9 @@ ROBUST = 3.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """A quantity to fit: its name, unit, natural size, bounds, and how it changes the plant.
+    """A quantity to fit, in ``unit``, and how it changes the plant.
 
-    ``start`` is where the search begins.
+    ``start`` is where the search begins, ``scale`` the natural size, ``low`` and ``high`` bound it.
     """
 
     name: str
@@ -75,6 +74,19 @@ class Unknown:
     low: float
     high: float
     apply: Callable[[Plant, float], Plant]
+
+    @classmethod
+    def parameter(
+        cls,
+        name: str,
+        parameters: RigParameters,
+        scale: float,
+        apply: Callable[[Plant, float], Plant],
+    ) -> "Unknown":
+        """Return a parameter of the rig as an unknown, within the range it is declared with."""
+        declared = RigParameters.DECLARATIONS[name]
+        start, low, high = parameters.number(name), declared.minimum, declared.maximum
+        return cls(name, declared.unit, start, scale, low, high, apply)
 
 
 @dataclass(frozen=True)
@@ -202,7 +214,7 @@ class _Problem:
     ) -> None:
         self._run = run
         self._unknowns = unknowns
-        self._plant = plant_constants(parameters)
+        self._plant = Plant.of(parameters)
         self._lag = parameters.number("sensors.pressure_lag")
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self._accuracy = max(bias * WITHIN_BOUND, 1.0)

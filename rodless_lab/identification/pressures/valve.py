@@ -12,7 +12,7 @@ from rodless_lab.identification.pressures.fit import (
 )
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-from rodless_sim.physics.motion import Plant
+from rodless_sim.physics.plant import Plant
 
 CLOSED = "valve.closed_voltage"
 AREA = "valve.area_coefficients"
@@ -27,6 +27,17 @@ def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
     (:func:`fit_area_curve`, :func:`fit_flow_coefficient`). The dead volumes are taken as known
     from ``parameters``: while the carriage rests, a factor on both looks like one on the area.
     Raises :class:`UninformativeRunError` where no pressure changes.
+
+    Examples
+    --------
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters({"cylinder.locked": True})
+    >>> voltages = [5.7] * 500 + [4.6] * 500
+    >>> run = run_of_trace(simulate(rig, voltages, 1e-3, position=0.06), 621325.0)
+    >>> fit = identify_valve(run, rig)
+    >>> round(fit.estimates["valve.closed_voltage"].value, 2)
+    5.08
     """
     unknowns = [_closed(parameters), _area(), gap(parameters)]
     return fit_pressures(run, parameters, unknowns)
@@ -54,7 +65,7 @@ def _closed(parameters: RigParameters) -> Unknown:
     def apply(plant: Plant, value: float) -> Plant:
         return plant._replace(valve=plant.valve._replace(closed_voltage=value))
 
-    return Unknown(CLOSED, "V", parameters.number(CLOSED), 0.1, 4.0, 6.0, apply)
+    return Unknown.parameter(CLOSED, parameters, 0.1, apply)
 
 
 def _area() -> Unknown:

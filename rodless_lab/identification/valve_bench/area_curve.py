@@ -42,6 +42,12 @@ def effective_area(volume_flow: Array, upstream_pressure: Array, temperature: Ar
 
     ``volume_flow`` is in m³/s of free air, ``upstream_pressure`` in Pa absolute, ``temperature``
     (upstream) in K; shapes (n,) or scalars.
+
+    Examples
+    --------
+    >>> area = effective_area(np.array(100.0 / 6e4), np.array(601325.0), np.array(293.15))
+    >>> round(float(area) * 1e6, 3)  # mm²
+    1.39
     """
     litres = np.asarray(volume_flow) * LITRES_PER_MINUTE
     kilopascals = np.asarray(upstream_pressure) * 1e-3
@@ -50,7 +56,13 @@ def effective_area(volume_flow: Array, upstream_pressure: Array, temperature: Ar
 
 
 def three_sines(coefficients: npt.ArrayLike, voltage: Array) -> Array:
-    """Eq. (5) in m² at ``voltage`` (V), shape (n,); nine coefficients in mm², rad/V and rad."""
+    """Eq. (5) in m² at ``voltage`` (V), shape (n,); nine coefficients in mm², rad/V and rad.
+
+    Examples
+    --------
+    >>> float(three_sines([2.0, 0.5, 0.0, 0, 0, 0, 0, 0, 0], np.array(np.pi))) * 1e6  # mm²
+    2.0
+    """
     amplitude, frequency, phase = np.asarray(coefficients, dtype=np.float64).reshape(3, 3).T
     angle = np.multiply.outer(np.asarray(voltage), frequency) + phase
     return np.asarray(1e-6 * np.sum(amplitude * np.sin(angle), axis=-1))
@@ -94,12 +106,31 @@ class AreaCurve:
 def fit_area_curve(
     voltages: npt.ArrayLike, areas: npt.ArrayLike, start: npt.ArrayLike | None = None
 ) -> AreaCurve:
-    """Fit the three sines of eq. (5) to measured areas (m²) at ``voltages`` (V), shape (n,).
+    """Fit the three sines of eq. (5) to measured areas.
 
-    Without ``start`` (nine coefficients) the search begins by itself: for given frequencies the
-    curve is linear in the rest, so a coarse grid of frequencies is tried and the best refined.
     Sines come in the order of amplitude, positive but for the last, as the paper writes them.
-    Raises ValueError for fewer than ten points.
+
+    Parameters
+    ----------
+    voltages, areas
+        Shape (n,), V and m².
+    start
+        Nine coefficients to begin with. Without, the search begins by itself: for given frequencies
+        the curve is linear in the rest, so a coarse grid of frequencies is tried and the best
+        refined.
+
+    Raises
+    ------
+    ValueError
+        For fewer than ten points.
+
+    Examples
+    --------
+    >>> from rodless_sim import RigParameters
+    >>> paper = RigParameters().numbers("valve.area_coefficients")
+    >>> voltages = np.linspace(0.0, 10.0, 101)
+    >>> bool(np.allclose(fit_area_curve(voltages, three_sines(paper, voltages)).values, paper))
+    True
     """
     voltage = np.asarray(voltages, dtype=np.float64)
     area = np.asarray(areas, dtype=np.float64) * 1e6

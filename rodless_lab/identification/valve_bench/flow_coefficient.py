@@ -26,6 +26,12 @@ def flow_coefficient(
 
     ``supply_pressure`` in Pa absolute, ``area`` in m², ``temperature`` in K; shapes (n,) or
     scalars.
+
+    Examples
+    --------
+    >>> nozzle = flow_coefficient(np.array(1.41016e-3), np.array(601325.0), np.array(1e-6), 297.0)
+    >>> round(float(nozzle), 4)
+    1.0
     """
     ideal = np.asarray(supply_pressure) * np.asarray(area) / np.sqrt(gas_constant * temperature)
     return np.asarray(mass_flow / (ideal * choked_nozzle_function(isentropic_index)))
@@ -57,6 +63,13 @@ def fit_flow_coefficient(
     The argument is the distance from the closed position, the same to either side. ``weights``
     are reciprocal standard errors up to a common factor: near the closed position C_v divides two
     small numbers. Raises ValueError for fewer points than coefficients.
+
+    Examples
+    --------
+    >>> deflections = np.linspace(0.1, 4.9, 50)
+    >>> curve = fit_flow_coefficient(deflections, 1.1 - 0.01 * deflections)
+    >>> round(curve.values[0], 6), round(curve.values[1], 6)
+    (1.1, -0.01)
     """
     distance = np.abs(np.asarray(deflections, dtype=np.float64))
     values = np.asarray(coefficients, dtype=np.float64)

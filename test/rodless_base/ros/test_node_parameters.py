@@ -11,12 +11,15 @@ from running import StartProcess
 from sensor_msgs.msg import FluidPressure
 
 from rodless_base.parameters import ParameterSet
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters
 from rodless_lab.session.errors import RefusedError
 from rodless_lab.session.observer import Observer
 from rodless_sim import Rig, RigParameters
 
-SETS: dict[str, type[ParameterSet]] = {"/plant": RigParameters, "/other/controller": PidParameters}
+SETS: dict[str, type[ParameterSet]] = {
+    "/plant": RigParameters,
+    "/other/controller": ControllerParameters,
+}
 NODES = pytest.mark.parametrize("node", SETS)
 
 PERIOD = 0.01

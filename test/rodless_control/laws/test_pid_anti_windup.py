@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 Make = Callable[..., PidParameters]
 
@@ -15,7 +15,9 @@ KINDS = ("conditional_integration", "back_calculation", "none")
 def saturated(parameters: PidParameters, samples: int, interval: float) -> tuple[Pid, np.ndarray]:
     """A controller after ``samples`` with an error of 1 m, and its integral term at each."""
     pid = Pid(parameters)
-    return pid, np.array([pid.update(1.0, 0.0, 0.0, interval).i for _ in range(samples)])
+    return pid, np.array(
+        [pid.update(Measurement(0, 0.0), ReferencePoint(1.0), interval).i for _ in range(samples)]
+    )
 
 
 def test_conditional_integration_freezes_and_releases_at_once(bare: Make) -> None:
@@ -24,7 +26,7 @@ def test_conditional_integration_freezes_and_releases_at_once(bare: Make) -> Non
         bare(kp=10.0, ki=3.0, anti_windup="conditional_integration"), 100, 0.01
     )
     assert not integral.any()
-    back = pid.update(-0.1, 0.0, 0.0, 0.01)
+    back = pid.update(Measurement(0, 0.0), ReferencePoint(-0.1), 0.01)
     assert back.i == pytest.approx(-0.003, rel=1e-13)
     assert back.voltage == pytest.approx(5.0 - 1.0 - 0.003, rel=1e-13)
 
@@ -32,7 +34,7 @@ def test_conditional_integration_freezes_and_releases_at_once(bare: Make) -> Non
 def test_conditional_integration_lets_the_error_out_of_saturation(bare: Make) -> None:
     """At the upper limit a negative error still integrates: only growth outwards is stopped."""
     pid = Pid(bare(ki=3.0, feedforward=100.0, anti_windup="conditional_integration"))
-    terms = [pid.update(-0.1, 1.0, 0.0, 0.1) for _ in range(4)]
+    terms = [pid.update(Measurement(0, 0.0), ReferencePoint(-0.1, 1.0), 0.1) for _ in range(4)]
     assert {command.voltage for command in terms} == {10.0}
     assert [command.i for command in terms] == pytest.approx([0.0, -0.03, -0.06, -0.09], rel=1e-13)
 
@@ -40,8 +42,12 @@ def test_conditional_integration_lets_the_error_out_of_saturation(bare: Make) ->
 def test_conditional_integration_works_at_the_lower_limit(bare: Make) -> None:
     """The lower limit is the mirror image of the upper one."""
     pid = Pid(bare(kp=10.0, ki=3.0, anti_windup="conditional_integration"))
-    assert [pid.update(-1.0, 0.0, 0.0, 0.01).i for _ in range(9)] == [0.0] * 9
-    assert pid.update(0.1, 0.0, 0.0, 0.01).i == pytest.approx(0.003, rel=1e-13)
+    assert [pid.update(Measurement(0, 0.0), ReferencePoint(-1.0), 0.01).i for _ in range(9)] == [
+        0.0
+    ] * 9
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(0.1), 0.01).i == pytest.approx(
+        0.003, rel=1e-13
+    )
 
 
 def test_back_calculation_decays_with_the_tracking_time(bare: Make) -> None:
@@ -73,14 +79,14 @@ def test_without_anti_windup_the_integral_winds_up(bare: Make) -> None:
     """With "none" it grows at the limit as it does anywhere, and the command sticks there."""
     pid, integral = saturated(bare(kp=10.0, ki=30.0), 101, 0.01)
     np.testing.assert_allclose(integral, 30.0 * 0.01 * np.arange(101), rtol=1e-12)
-    assert pid.update(-0.1, 0.0, 0.0, 0.01).voltage == 10.0
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(-0.1), 0.01).voltage == 10.0
 
 
 def overshoot(parameters: PidParameters) -> float:
     """Overshoot of a 3 m step on an integrating plant, 0.1 m/s per V about 5 V, as a share."""
     pid, interval, position, highest = Pid(parameters), 0.01, 0.0, 0.0
     for _ in range(6000):
-        voltage = pid.update(3.0, 0.0, position, interval).voltage
+        voltage = pid.update(Measurement(0, position), ReferencePoint(3.0), interval).voltage
         position += 0.1 * (voltage - 5.0) * interval
         highest = max(highest, position)
     assert position == pytest.approx(3.0, abs=0.03)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 from rodless_sim import Rig, RigParameters
 
 # Small enough to keep the command of the default gains inside its limits.
@@ -23,11 +23,11 @@ CHANGES: list[dict[str, float]] = [
 ]
 
 
-def running() -> tuple[Pid, tuple[float, float, float]]:
+def running() -> tuple[Pid, tuple[Measurement, ReferencePoint]]:
     """A controller in the middle of a move, and the sample it saw last (without its interval)."""
     pid = Pid(PidParameters())
     for position in POSITIONS:
-        sample = (position + LEAD, VELOCITY, position)
+        sample = (Measurement(0, position), ReferencePoint(position + LEAD, VELOCITY))
         command = pid.update(*sample, INTERVAL)
     assert 0.0 < command.voltage < 10.0
     assert all(abs(term) > 1e-3 for term in (command.p, command.i, command.d, command.feedforward))
@@ -50,7 +50,7 @@ def test_the_new_gains_act_from_the_next_sample_on(change: dict[str, float]) -> 
     before = pid.update(*sample, 0.0)
     pid.configure(PidParameters(change))
     start = pid.update(*sample, 0.0)
-    moved = pid.update(sample[0], VELOCITY, sample[2], INTERVAL)
+    moved = pid.update(*sample, INTERVAL)
     number = PidParameters(change).number
     assert moved.p == pytest.approx(number("controller.kp") * LEAD, rel=1e-9)
     assert moved.feedforward == pytest.approx(number("controller.feedforward") * VELOCITY)
@@ -68,7 +68,10 @@ def test_a_change_in_mid_move_does_not_keep_the_carriage_off_its_target(preset: 
         if k == 100:
             stronger = {"controller.kp": 1.25 * parameters.number("controller.kp")}
             pid.configure(parameters.with_values(stronger))
-        rig.advance(pid.update(0.058, 0.0, rig.state.position, 1e-3).voltage, 1e-3)
+        rig.advance(
+            pid.update(Measurement(0, rig.state.position), ReferencePoint(0.058), 1e-3).voltage,
+            1e-3,
+        )
     assert abs(rig.state.position - 0.058) < 2e-4
 
 
@@ -92,15 +95,17 @@ def test_gains_may_change_before_the_first_sample() -> None:
     """A controller that has seen nothing has nothing to keep continuous."""
     pid = Pid(PidParameters())
     pid.configure(PidParameters({"controller.kp": 50.0}))
-    expected = Pid(PidParameters({"controller.kp": 50.0})).update(0.01, 0.0, 0.0, 0.0)
-    assert pid.update(0.01, 0.0, 0.0, 0.0) == expected
+    expected = Pid(PidParameters({"controller.kp": 50.0})).update(
+        Measurement(0, 0.0), ReferencePoint(0.01), 0.0
+    )
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(0.01), 0.0) == expected
 
 
 @pytest.mark.parametrize("change", [{"controller.kp": 1e5}, {"controller.feedforward": 1e3}])
 def test_a_change_under_a_wild_set_point_stays_finite(change: dict[str, float]) -> None:
     """A reference of 1e308 at the moment of the change does not end in NaN."""
     pid = Pid(PidParameters())
-    pid.update(0.0, 0.0, 0.0, 0.0)
-    pid.update(1e308, 1e308, 0.0, 1e-3)
+    pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 0.0)
+    pid.update(Measurement(0, 0.0), ReferencePoint(1e308, 1e308), 1e-3)
     pid.configure(PidParameters(change))
-    assert 0.0 <= pid.update(0.0, 0.0, 0.0, 1e-3).voltage <= 10.0
+    assert 0.0 <= pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 1e-3).voltage <= 10.0

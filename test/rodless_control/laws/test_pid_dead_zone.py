@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 Make = Callable[..., PidParameters]
 
@@ -16,7 +16,12 @@ EFFORTS = np.concatenate([np.linspace(1e-6, 0.2, 400), np.linspace(0.21, 4.0, 10
 def compensation(parameters: PidParameters, efforts: np.ndarray) -> np.ndarray:
     """Voltage about neutral for each effort (V)."""
     pid = Pid(parameters)
-    return np.array([pid.update(float(u), 0.0, 0.0, 0.0).voltage - 5.0 for u in efforts])
+    return np.array(
+        [
+            pid.update(Measurement(0, 0.0), ReferencePoint(float(u)), 0.0).voltage - 5.0
+            for u in efforts
+        ]
+    )
 
 
 @pytest.fixture
@@ -29,7 +34,7 @@ def test_it_is_odd(crossing: PidParameters) -> None:
     """Both directions get the same help."""
     forward, reverse = compensation(crossing, EFFORTS), compensation(crossing, -EFFORTS)
     np.testing.assert_allclose(reverse, -forward, rtol=0.0, atol=4e-15)
-    assert Pid(crossing).update(0.0, 0.0, 0.0, 0.0).voltage == 5.0
+    assert Pid(crossing).update(Measurement(0, 0.0), ReferencePoint(0.0), 0.0).voltage == 5.0
 
 
 def test_it_is_monotone_and_never_weakens_the_command(crossing: PidParameters) -> None:

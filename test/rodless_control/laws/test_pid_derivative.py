@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 Make = Callable[..., PidParameters]
 
@@ -18,14 +18,18 @@ def velocities(parameters: PidParameters, positions: np.ndarray, interval: float
     """Velocity behind the derivative term at each of ``positions``."""
     pid = Pid(parameters)
     gain = parameters.number("controller.kd")
-    return np.array([-pid.update(0.0, 0.0, x, interval).d / gain for x in positions])
+    return np.array(
+        [-pid.update(Measurement(0, x), ReferencePoint(0.0), interval).d / gain for x in positions]
+    )
 
 
 def test_a_jump_of_the_reference_does_not_reach_it(bare: Make) -> None:
     """A set-point step at rest leaves the term at zero, and the command moves by kp·step alone."""
     pid = Pid(bare(kp=20.0, kd=50.0))
-    before = [pid.update(0.0, 0.0, 0.03, INTERVAL) for _ in range(10)][-1]
-    after = pid.update(0.05, 0.0, 0.03, INTERVAL)
+    before = [pid.update(Measurement(0, 0.03), ReferencePoint(0.0), INTERVAL) for _ in range(10)][
+        -1
+    ]
+    after = pid.update(Measurement(0, 0.03), ReferencePoint(0.05), INTERVAL)
     assert before.d == after.d == 0.0
     assert after.voltage - before.voltage == pytest.approx(20.0 * 0.05, rel=1e-14)
 
@@ -72,16 +76,19 @@ def test_a_held_position_may_be_sampled_in_pieces(bare: Make) -> None:
     parameters = bare(kd=1.0, filter_bandwidth=40.0)
     once, twice = Pid(parameters), Pid(parameters)
     for pid in (once, twice):
-        pid.update(0.0, 0.0, 0.0, 0.0)
-    whole = once.update(0.0, 0.0, 0.1, 0.05).d * 0.05
-    pieces = twice.update(0.0, 0.0, 0.1, 0.02).d * 0.02 + twice.update(0.0, 0.0, 0.1, 0.03).d * 0.03
+        pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 0.0)
+    whole = once.update(Measurement(0, 0.1), ReferencePoint(0.0), 0.05).d * 0.05
+    pieces = (
+        twice.update(Measurement(0, 0.1), ReferencePoint(0.0), 0.02).d * 0.02
+        + twice.update(Measurement(0, 0.1), ReferencePoint(0.0), 0.03).d * 0.03
+    )
     assert pieces == pytest.approx(whole, rel=1e-13)
 
 
 def test_a_repeated_sample_keeps_it(bare: Make) -> None:
     """No time has passed: the term stays what it was."""
     pid = Pid(bare(kd=3.0))
-    pid.update(0.0, 0.0, 0.0, 0.0)
-    moving = pid.update(0.0, 0.0, 0.02, INTERVAL)
+    pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 0.0)
+    moving = pid.update(Measurement(0, 0.02), ReferencePoint(0.0), INTERVAL)
     assert moving.d < 0.0
-    assert pid.update(0.0, 0.0, 0.09, 0.0).d == moving.d
+    assert pid.update(Measurement(0, 0.09), ReferencePoint(0.0), 0.0).d == moving.d

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 Make = Callable[..., PidParameters]
 
@@ -16,7 +16,7 @@ def charged(parameters: PidParameters) -> tuple[Pid, float]:
     """A controller whose integrator has worked, and its integral term."""
     pid = Pid(parameters)
     for _ in range(10):
-        command = pid.update(0.125, 0.0, 0.0, 0.1)
+        command = pid.update(Measurement(0, 0.0), ReferencePoint(0.125), 0.1)
     assert command.i == pytest.approx(9 * 3.0 * 0.125 * 0.1, rel=1e-13)
     return pid, command.i
 
@@ -28,14 +28,16 @@ def test_outside_its_gates_the_integral_is_kept_exactly(
 ) -> None:
     """Beyond the zone and within the dead-band, limits included, not a bit of it changes."""
     pid, before = charged(bare(**GATES, anti_windup=kind))
-    assert [pid.update(error, 0.0, 0.0, 0.1).i for _ in range(50)] == [before] * 50
+    assert [pid.update(Measurement(0, 0.0), ReferencePoint(error), 0.1).i for _ in range(50)] == [
+        before
+    ] * 50
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_saturated_command_does_not_move_an_integral_that_holds(bare: Make, kind: str) -> None:
     """Beyond the zone, with the command saturated by feed-forward, the integral is kept."""
     pid, before = charged(bare(**GATES, anti_windup=kind, feedforward=100.0))
-    found = [pid.update(0.5, 1.0, 0.0, 0.1) for _ in range(20)]
+    found = [pid.update(Measurement(0, 0.0), ReferencePoint(0.5, 1.0), 0.1) for _ in range(20)]
     assert {command.voltage for command in found} == {10.0}
     assert {command.i for command in found} == {before}
 
@@ -44,7 +46,7 @@ def test_a_saturated_command_does_not_move_an_integral_that_holds(bare: Make, ki
 def test_between_its_gates_the_integral_moves(bare: Make, error: float) -> None:
     """Inside the zone and outside the dead-band every sample counts."""
     pid, before = charged(bare(**GATES))
-    after = pid.update(error, 0.0, 0.0, 0.1).i
+    after = pid.update(Measurement(0, 0.0), ReferencePoint(error), 0.1).i
     assert after - before == pytest.approx(3.0 * error * 0.1, rel=1e-12)
 
 
@@ -52,7 +54,7 @@ def test_a_gap_keeps_the_integral_and_is_not_differentiated(bare: Make) -> None:
     """After hold() a carriage found 50 mm away gives no velocity and no integration."""
     pid, before = charged(bare(**GATES, kd=40.0))
     pid.hold()
-    found = pid.update(0.175, 0.0, 0.05, 10.0)
+    found = pid.update(Measurement(0, 0.05), ReferencePoint(0.175), 10.0)
     assert found.i == before
     assert found.d == 0.0
 
@@ -61,18 +63,19 @@ def test_after_a_gap_differentiation_starts_from_where_the_carriage_is(bare: Mak
     """The second sample after a gap sees the way from the first, not from before the gap."""
     held, fresh = Pid(bare(kd=2.0)), Pid(bare(kd=2.0))
     for k in range(30):
-        held.update(0.0, 0.0, 0.01 * k, 0.01)
+        held.update(Measurement(0, 0.01 * k), ReferencePoint(0.0), 0.01)
     held.hold()
     for pid in (held, fresh):
-        pid.update(0.0, 0.0, 0.1, 0.01)
-    expected = fresh.update(0.0, 0.0, 0.101, 0.01).d
+        pid.update(Measurement(0, 0.1), ReferencePoint(0.0), 0.01)
+    expected = fresh.update(Measurement(0, 0.101), ReferencePoint(0.0), 0.01).d
     assert expected < 0.0
-    assert held.update(0.0, 0.0, 0.101, 0.01).d == expected
+    assert held.update(Measurement(0, 0.101), ReferencePoint(0.0), 0.01).d == expected
 
 
 def test_a_gap_before_the_first_sample_changes_nothing(bare: Make) -> None:
     """hold() on a new controller leaves it new."""
     held, fresh = Pid(bare(**GATES, kd=2.0)), Pid(bare(**GATES, kd=2.0))
     held.hold()
-    for sample in [(0.1, 0.0, 0.0, 0.1), (0.1, 0.0, 0.01, 0.1)]:
+    for position in (0.0, 0.01):
+        sample = (Measurement(0, position), ReferencePoint(0.1), 0.1)
         assert held.update(*sample) == fresh.update(*sample)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rodless_control import Pid, PidParameters
+from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
 
 Make = Callable[..., PidParameters]
 
@@ -17,11 +17,15 @@ KINDS = ("conditional_integration", "back_calculation", "none")
 HARSH = {"controller.kp": 1e5, "controller.ki": 1e5, "controller.kd": 1e4}
 
 
-def hostile_samples() -> list[tuple[float, float, float, float]]:
+def hostile_samples() -> list[tuple[Measurement, ReferencePoint, float]]:
     """Every pair of huge, tiny and plain references and positions, with velocities to match."""
     pairs = itertools.product(HOSTILE, HOSTILE)
     return [
-        (reference, HOSTILE[k % len(HOSTILE)], position, (1e-3, 1e-9, 0.0, 10.0)[k % 4])
+        (
+            Measurement(0, position),
+            ReferencePoint(reference, HOSTILE[k % len(HOSTILE)]),
+            (1e-3, 1e-9, 0.0, 10.0)[k % 4],
+        )
         for k, (reference, position) in enumerate(pairs)
     ]
 
@@ -42,10 +46,12 @@ def test_no_finite_input_leaves_the_limits(kind: str, gains: dict[str, float], z
 def test_a_wild_sample_passes(wild: float) -> None:
     """After positions of ±1e308 the controller comes to rest like one that never saw them."""
     pid = Pid(PidParameters())
-    pid.update(0.05, 0.0, 0.05, 0.0)
+    pid.update(Measurement(0, 0.05), ReferencePoint(0.05), 0.0)
     for position in (wild, -wild, wild):
-        pid.update(0.05, 0.0, position, 1e-3)
-    voltages = [pid.update(0.05, 0.0, 0.05, 1e-3).voltage for _ in range(2000)]
+        pid.update(Measurement(0, position), ReferencePoint(0.05), 1e-3)
+    voltages = [
+        pid.update(Measurement(0, 0.05), ReferencePoint(0.05), 1e-3).voltage for _ in range(2000)
+    ]
     assert voltages[-1] == pytest.approx(5.08, abs=1e-9)
 
 
@@ -53,9 +59,11 @@ def test_a_wild_sample_passes(wild: float) -> None:
 def test_a_wild_set_point_passes(kind: str) -> None:
     """A reference of 1e308 m asks for 10 V, and nothing is left of it when it is withdrawn."""
     pid = Pid(PidParameters({"controller.anti_windup": kind}))
-    pid.update(0.0, 0.0, 0.0, 0.0)
-    assert [pid.update(1e308, 0.0, 0.0, 1e-3).voltage for _ in range(5)] == [10.0] * 5
-    assert pid.update(0.0, 0.0, 0.0, 1e-3).voltage == 5.08
+    pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 0.0)
+    assert [
+        pid.update(Measurement(0, 0.0), ReferencePoint(1e308), 1e-3).voltage for _ in range(5)
+    ] == [10.0] * 5
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 1e-3).voltage == 5.08
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 10.0), (2.0, 8.0), (4.9, 5.2)])
@@ -64,26 +72,36 @@ def test_the_limits_are_reached_and_kept(bare: Make, low: float, high: float) ->
     pid = Pid(bare(kp=1.0, minimum_voltage=low, maximum_voltage=high))
     for error in (-9.0, -0.07, 0.0, 0.15, 9.0):
         wanted = min(max(5.0 + error, low), high)
-        assert pid.update(error, 0.0, 0.0, 1e-3).voltage == pytest.approx(wanted, rel=1e-15)
+        assert pid.update(
+            Measurement(0, 0.0), ReferencePoint(error), 1e-3
+        ).voltage == pytest.approx(wanted, rel=1e-15)
 
 
 def test_feedforward_is_inside_the_limits(bare: Make) -> None:
     """A reference that is too fast saturates the command, it does not push it past the limits."""
     pid = Pid(bare(kp=10.0, feedforward=100.0))
-    assert pid.update(0.1, 0.2, 0.0, 0.0).voltage == 10.0
-    assert pid.update(0.1, -0.2, 0.0, 1e-3).voltage == 0.0
-    assert pid.update(0.1, -0.02, 0.0, 1e-3).voltage == pytest.approx(4.0, rel=1e-14)
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(0.1, 0.2), 0.0).voltage == 10.0
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(0.1, -0.2), 1e-3).voltage == 0.0
+    assert pid.update(
+        Measurement(0, 0.0), ReferencePoint(0.1, -0.02), 1e-3
+    ).voltage == pytest.approx(4.0, rel=1e-14)
 
 
 def test_saturation_by_feedforward_stops_the_integrator(bare: Make) -> None:
     """The anti-windup sees the whole command, feed-forward included."""
     pid = Pid(bare(ki=1.0, feedforward=100.0, anti_windup="conditional_integration"))
-    assert [pid.update(0.1, 1.0, 0.0, 0.1).i for _ in range(9)] == [0.0] * 9
-    assert pid.update(0.1, 0.0, 0.0, 0.1).i == pytest.approx(0.01, rel=1e-14)
+    assert [pid.update(Measurement(0, 0.0), ReferencePoint(0.1, 1.0), 0.1).i for _ in range(9)] == [
+        0.0
+    ] * 9
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(0.1), 0.1).i == pytest.approx(
+        0.01, rel=1e-14
+    )
 
 
 def test_dead_zone_voltage_is_inside_the_limits(bare: Make) -> None:
     """Crossing the valve's flat centre adds nothing past a limit."""
     pid = Pid(bare(kp=1.0, dead_zone_voltage=2.0, dead_zone_width=0.01, maximum_voltage=6.5))
-    assert pid.update(1.0, 0.0, 0.0, 0.0).voltage == 6.5
-    assert math.isclose(pid.update(-1.0, 0.0, 0.0, 1e-3).voltage, 2.0, rel_tol=1e-14)
+    assert pid.update(Measurement(0, 0.0), ReferencePoint(1.0), 0.0).voltage == 6.5
+    assert math.isclose(
+        pid.update(Measurement(0, 0.0), ReferencePoint(-1.0), 1e-3).voltage, 2.0, rel_tol=1e-14
+    )

@@ -11,12 +11,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters, Measurement
 from rodless_control.loop import ControlLoop
 from rodless_lab.session.observer import Observer
 
 NODE = "/controller"
-NEUTRAL = PidParameters().number("controller.neutral_voltage")
+NEUTRAL = ControllerParameters().number("controller.neutral_voltage")
 PERIOD = 1_000_000
 SETPOINT = 0.058
 
@@ -35,17 +35,17 @@ class Bench:
         self._positions = observer.publisher(JointState, "/joint_states")
         self._setpoints = observer.publisher(Float64, "/setpoint")
         self._time = 0
-        self.model = ControlLoop(PidParameters(PATIENT))
+        self.model = ControlLoop(ControllerParameters(PATIENT))
 
     def restart(self, setpoint: float = SETPOINT) -> None:
         """Give both the default parameters and a set-point, and reset both."""
-        defaults = {"controller.kp": PidParameters()["controller.kp"], **PATIENT}
+        defaults = {"controller.kp": ControllerParameters()["controller.kp"], **PATIENT}
         self.observer.set_parameters(NODE, defaults)
         assert self.observer.call(SetBool, f"{NODE}/enable", data=True).success
         self.setpoint(setpoint)
         self.observer.wait(lambda: self._follows(setpoint), "the set-point to be followed")
         assert self.observer.call(Trigger, f"{NODE}/reset").success
-        self.model = ControlLoop(PidParameters(PATIENT))
+        self.model = ControlLoop(ControllerParameters(PATIENT))
         self.model.setpoints.receive(setpoint)
 
     def _follows(self, setpoint: float) -> bool:
@@ -74,8 +74,8 @@ class Bench:
     def agrees(self, position: float, time: int | None = None) -> None:
         """Check that a sample gets from the controller what the law without ROS commands."""
         command = self.command_for(position, time)
-        output = self.model.sample(position, self._time)
-        assert command == (NEUTRAL if output is None else output.command.voltage)
+        output = self.model.sample(Measurement(self._time, position))
+        assert command == (NEUTRAL if output is None else output.voltage)
 
     def count(self, key: str) -> float:
         """Return a number from a diagnostic that was sent after now."""
@@ -115,9 +115,10 @@ def test_a_burst_of_samples_gets_a_command_for_each_in_order(bench: Bench) -> No
     times = [bench.send(JointState(name=["carriage"], position=[x])) for x in positions]
     bench.observer.wait(lambda: len(bench.commands) >= start + 400, "400 commands")
     expected = [
-        bench.model.sample(position, time) for position, time in zip(positions, times, strict=True)
+        bench.model.sample(Measurement(time, position))
+        for position, time in zip(positions, times, strict=True)
     ]
-    assert [c.data for c in bench.commands[start:]] == [o.command.voltage for o in expected if o]
+    assert [c.data for c in bench.commands[start:]] == [o.voltage for o in expected if o]
 
 
 def test_telemetry_is_what_the_command_is_made_of(bench: Bench) -> None:
@@ -135,12 +136,12 @@ def test_telemetry_is_what_the_command_is_made_of(bench: Bench) -> None:
         bench.command_for(position)
     bench.observer.wait(lambda: all(len(m) == 20 for m in records.values()), "telemetry")
     for k, position in enumerate(positions):
-        output = bench.model.sample(position, (k + 1) * PERIOD)
+        output = bench.model.sample(Measurement((k + 1) * PERIOD, position))
         assert output is not None
         assert records["reference"][k].data == output.reference == SETPOINT
         for term in terms[1:]:
             # Another start of time, so another last digit of each interval.
-            value = getattr(output.command, term)
+            value = output.terms[term]
             assert records[term][k].data == pytest.approx(value, rel=1e-9, abs=1e-12)
 
 
@@ -184,10 +185,10 @@ def test_the_joint_is_found_by_its_name(bench: Bench) -> None:
     bench.restart()
     start = len(bench.commands)
     message = JointState(name=["left", "carriage", "right"], position=[1.0, 0.055, math.nan])
-    output = bench.model.sample(0.055, bench.send(message))
+    output = bench.model.sample(Measurement(bench.send(message), 0.055))
     bench.observer.wait(lambda: len(bench.commands) > start, "a command")
     assert output is not None
-    assert bench.commands[-1].data == output.command.voltage
+    assert bench.commands[-1].data == output.voltage
 
 
 def test_a_setpoint_that_is_no_number_is_refused(bench: Bench) -> None:
@@ -229,10 +230,10 @@ def test_a_new_gain_does_not_jump(bench: Bench) -> None:
     bench.restart()
     for position in APPROACH:
         bench.agrees(position)
-    kp = PidParameters().number("controller.kp")
+    kp = ControllerParameters().number("controller.kp")
     change = {"controller.kp": 2.0 * kp}
     bench.observer.set_parameters(NODE, change)
-    bench.model.configure(PidParameters({**PATIENT, **change}))
+    bench.model.configure(ControllerParameters({**PATIENT, **change}))
     for _ in range(20):
         before = bench.commands[-1].data
         bench.agrees(HELD)
@@ -290,7 +291,7 @@ def test_reset_forgets_the_integral_and_keeps_the_setpoint(bench: Bench) -> None
     for position in APPROACH:
         bench.agrees(position)
     assert bench.observer.call(Trigger, f"{NODE}/reset").success
-    fresh = ControlLoop(PidParameters(PATIENT))
+    fresh = ControlLoop(ControllerParameters(PATIENT))
     fresh.setpoints.receive(SETPOINT)
     bench.model = fresh
     bench.agrees(HELD)

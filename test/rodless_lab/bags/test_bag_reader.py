@@ -50,6 +50,19 @@ def test_messages_come_back_as_arrays(sample_bag) -> None:
     assert bag["/silent"].stamp.shape == (0,)
 
 
+def test_a_topic_is_a_table(sample_bag, tmp_path: Path) -> None:
+    """Its columns are times, stamps and numbers, a column for each joint, and CSV has them."""
+    bag = read_bag(sample_bag.path)
+    states = bag["/joint_states"]
+    assert list(states.columns()) == ["time", "stamp", "position[0]", "velocity[0]", "effort[0]"]
+    assert list(states.units().values()) == ["s", "s", "", "", ""]
+    assert list(bag["/valve/voltage"].columns()) == ["time", "data"]
+    states.save(tmp_path / "states.csv")
+    written = np.loadtxt(tmp_path / "states.csv", delimiter=",", skiprows=2)
+    np.testing.assert_array_equal(written[:, 2], 1e-6 * np.arange(300))
+    assert len(bag["/silent"].to_dataframe()) == 0
+
+
 def test_scalars_and_fixed_arrays_keep_their_kind(tmp_path: Path) -> None:
     """A pressure is a real number; texts and lists of messages are no data."""
     pressure = FluidPressure(header=Header(frame_id="a"), fluid_pressure=5e5, variance=2.0)

@@ -1,26 +1,20 @@
 """Two runs compared: numbers by hand, and the command end to end."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Float64, Header
+import rig_bag
 
+from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
-from rodless_lab.bags.metadata import BagTopic
-from rodless_lab.bags.writer import BagWriter
 from rodless_lab.cli import compare, replay
 from rodless_lab.runs.comparison import common_time, difference
-from rodless_sim import RigParameters, Trace, simulate
-
-SUPPLY = 0.52e6 + 101325.0
+from rodless_lab.runs.measured_run import run_of_trace
+from rodless_sim import RigParameters, State, Trace, simulate
 
 
 class Quiet(Stop):
@@ -32,34 +26,10 @@ class Quiet(Stop):
 
 def record(path: Path, run: Trace, target: float | None = None, late: float = 0.0) -> Path:
     """Write a run as a bag, begun ``late`` s earlier on the clock, with a set-point at 0.2 s."""
-    topics = {
-        "/joint_states": ("sensor_msgs/msg/JointState", run.position),
-        "/chamber_a/pressure": ("sensor_msgs/msg/FluidPressure", run.pressure_a),
-        "/chamber_b/pressure": ("sensor_msgs/msg/FluidPressure", run.pressure_b),
-        "/supply/pressure": ("sensor_msgs/msg/FluidPressure", np.full(len(run.time), SUPPLY)),
-        "/valve/voltage": ("std_msgs/msg/Float64", run.voltage),
-    }
-    with BagWriter(path) as writer:
-        for topic, (kind, _) in topics.items():
-            writer.add_topic(BagTopic(topic, kind))
-        writer.add_topic(BagTopic("/setpoint", "std_msgs/msg/Float64"))
-        for k, time in enumerate((run.time + late).tolist()):
-            now = round(time * 1e9)
-            header = Header(stamp=Time(sec=now // 10**9, nanosec=now % 10**9))
-            for topic, (kind, values) in topics.items():
-                value = float(values[k])
-                message: object
-                if kind.endswith("JointState"):
-                    message = JointState(header=header, name=["carriage"], position=[value])
-                elif kind.endswith("FluidPressure"):
-                    message = FluidPressure(header=header, fluid_pressure=value)
-                else:
-                    message = Float64(data=value)
-                writer.write(topic, serialize_message(message), now, now)
-        if target is not None:
-            at = round((0.2 + late) * 1e9)
-            writer.write("/setpoint", serialize_message(Float64(data=target)), at, at)
-    return path
+    measured = run_of_trace(
+        type(run)(**{**run.columns(), "time": run.time + late}), SUPPLY_PRESSURE
+    )
+    return rig_bag.write(path, measured, setpoint=target and (0.2 + late, target))
 
 
 def step_run(preset: str, at: float = 0.2) -> Trace:
@@ -114,7 +84,7 @@ def test_a_preset_driven_by_a_bags_voltages_repeats_the_bag(tmp_path: Path) -> N
 def test_what_drives_a_run_is_no_difference(tmp_path: Path) -> None:
     """The last voltage of a bag acts on nothing in it; fed to the plant it is still the same."""
     run = simulate(RigParameters(), np.repeat([5.6, 4.7], 400), 1e-3, position=0.08)
-    run = replace(run, voltage=np.append(run.voltage[:-1], 6.2))
+    run = Trace(**{**run.columns(), "voltage": np.append(run.voltage[:-1], 6.2)})
     bag = record(tmp_path / "bag", run)
     found = compared("paper", bag, output=tmp_path / "out")
     assert found["voltage"]["largest"] < 1e-9
@@ -160,7 +130,7 @@ def test_difference_of_two_presets_is_that_of_their_runs(tmp_path: Path) -> None
 def test_bags_begun_at_different_times_are_aligned_by_their_set_points(tmp_path: Path) -> None:
     """One recording began 0.1 s earlier before its step: with set-points they still agree."""
     run = step_run("paper")
-    cut = Trace(**{name: values[100:] for name, values in vars(run).items() if name in FIELDS})
+    cut = Trace(**{name: values[100:] for name, values in run.columns().items() if name in FIELDS})
     found = compared(
         record(tmp_path / "whole", run, target=0.058),
         record(tmp_path / "cut", cut, target=0.058),
@@ -169,7 +139,7 @@ def test_bags_begun_at_different_times_are_aligned_by_their_set_points(tmp_path:
     assert found["position"]["largest"] < 1e-9
 
 
-FIELDS = tuple(Trace.__dataclass_fields__)
+FIELDS = tuple(State._fields)
 
 
 def test_set_points_that_were_not_recorded(tmp_path: Path, capsys) -> None:
@@ -185,7 +155,7 @@ def test_set_points_that_were_not_recorded(tmp_path: Path, capsys) -> None:
 def test_table_shows_the_papers_two_numbers(tmp_path: Path, capsys) -> None:
     """The table names both runs, and gives steady-state and largest difference in mm."""
     run = simulate(RigParameters(), [5.4] * 600, 1e-3, position=0.05)
-    shifted = Trace(**{**vars(run), "position": run.position + 1.5e-4})
+    shifted = Trace(**{**run.columns(), "position": run.position + 1.5e-4})
     first, second = record(tmp_path / "model", run), record(tmp_path / "rig", shifted)
     compared(first, second, output=tmp_path / "out")
     shown = capsys.readouterr().out

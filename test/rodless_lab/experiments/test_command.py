@@ -12,12 +12,12 @@ import pytest
 from rodless_base.start import Stop
 from rodless_lab.cli.experiment import main
 from rodless_lab.experiments import catalogue
-from rodless_lab.experiments.catalogue import Experiment
+from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.figures.style import label, panels
 
 
-def drawn() -> object:
+def draw() -> object:
     figure, (axes,) = panels()
     axes.plot([0.0, 1.0], [0.0, 1.0], label="line")
     label(axes, "time / s", "position / mm")
@@ -38,7 +38,7 @@ class Fake:
             Comparison("shown only", -1e-9, "", "nothing"),
         )
 
-    pictures = (Picture("fake", "a <line>", drawn),)
+    pictures = (Picture("fake", "a <line>", draw),)
     remarks = ("x < y with `--code`",)
 
 

@@ -10,12 +10,12 @@ from rodless_lab.experiments.valve_area import VOLTAGES, run_valve_area
 from rodless_lab.experiments.valve_stand import Stand, bare_flow, port_flow, systematic_share
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
 
 def test_bare_flow_by_hand() -> None:
     """At 10 V and 0.4 MPa gauge: 1.926831 mm² · 0.501325 MPa · 0.684731 / √(287.05 · 297)."""
-    plant = plant_constants(RigParameters({"supply.pressure": 0.4e6 + 101325.0}))
+    plant = Plant.of(RigParameters({"supply.pressure": 0.4e6 + 101325.0}))
     (flow,) = bare_flow(plant, np.array([10.0]))
     by_hand = 1.926831e-6 * 501325.0 * 0.684731 / math.sqrt(287.05 * 297.0)
     assert flow == pytest.approx(by_hand, rel=1e-5)
@@ -23,7 +23,7 @@ def test_bare_flow_by_hand() -> None:
 
 def test_port_flow_of_the_printed_assembly_carries_its_coefficient() -> None:
     """Printed, C_v stays 1.132: the port passes that many times the flow of the bare area."""
-    plant = plant_constants(RigParameters({"valve.assembly": "printed"}))
+    plant = Plant.of(RigParameters({"valve.assembly": "printed"}))
     voltages = np.array([0.5, 9.5])
     ratio = port_flow(plant, voltages) / bare_flow(plant, voltages)
     assert ratio == pytest.approx([1.132, 1.132], abs=1e-4)
@@ -31,7 +31,7 @@ def test_port_flow_of_the_printed_assembly_carries_its_coefficient() -> None:
 
 def test_instruments_without_errors_read_the_truth() -> None:
     """With every sensors.* at zero the stand shows flow and pressure as they are."""
-    stand = Stand.drawn(RigParameters(), seed=3)
+    stand = Stand.specimen(RigParameters(), seed=3)
     assert stand.flow(np.array([1e-3])) == pytest.approx([1e-3 / 1.185])
     assert stand.supply(5e5, 2) == pytest.approx([5e5, 5e5])
     assert systematic_share(RigParameters()) == 0.0

@@ -1,74 +1,13 @@
-"""Bags of the rig's topics, written message by message so that each can be spoilt."""
+"""Bags of the rig's topics."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from builtin_interfaces.msg import Time
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Float64, Header
-
-from rodless_lab.bags.metadata import BagTopic
-from rodless_lab.bags.writer import BagWriter
-from rodless_lab.runs.measured_run import MeasuredRun
-
-PRESSURES = {
-    "/chamber_a/pressure": "pressure_a",
-    "/chamber_b/pressure": "pressure_b",
-    "/supply/pressure": "supply_pressure",
-}
-
-# Topic, sample, time in s, value: what is written instead, or None for nothing.
-Message = tuple[float, float]
-Spoil = Callable[[str, int, float, float], Message | None]
-WriteBag = Callable[..., Path]
-
-
-def untouched(_topic: str, _sample: int, time: float, value: float) -> Message | None:
-    return time, value
-
-
-def payload(topic: str, time: float, value: float) -> bytes:
-    nanoseconds = round(time * 1e9)
-    header = Header(stamp=Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9))
-    if topic == "/joint_states":
-        return serialize_message(JointState(header=header, name=["carriage"], position=[value]))
-    if topic in PRESSURES:
-        return serialize_message(FluidPressure(header=header, fluid_pressure=value))
-    return serialize_message(Float64(data=value))
-
-
-def write(
-    path: Path,
-    run: MeasuredRun,
-    spoil: Spoil = untouched,
-    without: str = "",
-    setpoint: tuple[float, float] | None = None,
-) -> Path:
-    """Write ``run`` as a bag; a set-point is (time in s, m)."""
-    columns = {"/joint_states": run.position, "/valve/voltage": run.voltage}
-    columns |= {topic: getattr(run, name) for topic, name in PRESSURES.items()}
-    types = {"/joint_states": "JointState", "/valve/voltage": "Float64", "/setpoint": "Float64"}
-    with BagWriter(path) as writer:
-        for topic in [*columns, *(["/setpoint"] if setpoint else [])]:
-            if topic != without:
-                kind = types.get(topic, "FluidPressure")
-                package = "std_msgs" if kind == "Float64" else "sensor_msgs"
-                writer.add_topic(BagTopic(topic, f"{package}/msg/{kind}"))
-        for k, time in enumerate(run.time.tolist()):
-            for topic, values in columns.items():
-                message = spoil(topic, k, time, float(values[k]))
-                if topic != without and message is not None:
-                    log_time = round(message[0] * 1e9)
-                    writer.write(topic, payload(topic, *message), log_time, log_time)
-        if setpoint is not None:
-            log_time = round(setpoint[0] * 1e9)
-            writer.write("/setpoint", payload("/setpoint", *setpoint), log_time, log_time)
-    return path
+import rig_bag
 
 
 @pytest.fixture
-def write_bag() -> WriteBag:
+def write_bag() -> Callable[..., Path]:
     """The function that writes a run as a bag."""
-    return write
+    return rig_bag.write

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from rodless_base.parameter_file import preset_names
-from rodless_control import Pid, PidParameters, references
+from rodless_control import (
+    ControllerParameters,
+    Measurement,
+    Pid,
+    PidParameters,
+    ReferencePoint,
+    references,
+)
 from rodless_control.loop import ControlLoop
 from rodless_control.references import Reference
 from rodless_lab import ClosedLoopTrace, closed_loop
@@ -36,7 +43,9 @@ def test_it_equals_rig_and_pid_sample_by_sample(preset: str, reference: Referenc
     state = rig.state
     for k in range(1501):
         wanted, velocity = reference.sample(rig.nanoseconds * 1e-9)
-        command = pid.update(wanted, velocity, state.position, PERIOD if k else 0.0)
+        command = pid.update(
+            Measurement(0, state.position), ReferencePoint(wanted, velocity), PERIOD if k else 0.0
+        )
         assert (wanted, command.voltage) == (found.reference[k], found.voltage[k])
         for column in COLUMNS[:4]:
             assert getattr(state, column) == getattr(found, column)[k]
@@ -49,7 +58,7 @@ def test_it_equals_rig_and_pid_sample_by_sample(preset: str, reference: Referenc
 def test_it_equals_the_loop_of_the_controller_node(preset: str) -> None:
     """Samples stamped in ns through ControlLoop, reference from parameters: the same bits."""
     changes = {"reference.type": "sine", "reference.at": 0.2, "reference.centre": 0.05}
-    parameters = PidParameters.preset(preset).with_values(changes)
+    parameters = ControllerParameters.preset(preset).with_values(changes)
     reference = references.sine(0.05, 0.02, 0.381, at=0.2)
     found = closed_loop(
         RigParameters.preset(preset), parameters, reference, 1.0, PERIOD, position=0.05
@@ -57,11 +66,11 @@ def test_it_equals_the_loop_of_the_controller_node(preset: str) -> None:
     loop, rig = ControlLoop(parameters), Rig(RigParameters.preset(preset))
     state = rig.reset(0.05)
     for k in range(1001):
-        output = loop.sample(state.position, rig.nanoseconds)
+        output = loop.sample(Measurement(rig.nanoseconds, state.position))
         assert output is not None
         assert output.reference == found.reference[k]
-        assert output.command.voltage == found.voltage[k]
-        state = rig.advance(output.command.voltage, PERIOD)
+        assert output.voltage == found.voltage[k]
+        state = rig.advance(output.voltage, PERIOD)
     assert np.ptp(found.position) > 0.005
 
 
@@ -75,7 +84,9 @@ def test_any_period_gives_the_same_both_ways(period: float) -> None:
     for k in range(601):
         wanted, velocity = NEAR.sample(rig.nanoseconds * 1e-9)
         interval = round(period * 1e9) * 1e-9 if k else 0.0
-        command = pid.update(wanted, velocity, state.position, interval)
+        command = pid.update(
+            Measurement(0, state.position), ReferencePoint(wanted, velocity), interval
+        )
         assert (state.position, command.voltage) == (found.position[k], found.voltage[k])
         state = rig.advance(command.voltage, period)
 
@@ -85,7 +96,7 @@ def test_it_repeats_bit_for_bit() -> None:
     first = run("paper", STEP, 1.0)
     run("calibrated", MOVE, 0.5)
     again = run("paper", STEP, 1.0)
-    for name, values in vars(first).items():
+    for name, values in first.columns().items():
         assert values.tobytes() == getattr(again, name).tobytes()
 
 
@@ -115,7 +126,8 @@ def test_reference_and_error_belong_to_the_samples() -> None:
     assert [MOVE.sample(k * 1_000_000 * 1e-9)[0] for k in range(2001)] == found.reference.tolist()
     assert (found.error == found.reference - found.position).all()
     np.testing.assert_allclose(found.time, 1e-3 * np.arange(2001), rtol=1e-15, atol=0.0)
-    assert {len(values) for values in vars(found).values()} == {2001}
+    assert {len(values) for values in found.columns().values()} == {2001}
+    assert {len(values) for values in found.terms.values()} == {2001}
 
 
 def test_the_force_is_that_of_the_pressures() -> None:

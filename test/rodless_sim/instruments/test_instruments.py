@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rodless_sim import RigParameters, simulate
-from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, measured
+from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
 from rodless_sim.instruments.transmitter import Transmitter, converted, lagged
 
 SHEET = RigParameters(DATA_SHEET)
@@ -13,28 +13,28 @@ RUN = simulate(RigParameters(), [5.6] * 300, 1e-3, position=0.1)
 
 def test_ideal_instruments_read_the_truth() -> None:
     """By default nothing is added: the measured run is the run, bit for bit."""
-    seen = measured(RUN, RigParameters(), np.random.default_rng(1))
+    seen = read_trace(RUN, RigParameters(), np.random.default_rng(1))
     for name in ("time", "position", "pressure_a", "pressure_b", "voltage"):
         assert np.array_equal(getattr(seen, name), getattr(RUN, name)), name
 
 
 def test_what_no_instrument_measures_is_nan() -> None:
     """The rig has no speed sensor and no mass-flow meter in the lines: those columns are NaN."""
-    seen = measured(RUN, SHEET, np.random.default_rng(1))
+    seen = read_trace(RUN, SHEET, np.random.default_rng(1))
     for name in ("velocity", "mass_flow_a", "mass_flow_b"):
         assert np.isnan(getattr(seen, name)).all()
 
 
 def test_force_is_that_of_the_pressures_read() -> None:
     """Eq. (30) on the readings, with the bore's area: 25 mm is 4.9087e-4 m²."""
-    seen = measured(RUN, SHEET, np.random.default_rng(1))
+    seen = read_trace(RUN, SHEET, np.random.default_rng(1))
     assert seen.force == pytest.approx(4.908739e-4 * (seen.pressure_a - seen.pressure_b))
 
 
 def test_noise_has_the_stated_size() -> None:
     """20 µm and 200 Pa, over 20 000 samples within 3 %; the converter adds its own steps."""
     generator = np.random.default_rng(2)
-    tools = Instruments.drawn(SHEET, generator)
+    tools = Instruments.specimen(SHEET, generator)
     position = tools.position.measure(np.full(20_000, 0.1), 1e-3, generator)
     pressure = tools.pressure_a.measure(np.full(20_000, 4e5), 1e-3, generator)
     # Rounding to steps d adds d²/12: 15.3 µm and 76 Pa per bit.
@@ -51,7 +51,7 @@ def test_converter_rounds_to_305_microvolt() -> None:
 
 def test_fixed_errors_stay_within_the_data_sheet_and_use_it() -> None:
     """Bias 0.5 % of 1 MPa, nonlinearity 0.05 % of 200 mm: never more, often near it."""
-    specimens = [Instruments.drawn(SHEET, np.random.default_rng(seed)) for seed in range(300)]
+    specimens = [Instruments.specimen(SHEET, np.random.default_rng(seed)) for seed in range(300)]
     biases = np.array([tools.pressure_a.offset for tools in specimens])
     nonlinearities = np.array([tools.position.nonlinearity for tools in specimens])
     assert 4.8e3 < np.abs(biases).max() <= 5e3
@@ -61,7 +61,7 @@ def test_fixed_errors_stay_within_the_data_sheet_and_use_it() -> None:
 
 def test_sensors_of_a_rig_differ_from_each_other() -> None:
     """Each of the three pressure sensors has a bias of its own."""
-    tools = Instruments.drawn(SHEET, np.random.default_rng(3))
+    tools = Instruments.specimen(SHEET, np.random.default_rng(3))
     offsets = {tools.pressure_a.offset, tools.pressure_b.offset, tools.supply_pressure.offset}
     assert len(offsets) == 3
 
@@ -77,14 +77,14 @@ def test_lag_follows_a_ramp_one_time_constant_late() -> None:
 
 def test_same_seed_same_reading() -> None:
     """The generator is the only source of chance."""
-    first, second = (measured(RUN, SHEET, np.random.default_rng(7)) for _ in range(2))
+    first, second = (read_trace(RUN, SHEET, np.random.default_rng(7)) for _ in range(2))
     assert np.array_equal(first.position, second.position)
     assert np.array_equal(first.pressure_b, second.pressure_b)
 
 
 def test_flow_meter_reads_within_its_gain_error() -> None:
     """Without noise a reading of 100 L/min is within 1 % of it, the same for every sample."""
-    tools = Instruments.drawn(SHEET, np.random.default_rng(5))
+    tools = Instruments.specimen(SHEET, np.random.default_rng(5))
     quiet = Transmitter(tools.volume_flow.span, gain_error=tools.volume_flow.gain_error)
     seen = quiet.measure(np.full(10, 100.0 / 6e4), 1e-3, np.random.default_rng(0)) * 6e4
     assert np.ptp(seen) == 0.0

@@ -6,7 +6,7 @@ import pytest
 from rodless_sim import RigParameters, simulate
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
-from rodless_sim.rig import State
+from rodless_sim.physics.state import State
 
 TIMEOUT = 1.0
 
@@ -22,7 +22,9 @@ class Bench:
         parameters = RigParameters(
             {f"time.{name}": value for name, value in values.items()} | {"time.mode": "lockstep"}
         )
-        self.engine = Engine(parameters, lambda time, state, _: self.samples.append((time, state)))
+        self.engine = Engine(
+            parameters, lambda seen, state: self.samples.append((seen.stamp, state))
+        )
         self.plant = Lockstep(
             self.engine,
             TIMEOUT,

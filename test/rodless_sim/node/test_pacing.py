@@ -2,7 +2,8 @@
 
 import pytest
 
-from rodless_sim.node.pacing import LONGEST_SLEEP, NANOSECONDS, Pacer
+from rodless_base.constants import NANOSECONDS_PER_SECOND as NANOSECONDS
+from rodless_sim.node.pacing import LONGEST_SLEEP, Pacer
 
 PERIOD = 1_000_000
 

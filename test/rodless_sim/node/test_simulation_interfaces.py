@@ -59,7 +59,7 @@ class Services:
         self.samples: list[int] = []
         self.handlers: dict[str, Callable[[Any, Any], Any]] = {}
         parameters = RigParameters({"time.mode": "lockstep"})
-        engine = Engine(parameters, lambda time, *_: self.samples.append(time // 1_000_000))
+        engine = Engine(parameters, lambda seen, _: self.samples.append(seen.stamp // 1_000_000))
         self.plant = Lockstep(engine, 1.0, lambda: True, lambda: 1, lambda: 0.0)
         self.plant.poll()
         StandardServices(self, self.plant)

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from rodless_sim import Rig, RigParameters, simulate
-from rodless_sim.physics.motion import Motion, advance
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.motion import advance
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
 from rodless_sim.physics.settled import settled_pressures
+from rodless_sim.physics.state import Motion
 
 AMBIENT = 101325.0
 SUPPLIES = (0.4e6 + AMBIENT, 0.5e6 + AMBIENT, 0.6e6 + AMBIENT)
@@ -21,7 +23,7 @@ def held(supply: float, **more: object) -> RigParameters:
 
 def blocked_force(parameters: RigParameters, voltage: float) -> float:
     """A·(P_a - P_b) in N once the chambers of a held carriage have settled."""
-    pressure_a, pressure_b = settled_pressures(plant_constants(parameters), voltage)
+    pressure_a, pressure_b = settled_pressures(Plant.of(parameters), voltage)
     return AREA * (pressure_a - pressure_b)
 
 
@@ -42,7 +44,8 @@ def test_closed_valve_brings_any_start_to_that_pressure(
     """From full, empty or uneven chambers, ten minutes at 5.08 V end within 1 Pa of it."""
     # The slower chamber (64 cm³ at mid-stroke) closes in at about 0.17/s.
     start = [AMBIENT + share * (supply - AMBIENT) for share in pressures]
-    end = advance(plant_constants(held(supply)), 5.08, Motion(0.1, 0.0, *start), 600_000, 1e-3)
+    plant = Plant.of(held(supply))
+    end = advance(plant, openings(plant, 5.08), Motion(0.1, 0.0, *start), 600_000, 1e-3)
     expected = math.sqrt((supply**2 + AMBIENT**2) / 2.0)
     assert end.pressure_a == pytest.approx(expected, abs=1.0)
     assert end.pressure_b == pytest.approx(expected, abs=1.0)
@@ -52,8 +55,8 @@ def test_closed_valve_brings_any_start_to_that_pressure(
 def test_settled_pressures_are_where_a_long_run_ends(voltage: float) -> None:
     """The root the rig starts from is the state that minutes of simulated time lead to."""
     parameters = held(SUPPLIES[1])
-    plant = plant_constants(parameters)
-    end = advance(plant, voltage, Motion(0.1, 0.0, 3e5, 3e5), 600_000, 1e-3)
+    plant = Plant.of(parameters)
+    end = advance(plant, openings(plant, voltage), Motion(0.1, 0.0, 3e5, 3e5), 600_000, 1e-3)
     pressure_a, pressure_b = settled_pressures(plant, voltage)
     assert end.pressure_a == pytest.approx(pressure_a, abs=1.0)
     assert end.pressure_b == pytest.approx(pressure_b, abs=1.0)

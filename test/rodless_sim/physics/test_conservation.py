@@ -7,8 +7,10 @@ import numpy.typing as npt
 import pytest
 
 from rodless_sim import RigParameters, Trace, simulate
-from rodless_sim.physics.motion import Motion, advance
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.motion import advance
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 
 KAPPA, GAS, SUPPLY_TEMPERATURE = 1.4, 287.05, 297.0
 AREA, STROKE, DEAD_VOLUME = math.pi / 4.0 * 0.025**2, 0.2, 15e-6
@@ -49,10 +51,10 @@ def test_sealed_chambers_keep_pressure_times_volume_to_the_kappa(
     form: str, velocity: float
 ) -> None:
     """With every opening shut and the carriage thrown, P·V^κ of both chambers stays as it was."""
-    plant = plant_constants(RigParameters({"friction.form": form, "valve.gap_height": 0.0}))
+    plant = Plant.of(RigParameters({"friction.form": form, "valve.gap_height": 0.0}))
     start = state = Motion(0.1, velocity, 4e5, 4e5)
     for _ in range(500):
-        state = advance(plant, 5.08, state, 5, STEP)
+        state = advance(plant, openings(plant, 5.08), state, 5, STEP)
         volume_a = DEAD_VOLUME + AREA * state.position
         volume_b = DEAD_VOLUME + AREA * (STROKE - state.position)
         middle = DEAD_VOLUME + AREA * 0.1
@@ -83,11 +85,11 @@ def test_energy_of_a_sealed_rig_never_grows(position: float, velocity: float) ->
         for side in ("forward", "reverse")
         for name, value in (("static", 0.5), ("coulomb", 0.5), ("viscous", 0.0))
     }
-    plant = plant_constants(RigParameters({"valve.gap_height": 0.0, **slippery}))
+    plant = Plant.of(RigParameters({"valve.gap_height": 0.0, **slippery}))
     state = Motion(position, velocity, 2e5, 2e5)
     energies, travelled = [energy(state)], 0.0
     for _ in range(10_000):
-        before, state = state, advance(plant, 5.08, state, 1, STEP)
+        before, state = state, advance(plant, openings(plant, 5.08), state, 1, STEP)
         energies.append(energy(state))
         travelled += abs(state.position - before.position)
     assert np.max(np.diff(energies)) < 1e-8

@@ -1,11 +1,21 @@
 """The carriage against its end caps."""
 
+import math
+
 import numpy as np
 import pytest
 
 from rodless_sim import Rig, RigParameters, simulate
+from rodless_sim.physics import end_stop
+from rodless_sim.physics.state import Motion
 
 STIFFNESS = 2e5
+END_STOP = end_stop.of(RigParameters())
+
+
+def end_stop_force(position: float, velocity: float) -> float:
+    """Force of the caps in N, whatever the pressures."""
+    return end_stop.force(END_STOP, Motion(position, velocity, 4e5, 3e5))
 
 
 @pytest.mark.parametrize("form", ["stribeck", "saturating"])
@@ -47,3 +57,40 @@ def test_carriage_stays_near_the_stroke_when_it_is_slammed_end_to_end() -> None:
     assert trace.position.min() < 0.0
     assert trace.position.max() < 0.2042
     assert trace.position.min() > -0.0042
+
+
+def test_end_stops_are_silent_within_the_stroke() -> None:
+    """From end to end, both ends included, the caps exert no force at any speed."""
+    for position in (0.0, 1e-9, 0.1, 0.2 - 1e-9, 0.2):
+        for velocity in (-1.0, 0.0, 1.0):
+            assert end_stop_force(position, velocity) == 0.0
+
+
+@pytest.mark.parametrize("depth", [1e-9, 1e-5, 1e-3])
+@pytest.mark.parametrize("velocity", [-5.0, -0.1, 0.0, 0.1, 5.0])
+def test_end_stops_never_pull(depth: float, velocity: float) -> None:
+    """However fast the carriage leaves the cap, the force points into the stroke or is zero."""
+    assert end_stop_force(-depth, velocity) >= 0.0
+    assert end_stop_force(0.2 + depth, velocity) <= 0.0
+
+
+def test_end_stop_force_by_hand_and_the_same_at_both_ends() -> None:
+    """0.5 mm deep, entering at 0.1 m/s: 2e5 · 0.5e-3 + 300 · 0.1 = 130 N, away from the cap."""
+    assert end_stop_force(-0.5e-3, -0.1) == pytest.approx(130.0, rel=1e-12)
+    assert end_stop_force(0.2005, 0.1) == pytest.approx(-130.0, rel=1e-9)
+
+
+def test_an_impact_takes_energy_from_the_carriage() -> None:
+    """Around a closed cycle in the cap, in and out at the same speeds, the force does net work < 0.
+
+    Entering at speed v over depth s costs ∫(kx + cv)dx, leaving returns at most ∫(kx - cv)dx.
+    """
+    depths = [1e-3 * (i + 0.5) / 1000 for i in range(1000)]
+    entering = sum(end_stop_force(-x, -0.2) for x in depths) * 1e-6
+    leaving = sum(end_stop_force(-x, 0.2) for x in depths) * 1e-6
+    # ½ k s² = 0.1 J; in: + c v s = 300*0.2*1e-3 = 0.06 J; out: no pull for the first 0.3 mm, then
+    # ∫ from 0.3 to 1 mm of (2e5 x - 60) dx = 0.091 - 0.042 = 0.049 J
+    assert entering == pytest.approx(0.16, rel=1e-6)
+    assert leaving == pytest.approx(0.049, rel=1e-3)
+    assert math.isfinite(entering)
+    assert leaving < entering

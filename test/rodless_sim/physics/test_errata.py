@@ -14,20 +14,22 @@ from rodless_sim import ParameterError, Rig, RigParameters, simulate
 from rodless_sim.physics.cylinder import pressure_rate
 from rodless_sim.physics.flow import gap_conductance, gap_flow, orifice_flow
 from rodless_sim.physics.friction import sliding_friction
-from rodless_sim.physics.motion import Motion, Plant, advance, rates
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.motion import advance, rates
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
 from rodless_sim.physics.settled import settled_pressures
-from rodless_sim.physics.valve import effective_area, flow_coefficient, lands, spool_displacement
+from rodless_sim.physics.state import Motion
+from rodless_sim.physics.valve import effective_area, flow_coefficient, spool_displacement
 
 PARAMETERS = RigParameters()
-PLANT = plant_constants(PARAMETERS)
+PLANT = Plant.of(PARAMETERS)
 AMBIENT = 101325.0
 LITRES_PER_MINUTE = 60e3 / 1.185
 FRICTION_RUN = {"supply.pressure": 0.5e6 + AMBIENT}
 
 
 def assembled(assembly: str, **more: object) -> Plant:
-    return plant_constants(RigParameters({"valve.assembly": assembly, **FRICTION_RUN, **more}))
+    return Plant.of(RigParameters({"valve.assembly": assembly, **FRICTION_RUN, **more}))
 
 
 def blocked_force(plant: Plant, voltage: float) -> float:
@@ -65,7 +67,7 @@ def test_eq_5_curve_is_not_centred_on_the_closed_position() -> None:
     printed = [effective_area(PLANT.valve, u) for u in voltages]
     assert voltages[np.argmin(printed)] > 5.2
     assert effective_area(PLANT.valve, 5.08) / min(printed) == pytest.approx(3.40, abs=0.02)
-    used = [lands(PLANT.air, PLANT.valve, u).opening.orifice_area for u in voltages]
+    used = [openings(PLANT, u).opening.orifice_area for u in voltages]
     assert voltages[np.argmin(used)] == pytest.approx(5.08, abs=1e-9)
     assert min(used) == 0.0
 
@@ -271,7 +273,7 @@ def test_eq_28_has_no_way_to_stop() -> None:
     after_a_minute = speed + 60.0 * (pushed - printed_friction) / PLANT.cylinder.moving_mass
     assert after_a_minute == speed
     even = settled_pressures(PLANT, 5.08)
-    stopped = advance(PLANT, 5.08, Motion(0.1, speed, *even), 50_000, 20e-6)
+    stopped = advance(PLANT, openings(PLANT, 5.08), Motion(0.1, speed, *even), 50_000, 20e-6)
     assert stopped.velocity == 0.0
     assert stopped.position - 0.1 < 0.01 * speed
     with pytest.raises(ParameterError, match=r"friction\.capture_velocity"):
@@ -296,11 +298,11 @@ def test_eq_31_is_a_force_balance() -> None:
     ½ m v² is an energy: at v = 0 it vanishes whatever the force, and it ignores the direction.
     """
     state = Motion(0.1, 0.02, 4.5e5, 1.5e5)
-    edges = lands(PLANT.air, PLANT.valve, 5.08)
+    edges = openings(PLANT, 5.08)
     acceleration = rates(PLANT, edges, state, 1).velocity
     # 490.8739 mm² * 0.3 MPa = 147.262 N; F_f = 12 + 4500*0.02 = 102 N; 45.262 N on 1 kg
     assert acceleration == pytest.approx(45.262, abs=1e-3)
-    heavy = plant_constants(PARAMETERS.with_values({"cylinder.moving_mass": 4.0}))
+    heavy = Plant.of(PARAMETERS.with_values({"cylinder.moving_mass": 4.0}))
     assert rates(heavy, edges, state, 1).velocity == pytest.approx(45.262 / 4.0, abs=1e-3)
 
 

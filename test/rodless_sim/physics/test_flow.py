@@ -8,10 +8,10 @@ from scipy.integrate import quad, solve_ivp
 
 from rodless_sim import RigParameters
 from rodless_sim.physics.flow import gap_conductance, gap_flow, nozzle_function, orifice_flow
-from rodless_sim.physics.plant import plant_constants
-from rodless_sim.physics.valve import lands
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
 
-PLANT = plant_constants(RigParameters())
+PLANT = Plant.of(RigParameters())
 AIR = PLANT.air
 AREA = 1e-6
 REFERENCE_DENSITY = 1.185  # kg/m³ at 100 kPa, 20 °C, 65 % humidity (ISO 8778, "ANR")
@@ -96,7 +96,7 @@ def test_flow_rises_with_the_near_pressure() -> None:
 
 def test_fully_open_valve_passes_its_rated_flow() -> None:
     """The maker rates the valve 100 L/min ± 10 % free air from 6 to 5 bar gauge, fully open."""
-    edges = lands(AIR, PLANT.valve, 10.0)
+    edges = openings(PLANT, 10.0)
     flow = orifice_flow(AIR, edges.opening.orifice_area, 701325.0, 601325.0)
     assert 90.0 < flow * LITRES_PER_MINUTE < 110.0
 

@@ -7,10 +7,10 @@ import pytest
 
 from rodless_sim import RigParameters
 from rodless_sim.physics.friction import Friction, sliding_friction, static_limit
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 
-STRIBECK = plant_constants(RigParameters()).friction
-SATURATING = plant_constants(RigParameters({"friction.form": "saturating"})).friction
+STRIBECK = Plant.of(RigParameters()).friction
+SATURATING = Plant.of(RigParameters({"friction.form": "saturating"})).friction
 
 
 @pytest.mark.parametrize("friction", [STRIBECK, SATURATING])

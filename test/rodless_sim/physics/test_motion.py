@@ -7,8 +7,10 @@ import numpy.typing as npt
 import pytest
 
 from rodless_sim import Rig, RigParameters, Trace, simulate
-from rodless_sim.physics.motion import Motion, advance
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.motion import advance
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 
 STEP = 20e-6
 FORMS = ("stribeck", "saturating")
@@ -117,14 +119,14 @@ def test_halving_the_inner_step_changes_nothing_that_shows(
 def test_integration_is_of_second_order(form: str, voltage: float) -> None:
     """On smooth sliding, halving the step quarters the error: observed order 2 ± 0.1."""
     parameters = RigParameters({"friction.form": form})
-    plant = plant_constants(parameters)
+    plant = Plant.of(parameters)
     rig = Rig(parameters)
     rig.reset(0.1)
     rig.advance(voltage, 0.3)
     start = rig.motion
     assert abs(start.velocity) > 0.01
     coarse, middle, fine = (
-        np.array(advance(plant, voltage, start, round(0.02 / step), step))
+        np.array(advance(plant, openings(plant, voltage), start, round(0.02 / step), step))
         for step in (40e-6, 20e-6, 10e-6)
     )
     order = np.log2(np.abs(coarse - middle) / np.abs(middle - fine))
@@ -173,8 +175,8 @@ def test_a_thrown_carriage_stops_where_friction_takes_its_energy() -> None:
         for side in ("forward", "reverse")
         for name, value in (("static", 12.0), ("coulomb", 12.0), ("viscous", 0.0))
     }
-    plant = plant_constants(RigParameters({"valve.gap_height": 0.0, **dry}))
-    state = advance(plant, 5.08, Motion(0.1, 0.05, 1e5, 1e5), 1000, STEP)
+    plant = Plant.of(RigParameters({"valve.gap_height": 0.0, **dry}))
+    state = advance(plant, openings(plant, 5.08), Motion(0.1, 0.05, 1e5, 1e5), 1000, STEP)
     area = math.pi / 4.0 * 0.025**2
     spring = 2.0 * 1.4 * 1e5 * area**2 / (15e-6 + area * 0.1)
     distance = (math.sqrt(12.0**2 + spring * 0.05**2) - 12.0) / spring

@@ -7,9 +7,10 @@ the land edges are therefore swapped by hand.
 import pytest
 
 from rodless_sim import RigParameters
-from rodless_sim.physics.motion import Motion, Plant, advance, inner_step
-from rodless_sim.physics.plant import plant_constants
-from rodless_sim.physics.valve import lands
+from rodless_sim.physics.motion import advance, inner_step
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 
 STEP = 20e-6
 STROKE = 0.2
@@ -24,7 +25,7 @@ def even_plant(form: str, volume_a: float, volume_b: float) -> Plant:
         "friction.reverse.viscous": 4500.0,
     }
     volumes = {"cylinder.dead_volume_a": volume_a, "cylinder.dead_volume_b": volume_b}
-    return plant_constants(RigParameters({"friction.form": form, **reverse, **volumes}))
+    return Plant.of(RigParameters({"friction.form": form, **reverse, **volumes}))
 
 
 def mirrored(state: Motion) -> Motion:
@@ -42,7 +43,7 @@ def assert_close(state: Motion, other: Motion) -> None:
 def test_a_rig_driven_through_the_other_edges_is_its_mirror_image(form: str) -> None:
     """Opening at 6 V toward A, or the same edges toward B with dead volumes swapped: mirrored."""
     plant, swapped = even_plant(form, 15e-6, 30e-6), even_plant(form, 30e-6, 15e-6)
-    forward = lands(plant.air, plant.valve, 6.0)
+    forward = openings(plant, 6.0)
     backward = forward._replace(forward=False)
     state = start = Motion(0.06, 0.0, 4e5, 4.2e5)
     other = mirrored(start)
@@ -61,7 +62,7 @@ def test_a_carriage_thrown_with_the_valve_closed_is_its_mirror_image(
     """At 5.08 V all edges are alike: throws to either side mirror, into an end cap included."""
     plant = even_plant(form, 15e-6, 15e-6)
     start = Motion(position, 0.6, 4.6e5, 4.4e5)
-    state = advance(plant, 5.08, start, 5000, STEP)
-    other = advance(plant, 5.08, mirrored(start), 5000, STEP)
+    state = advance(plant, openings(plant, 5.08), start, 5000, STEP)
+    other = advance(plant, openings(plant, 5.08), mirrored(start), 5000, STEP)
     assert abs(state.position - position) > 1e-5
     assert_close(state, mirrored(other))

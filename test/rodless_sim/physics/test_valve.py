@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from rodless_sim import RigParameters
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
 from rodless_sim.physics.valve import (
     centred_area,
     effective_area,
     flow_coefficient,
-    lands,
     spool_displacement,
 )
 
-PLANT = plant_constants(RigParameters())
+PLANT = Plant.of(RigParameters())
 DEFLECTIONS = np.linspace(-5.08, 4.92, 1001)
 
 
@@ -106,8 +106,8 @@ def test_spool_displacement_of_eq_24_at_hand_computed_voltages(
 
 def test_openings_have_no_jump_at_the_closed_voltage() -> None:
     """Just below and just above 5.08 V all four edges are the same: nothing is thrown over."""
-    below = lands(PLANT.air, PLANT.valve, 5.08 - 1e-9)
-    above = lands(PLANT.air, PLANT.valve, 5.08 + 1e-9)
+    below = openings(PLANT, 5.08 - 1e-9)
+    above = openings(PLANT, 5.08 + 1e-9)
     assert below.opening.gap == pytest.approx(above.closing.gap, rel=1e-8)
     assert below.closing.gap == pytest.approx(above.opening.gap, rel=1e-8)
     assert below.opening.orifice_area < 1e-18
@@ -120,7 +120,7 @@ def test_only_the_opening_edge_has_an_orifice_and_it_grows_with_deflection() -> 
     From 4.4 V on, near the ends of the range, the fitted S and C_v are flat and pull apart by 3 %.
     """
     for side in (1.0, -1.0):
-        edges = [lands(PLANT.air, PLANT.valve, 5.08 + side * d) for d in np.arange(0.0, 4.4, 0.05)]
+        edges = [openings(PLANT, 5.08 + side * d) for d in np.arange(0.0, 4.4, 0.05)]
         areas = np.array([edge.opening.orifice_area for edge in edges])
         assert areas[0] == 0.0
         assert np.all(np.diff(areas) > 0.0)
@@ -129,14 +129,14 @@ def test_only_the_opening_edge_has_an_orifice_and_it_grows_with_deflection() -> 
 
 def test_closing_gap_thins_as_its_overlap_lengthens() -> None:
     """At 1 V from closed the overlap is 2 mm + 0.21485 mm, so the gap passes 2/2.21485 as much."""
-    closed = lands(PLANT.air, PLANT.valve, 5.08).closing.gap
-    opened = lands(PLANT.air, PLANT.valve, 6.08).closing.gap
+    closed = openings(PLANT, 5.08).closing.gap
+    opened = openings(PLANT, 6.08).closing.gap
     assert opened / closed == pytest.approx(2.0 / 2.21485, rel=1e-12)
 
 
 def test_opening_edge_gap_fades_away_as_the_land_clears() -> None:
     """The opening edge's gap shrinks with deflection and is under 1 % of itself at 1.5 V."""
-    gaps = [lands(PLANT.air, PLANT.valve, 5.08 + d).opening.gap for d in np.arange(0.0, 1.6, 0.1)]
+    gaps = [openings(PLANT, 5.08 + d).opening.gap for d in np.arange(0.0, 1.6, 0.1)]
     assert np.all(np.diff(gaps) < 0.0)
     assert gaps[15] < 0.01 * gaps[0]
 
@@ -145,7 +145,5 @@ def test_closed_valve_gap_conductance_by_hand() -> None:
     """π d_s h0³/(24 μ L0 R T_s) with d_s 6 mm, h0 6 µm, L0 2 mm: 5.437e-17 kg/(s·Pa²)."""
     # numerator   3.14159*6e-3*216e-18 = 4.0715e-18
     # denominator 24*1.83e-5*2e-3*287.05*297 = 8.784e-7*85253.85 = 0.0748870
-    assert lands(PLANT.air, PLANT.valve, 5.08).closing.gap == pytest.approx(
-        4.0715e-18 / 0.0748870, rel=2e-5
-    )
+    assert openings(PLANT, 5.08).closing.gap == pytest.approx(4.0715e-18 / 0.0748870, rel=2e-5)
     assert math.isclose(PLANT.valve.gap_height, 6e-6)

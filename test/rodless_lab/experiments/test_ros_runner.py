@@ -1,7 +1,6 @@
 """Experiments over ROS: the nodes' runs are those in process, to the last bit."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from rodless_control import PidParameters, references
 from rodless_lab.cli.experiment import main, parsed
 from rodless_lab.experiments import fixed_chamber, ros_runner, step
 from rodless_lab.experiments.catalogue import EXPERIMENTS
-from rodless_lab.experiments.runner import IN_PROCESS, Bench
+from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.harness import NodeDiedError
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters, Trace
@@ -28,61 +27,60 @@ def runs() -> list[None]:
 
 
 @pytest.fixture
-def bench(runs: list[None]) -> Iterator[Bench]:
-    """Return the bench of the nodes; at least one run must have been theirs."""
-    yield ros_runner.ros_bench(lambda: runs.append(None))
+def runner(runs: list[None]) -> Iterator[Runner]:
+    """Return the runner of the nodes; at least one run must have been theirs."""
+    yield ros_runner.nodes_runner(lambda: runs.append(None))
     assert runs
 
 
 def assert_same(first: Trace, second: Trace) -> None:
     assert type(first) is type(second)
-    for field in fields(second):
-        if field.name not in UNPUBLISHED:
-            values = getattr(first, field.name), getattr(second, field.name)
-            assert np.array_equal(*values), field.name
+    for name, values in second.columns().items():
+        if name not in UNPUBLISHED:
+            assert np.array_equal(getattr(first, name), values), name
 
 
 def test_step_over_ros_gives_the_numbers_of_the_step_in_process(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The closed-loop step, shortened to 1.5 s: every sample and every number are the same."""
     monkeypatch.setattr(step, "DURATION", 1.5)
-    found, expected = (step.run_step(["calibrated"], where) for where in (bench, IN_PROCESS))
+    found, expected = (step.run_step(["calibrated"], where) for where in (runner, IN_PROCESS))
     assert_same(found.runs["calibrated"], expected.runs["calibrated"])
     assert len(found.runs["calibrated"].time) == 1501
     assert found.comparisons == expected.comparisons
 
 
 def test_fixed_chamber_over_ros_gives_the_numbers_of_that_in_process(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The open-loop run at 0.4 MPa, shortened to 3 s: samples and numbers are the same."""
     for name in ("END_TIME", "SETTLING_TIME", "VENTING_TIME"):
         monkeypatch.setattr(fixed_chamber, name, 1.0)
     found, expected = (
-        fixed_chamber.run_fixed_chamber(0.05, [0.4e6], where) for where in (bench, IN_PROCESS)
+        fixed_chamber.run_fixed_chamber(0.05, [0.4e6], where) for where in (runner, IN_PROCESS)
     )
     assert_same(found.runs[0].trace, expected.runs[0].trace)
     assert len(found.runs[0].trace.time) == 1501
     assert found.comparisons == expected.comparisons
 
 
-def test_sine_over_ros_starts_where_it_is_told_to(bench: Bench) -> None:
+def test_sine_over_ros_starts_where_it_is_told_to(runner: Runner) -> None:
     """A sine followed from 80 mm, neither the rig's nor the controller's default: the same."""
     rig = RigParameters.preset("paper")
     pid = PidParameters.preset("paper").with_values({"controller.kp": 700.0})
     reference = references.sine(0.08, 0.015, 0.4, at=0.1)
     found, expected = (
-        where.closed_loop(rig, pid, reference, 0.4, 2e-3, 0.08) for where in (bench, IN_PROCESS)
+        where.closed_loop(rig, pid, reference, 0.4, 2e-3, 0.08) for where in (runner, IN_PROCESS)
     )
     assert_same(found, expected)
 
 
-def test_voltages_beyond_the_valve_are_held_at_its_limits(bench: Bench) -> None:
+def test_voltages_beyond_the_valve_are_held_at_its_limits(runner: Runner) -> None:
     """Commands of -3 V and 12 V over ROS are 0 V and 10 V, as in process."""
     rig = RigParameters.preset("calibrated").with_values({"supply.pressure": 6e5})
     voltages = np.repeat([-3.0, 12.0, 5.3], 40)
-    found, expected = (where.open_loop(rig, voltages, 1e-3, 0.1) for where in (bench, IN_PROCESS))
+    found, expected = (where.open_loop(rig, voltages, 1e-3, 0.1) for where in (runner, IN_PROCESS))
     assert_same(found, expected)
     assert np.isnan(found.mass_flow_a).all()
 
@@ -109,16 +107,16 @@ def test_experiments_without_a_moving_rig_refuse_ros(
 def test_the_command_hands_the_bench_of_the_nodes_to_the_experiment(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """`rodless experiment step --ros` runs on that bench, with a dot for its run; without, not."""
+    """`rodless experiment step --ros` runs on that runner, with a dot for its run; without, not."""
 
-    def stand_in(ran: Callable[[], None]) -> Bench:
+    def stand_in(ran: Callable[[], None]) -> Runner:
         def closed_loop(*arguments: Any) -> ClosedLoopTrace:
             ran()
             return IN_PROCESS.closed_loop(*arguments)
 
-        return Bench(IN_PROCESS.open_loop, closed_loop)
+        return Runner(IN_PROCESS.open_loop, closed_loop)
 
-    monkeypatch.setattr(ros_runner, "ros_bench", stand_in)
+    monkeypatch.setattr(ros_runner, "nodes_runner", stand_in)
     arguments = ["step", "--preset", "calibrated", "--output", str(tmp_path)]
     assert main([*arguments, "--ros"], Stop()) == 0
     assert "step ... ." in capsys.readouterr().out
@@ -134,7 +132,7 @@ def test_nodes_that_fail_end_the_command_with_1(
     def fail(*_: Any) -> Trace:
         raise NodeDiedError("the plant has ended with exit code 1")
 
-    monkeypatch.setattr(ros_runner, "ros_bench", lambda _: Bench(fail, fail))
+    monkeypatch.setattr(ros_runner, "nodes_runner", lambda _: Runner(fail, fail))
     out = tmp_path / "out"
     assert main(["fixed-chamber", "--ros", "--output", str(out)], Stop()) == 1
     assert "the plant has ended with exit code 1" in capsys.readouterr().err

@@ -1,0 +1,123 @@
+"""Runs as named columns with units: as a data frame, as CSV, as Parquet.
+
+A class of arrays inherits :class:`Columns` and states the unit of each array beside it:
+``position: Annotated[Array, "m"]``.
+"""
+
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.atomic_write import atomic_write
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Array = npt.NDArray[Any]
+
+
+class Columns:
+    """A run whose arrays, all of one shape (n,), are columns of a table."""
+
+    def columns(self) -> dict[str, Array]:
+        """Return the arrays by name, shape (n,) each, in the order of the table."""
+        return {name: getattr(self, name) for name in self.units()}
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of each column by name, such as ``m/s``; empty for none."""
+        hints = get_type_hints(type(self), include_extras=True)
+        return {
+            name: str(hint.__metadata__[0])
+            for name, hint in hints.items()
+            if hasattr(hint, "__metadata__")
+        }
+
+    def to_dataframe(self) -> "DataFrame":
+        """Return the columns as a pandas data frame.
+
+        Returns
+        -------
+        DataFrame
+            One row per sample; ``DataFrame.attrs["units"]`` holds the units by column.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where pandas is not installed; the text says how to get it.
+        """
+        try:
+            from pandas import DataFrame  # noqa: PLC0415  an extra
+        except ModuleNotFoundError as error:
+            raise _missing("a data frame", error) from error
+        frame: DataFrame = DataFrame(self.columns())
+        frame.attrs["units"] = self.units()
+        return frame
+
+    def save(self, path: str | Path) -> None:
+        """Write the columns to a file, whole or not at all.
+
+        Numbers in CSV have as many digits as it takes to read the same bits back. Its first line
+        holds the units, the second the names: a spreadsheet shows both as rows,
+        ``pandas.read_csv(path, comment="#")`` takes the names. Parquet has the units in the
+        metadata of each field.
+
+        Parameters
+        ----------
+        path
+            Ends in ``.csv``, or in ``.parquet``, which needs pyarrow.
+
+        Raises
+        ------
+        ValueError
+            For another ending.
+        ModuleNotFoundError
+            Where pyarrow is needed and not installed; the text says how to get it.
+        OSError
+            Where the file cannot be written.
+        """
+        file = Path(path)
+        if file.suffix == ".csv":
+            atomic_write(file, self._csv())
+        elif file.suffix == ".parquet":
+            atomic_write(file, self._parquet())
+        else:
+            raise ValueError(f"{path}: cannot be saved in this format; use .csv or .parquet")
+
+    def _csv(self) -> str:
+        columns, units = self.columns(), self.units()
+        rows = zip(*(map(repr, values.tolist()) for values in columns.values()), strict=True)
+        lines = [
+            "# units: " + ",".join(units[name] for name in columns),
+            ",".join(columns),
+            *map(",".join, rows),
+        ]
+        return "\n".join(lines) + "\n"
+
+    def _parquet(self) -> bytes:
+        try:
+            import pyarrow as arrow  # noqa: PLC0415  an extra
+            from pyarrow import parquet  # noqa: PLC0415
+        except ModuleNotFoundError as error:
+            raise _missing("Parquet", error) from error
+        columns, units = self.columns(), self.units()
+        arrays = [arrow.array(np.ascontiguousarray(values)) for values in columns.values()]
+        schema = arrow.schema(
+            [
+                arrow.field(name, array.type, metadata={"unit": units[name]})
+                for name, array in zip(columns, arrays, strict=True)
+            ]
+        )
+        buffer = BytesIO()
+        parquet.write_table(arrow.Table.from_arrays(arrays, schema=schema), buffer)
+        return buffer.getvalue()
+
+
+def _missing(what: str, error: ModuleNotFoundError) -> ModuleNotFoundError:
+    """Say how to get the extra."""
+    return ModuleNotFoundError(
+        f"{what} needs {error.name}, which is not installed: pip install 'rodless_sim[data]'",
+        name=error.name,
+    )

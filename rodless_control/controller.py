@@ -1,0 +1,258 @@
+"""The protocol of control laws: what one is given at each sample, and what it answers.
+
+A :class:`Law` is plain Python. A :class:`CompiledLaw` is made of pure compiled functions, which run
+in one loop with the rig. Both serve ``rodless_lab.closed_loop`` and the controller node alike.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from numbers import Real
+from typing import Any, ClassVar, NamedTuple
+
+from rodless_base.kernels import is_kernel, specialise
+from rodless_base.measurement import Measurement
+from rodless_base.parameters import Parameter, ParameterSet
+from rodless_control.parameters import OUTPUT, LawParameters
+
+
+class ReferencePoint(NamedTuple):
+    """Where the carriage should be, and how fast it should move there.
+
+    Examples
+    --------
+    >>> ReferencePoint(0.058)
+    ReferencePoint(position=0.058, velocity=0.0)
+    """
+
+    position: float  # m
+    velocity: float = 0.0  # m/s
+
+
+# A voltage in V, or a NamedTuple of the field ``voltage`` and the law's ``TERMS``.
+Answer = float | tuple[float, ...]
+
+
+class LawError(ValueError):
+    """A law has answered with something that is no command; the text names law and answer."""
+
+
+class Law:
+    """A control law; subclass it and write :meth:`update`.
+
+    ``PARAMETERS`` declares the law's own parameters. In the controller node they are ROS
+    parameters; what a preset or file gives reaches them by their names. ``parameters`` holds the
+    values in force: those, and the limits of the output ``controller.minimum_voltage``,
+    ``.neutral_voltage`` and ``.maximum_voltage`` (V).
+
+    ``TERMS`` names what :meth:`update` returns besides the voltage; each is a topic of the node
+    below ``~/``. ``USES_PRESSURES`` says whether the law reads pressures; without them the node
+    answers positions alone.
+
+    Examples
+    --------
+    A proportional law with a parameter of its own:
+
+    >>> from rodless_base.parameters import Parameter, declare
+    >>> class Proportional(Law):
+    ...     PARAMETERS = declare(
+    ...         Parameter("mine.gain", 200.0, "V/m", "proportional gain", "tuned", 0.0, 1e4)
+    ...     )
+    ...
+    ...     def update(self, measurement, reference, interval):
+    ...         error = reference.position - measurement.position
+    ...         return 5.08 + self.parameters["mine.gain"] * error
+    >>> law = Proportional({"mine.gain": 100.0})
+    >>> round(law.update(Measurement(0, 0.05), ReferencePoint(0.06), 0.0), 6)
+    6.08
+    """
+
+    PARAMETERS: ClassVar[dict[str, Parameter]] = {}
+    TERMS: ClassVar[tuple[str, ...]] = ()
+    USES_PRESSURES: ClassVar[bool] = True
+
+    # The set of this law's parameters; made from PARAMETERS where a law does not bring its own.
+    Parameters: ClassVar[type[LawParameters]] = LawParameters
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "PARAMETERS" in vars(cls) and "Parameters" not in vars(cls):
+            content = {
+                "__doc__": f"The parameters of the law {cls.__name__}.",
+                "__module__": cls.__module__,
+                "DECLARATIONS": {**cls.PARAMETERS, **OUTPUT},
+                "LAW": f"{cls.__module__}:{cls.__qualname__}",
+            }
+            cls.Parameters = type(f"{cls.__name__}Parameters", (LawParameters,), content)
+
+    def __init__(self, parameters: Mapping[str, object] | None = None) -> None:
+        """Take values by name (default: all defaults); raises ParameterError."""
+        given = parameters if isinstance(parameters, ParameterSet) else None
+        self.parameters: ParameterSet = given or self.Parameters(parameters)
+
+    def configure(self, parameters: ParameterSet) -> None:
+        """Change the parameters while running; without a jump of the command where that can be."""
+        self.parameters = parameters
+
+    def reset(self) -> None:
+        """Forget the run so far: called before the first sample of each run."""
+
+    def hold(self) -> None:
+        """Measurements were missing; the next sample comes after a gap."""
+
+    def update(
+        self, measurement: Measurement, reference: ReferencePoint, interval: float
+    ) -> Answer:
+        """Answer one sample.
+
+        Parameters
+        ----------
+        measurement
+            What the instruments read: ns, m, Pa.
+        reference
+            Where the carriage should be at that time.
+        interval
+            Time since the sample before in s; 0 for the first.
+
+        Returns
+        -------
+        float or NamedTuple
+            The voltage in V, finite; or a NamedTuple of the field ``voltage`` and one for each of
+            ``TERMS``.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no update()")
+
+
+class FunctionLaw(Law):
+    """A function of measurement and reference that returns a voltage in V."""
+
+    def __init__(self, function: Callable[[Measurement, ReferencePoint], float]) -> None:
+        """Take the function."""
+        super().__init__()
+        self.function = function
+
+    def update(
+        self,
+        measurement: Measurement,
+        reference: ReferencePoint,
+        interval: float,  # noqa: ARG002
+    ) -> Answer:
+        """Call the function."""
+        return self.function(measurement, reference)
+
+
+class Kernels(NamedTuple):
+    """The pure functions of a compiled law.
+
+    ``gains``, ``memory`` and ``command`` are NamedTuples of the law's own; all fields of the
+    command are floats, the first is ``voltage``, the others are the law's ``TERMS``. ``begin`` and
+    ``update`` are compiled with ``rodless_base.kernels.kernel``.
+    """
+
+    gains_of: Callable[[ParameterSet], Any]  # (parameters) -> gains
+    begin: Callable[..., Any]  # (gains, measurement) -> memory
+    update: Callable[..., Any]  # (gains, memory, measurement, reference, interval)
+
+
+class CompiledLaw(Law):
+    """A law made of compiled functions: ``KERNELS``, and what else a :class:`Law` may state.
+
+    Examples
+    --------
+    >>> from rodless_control import Pid
+    >>> Pid.KERNELS.begin(Pid().gains, Measurement(0, 0.05)).filtered_position
+    0.05
+    """
+
+    KERNELS: ClassVar[Kernels]
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for name in ("begin", "update"):
+            if not is_kernel(getattr(cls.KERNELS, name)):
+                raise TypeError(
+                    f"{cls.__name__}: KERNELS.{name} is not compiled; decorate it with "
+                    "rodless_base.kernels.kernel"
+                )
+
+    def __init__(self, parameters: Mapping[str, object] | None = None) -> None:
+        """Take values by name (default: all defaults) and compile; raises ParameterError."""
+        super().__init__(parameters)
+        self.gains = self.KERNELS.gains_of(self.parameters)
+        example = Measurement(0, 0.0)
+        self._begin = specialise(self.KERNELS.begin, self.gains, example)
+        self._update = specialise(
+            self.KERNELS.update,
+            self.gains,
+            self._begin(self.gains, example),
+            example,
+            ReferencePoint(0.0),
+            0.0,
+        )
+        self.memory: Any = None
+        self._held = False
+
+    def configure(self, parameters: ParameterSet) -> None:
+        """Change the parameters; :meth:`retuned` says what becomes of the memory."""
+        super().configure(parameters)
+        old, self.gains = self.gains, self.KERNELS.gains_of(parameters)
+        if self.memory is not None:
+            self.memory = self.retuned(old, self.memory)
+
+    def reset(self) -> None:
+        """Forget everything; the next sample is taken as the first."""
+        self.memory = None
+        self._held = False
+
+    def hold(self) -> None:
+        """Begin anew with the next sample, with what :meth:`resumed` keeps of the memory."""
+        self._held = True
+
+    def update(self, measurement: Measurement, reference: ReferencePoint, interval: float) -> Any:
+        """Evaluate the law; see :meth:`Law.update`."""
+        if self.memory is None or self._held:
+            begun, interval = self._begin(self.gains, measurement), 0.0
+            self.memory = begun if self.memory is None else self.resumed(begun, self.memory)
+            self._held = False
+        self.memory, command = self._update(
+            self.gains, self.memory, measurement, reference, interval
+        )
+        return command
+
+    def resumed(self, begun: Any, before: Any) -> Any:  # noqa: ARG002
+        """Return the memory after a gap: ``begun`` anew, with what is kept from ``before`` it."""
+        return begun
+
+    def retuned(self, old: Any, memory: Any) -> Any:  # noqa: ARG002
+        """Return the memory with which ``self.gains`` go on where the ``old`` gains were."""
+        return memory
+
+
+def numbers_of(law: Law, answer: object) -> tuple[float, ...]:
+    """Return voltage (V) and terms of an answer; raises LawError for what is no command."""
+    values = answer if isinstance(answer, tuple) else (answer,)
+    wanted = ("voltage", *law.TERMS)
+    if len(values) != len(wanted) or getattr(answer, "_fields", wanted) != wanted:
+        raise LawError(f"{law_name(law)} answered {answer!r}: must be {' and '.join(wanted)}")
+    numbers = values
+    if set(map(type, values)) != {float}:
+        if not all(isinstance(value, Real) for value in values):
+            raise LawError(f"{law_name(law)} answered {answer!r}: must be a number in V")
+        numbers = tuple(map(float, values))
+    if not math.isfinite(numbers[0]):
+        raise LawError(f"{law_name(law)} answered {numbers[0]!r} V: must be a finite number")
+    return numbers
+
+
+def law_name(law: Law) -> str:
+    """Return what messages call the law."""
+    if isinstance(law, FunctionLaw):
+        return f"law {getattr(law.function, '__name__', repr(law.function))}"
+    return f"law {type(law).__name__}"
+
+
+def output_limits(parameters: ParameterSet) -> tuple[float, float]:
+    """Return the lowest and the highest command in V."""
+    return (
+        parameters.number("controller.minimum_voltage"),
+        parameters.number("controller.maximum_voltage"),
+    )

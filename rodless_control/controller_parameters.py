@@ -1,0 +1,123 @@
+"""Everything the controller node can be told: its law's parameters and the groups around them."""
+
+import math
+from dataclasses import replace
+from functools import cache
+from typing import ClassVar
+
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet
+from rodless_control.controller import Law
+from rodless_control.laws import LAWS, law_class
+from rodless_control.parameters import NODE, OUTPUT, REFERENCE, LawParameters
+
+DEFAULT_LAW = str(NODE["controller.law"].default)
+
+
+def _declarations(name: str, law: type[Law]) -> dict[str, Parameter]:
+    """Compose the node's set for a law; raises ParameterError where the law's names cannot be."""
+    terms = ("reference", *law.TERMS)
+    if len(set(terms)) < len(terms) or not all(map(str.isidentifier, terms)):
+        raise ParameterError(
+            f"controller.law: {name!r} refused: its TERMS {law.TERMS} must be identifiers, each "
+            "once, and none of them reference"
+        )
+    taken = law.PARAMETERS.keys() & {**OUTPUT, **NODE, **REFERENCE}.keys()
+    if taken:
+        raise ParameterError(
+            f"controller.law: {name!r} refused: its parameter {min(taken)} is the node's own; "
+            "choose another name"
+        )
+    chosen = replace(NODE["controller.law"], default=name)
+    return {**law.PARAMETERS, **OUTPUT, **NODE, "controller.law": chosen, **REFERENCE}
+
+
+class ControllerParameters(ParameterSet):
+    """The controller node's parameters, with the law ``pid``; see docs/parameters.md.
+
+    :meth:`for_law` gives the class for another law.
+
+    Examples
+    --------
+    >>> values = ControllerParameters({"reference.type": "move", "controller.kp": 500.0})
+    >>> values["reference.velocity"], values["controller.law"]
+    (0.05, 'pid')
+    """
+
+    LAW: ClassVar[type[Law]] = law_class(DEFAULT_LAW)
+    DECLARATIONS: ClassVar[dict[str, Parameter]] = _declarations(DEFAULT_LAW, LAW)
+    NODE: ClassVar[str] = "controller"
+
+    @staticmethod
+    @cache
+    def for_law(name: str) -> "type[ControllerParameters]":
+        """Return the node's set for the law that ``controller.law`` names; raises ParameterError.
+
+        Examples
+        --------
+        >>> ControllerParameters.for_law("pid") is ControllerParameters
+        True
+        """
+        if name == DEFAULT_LAW:
+            return ControllerParameters
+        law = law_class(name)
+        content = {
+            "__doc__": f"The controller node's parameters, with the law {name}.",
+            "LAW": law,
+            "DECLARATIONS": _declarations(name, law),
+        }
+        return type("ControllerParameters", (ControllerParameters,), content)
+
+    def of_law(self) -> LawParameters:
+        """Return what the law is given."""
+        kind = self.LAW.Parameters
+        return kind({name: self[name] for name in kind.DECLARATIONS})
+
+    def check_together(self) -> None:
+        """Refuse another law, and what law, step or sine cannot have."""
+        name, own = self.text("controller.law"), self.DECLARATIONS["controller.law"].default
+        if name != own:
+            raise ParameterError(
+                f"controller.law: {name!r} refused: these are the parameters of {own!r}; "
+                f"use ControllerParameters.for_law({name!r})"
+            )
+        self.of_law()
+        self._check_reference()
+
+    def _check_reference(self) -> None:
+        low, high = self.number("reference.minimum"), self.number("reference.maximum")
+        if not low < high:
+            raise ParameterError(
+                f"reference.minimum: {low:g} m refused, must be less than "
+                f"reference.maximum ({high:g} m)"
+            )
+        match self.text("reference.type"):
+            case "step":
+                for name in ("reference.start", "reference.target"):
+                    self.check_travel(name, self.number(name))
+            case "sine":
+                centre, amplitude = (
+                    self.number("reference.centre"),
+                    self.number("reference.amplitude"),
+                )
+                for end in (centre - amplitude, centre + amplitude):
+                    self.check_travel("reference.centre ± reference.amplitude", end)
+
+    def check_travel(self, what: str, position: float) -> None:
+        """Raise ParameterError for a position (m) that ``what`` may not ask for."""
+        low, high = self.number("reference.minimum"), self.number("reference.maximum")
+        if not math.isfinite(position):
+            raise ParameterError(f"{what}: {position!r} m refused, must be a finite number")
+        if not low <= position <= high:
+            limit = "minimum" if position < low else "maximum"
+            raise ParameterError(
+                f"{what}: {position!r} m refused, must be from reference.minimum ({low:g} m) to "
+                f"reference.maximum ({high:g} m); change reference.{limit} for another travel"
+            )
+
+
+def parameters_of_other_laws(names: set[str], parameters: type[ControllerParameters]) -> set[str]:
+    """Return those of ``names`` that belong to a law of this package which was not chosen."""
+    strange = names - parameters.DECLARATIONS.keys()
+    if not strange:
+        return set()
+    return strange & {name for law in LAWS for name in law_class(law).PARAMETERS}

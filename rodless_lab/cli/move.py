@@ -1,0 +1,115 @@
+"""`rodless move`: send the carriage of a running rig somewhere and measure how it gets there."""
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rodless_base.start import Stop
+from rodless_lab.cli.running_rig import add_namespace, seconds, with_rig
+
+if TYPE_CHECKING:
+    from rodless_lab.session.running_rig import RunningRig
+    from rodless_lab.session.track import MoveResult, Track
+
+# How often the position is shown, in s.
+SHOW_PERIOD = 0.1
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Return 0 once the carriage has settled, 1 if it has not, 2 if it could not be sent there."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    return with_rig(options.namespace, stop, lambda rig: _move(rig, options))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rodless move",
+        description="Send the carriage of a running rig to a position, wait until it has stayed "
+        "within 0.2 mm of it for 0.5 s, and print the metrics of the step. Times are plant time. "
+        "Ctrl-C ends this program; the rig goes on.",
+        epilog="Exit code: 0 settled; 1 not settled in time, plant time stands still, or Ctrl-C; "
+        "2 no such rig, or the controller refuses the position.",
+    )
+    parser.add_argument("position", type=_millimetres, metavar="MM", help="in mm, such as 58")
+    add_namespace(parser)
+    parser.add_argument(
+        "--timeout",
+        type=seconds,
+        default=30.0,
+        metavar="S",
+        help="give up when the carriage has not settled after this wall-clock time (default: "
+        "%(default)g s); finding the nodes has 6 s of its own",
+    )
+    return parser
+
+
+def _millimetres(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a position in mm")
+    return value
+
+
+def _move(rig: "RunningRig", options: argparse.Namespace) -> int:
+    from rodless_lab.session.move import Move, StandstillError  # noqa: PLC0415  imports ROS
+
+    move = Move(rig, options.position / 1e3)
+    show = Progress(options.position)
+    try:
+        move.prepare()
+    except StandstillError as error:
+        print(f"{error}; no set-point sent", file=sys.stderr)
+        return 1
+    print(f"from {move.track.position * 1e3:.2f} to {options.position:g} mm", flush=True)
+    result = move.make(options.timeout, show, lambda text: print(f"\n{text}", file=sys.stderr))
+    show.end(move.track)
+    return _report(result, move.track.position * 1e3, options)
+
+
+def _report(result: "MoveResult", position: float, options: argparse.Namespace) -> int:
+    from rodless_lab.runs.step_metrics import metric_lines  # noqa: PLC0415  imports numpy
+
+    if result.metrics is None:
+        print("the carriage was there already")
+    else:
+        print("\n".join(metric_lines(result.metrics)))
+    if result.from_sending is not None:
+        print(f"times count from when the set-point was sent: {result.from_sending}")
+    if not result.settled:
+        print(
+            f"not settled within {options.timeout:g} s: the carriage is at {position:.2f} mm, "
+            f"{position - options.position:+.2f} mm from the set-point",
+            file=sys.stderr,
+        )
+        return 1
+    return 0
+
+
+class Progress:
+    """Shows where the carriage is: on a terminal a line that is written over, elsewhere nothing."""
+
+    def __init__(self, target: float) -> None:
+        """Show positions on the way to ``target`` (mm)."""
+        self._target = target
+        self._shown = 0.0
+
+    def __call__(self, track: "Track") -> None:
+        """Show where the carriage is, unless that was just done."""
+        if sys.stdout.isatty() and time.monotonic() > self._shown + SHOW_PERIOD:
+            self._shown = time.monotonic()
+            print(f"\r{self._line(track)}", end="", flush=True)
+
+    def end(self, track: "Track") -> None:
+        """Show the last position and end the line."""
+        if sys.stdout.isatty():
+            print(f"\r{self._line(track)}")
+
+    def _line(self, track: "Track") -> str:
+        return f"{track.elapsed:7.2f} s   {track.position * 1e3:8.3f} mm of {self._target:g} mm"

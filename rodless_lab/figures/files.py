@@ -1,0 +1,97 @@
+"""Figures as files: PNG, PDF, and CSV of what they show."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from rodless_base.atomic_write import atomic_write
+from rodless_lab.figures.style import STYLE
+
+Array = npt.NDArray[np.float64]
+
+# Dots per inch: for a page on a screen, and for print.
+SCREEN = 140
+PRINT = 300
+
+# What matplotlib would write into a file besides the figure: its version and the time.
+_PNG_METADATA: dict[str, Any] = {"Software": None}
+_PDF_METADATA: dict[str, Any] = {"Creator": None, "Producer": None, "CreationDate": None}
+
+
+def png(draw: Callable[[], Figure]) -> bytes:
+    """Return what ``draw`` draws as PNG for a screen; the same figure gives the same bytes."""
+    with mpl.rc_context(STYLE):
+        return _image(draw(), "png", SCREEN, _PNG_METADATA)
+
+
+def write_figure(folder: Path, name: str, draw: Callable[[], Figure]) -> bytes:
+    """Write what ``draw`` draws as ``NAME.png``, ``NAME.pdf`` and ``NAME.csv``; return the PNG.
+
+    The same figure gives the same bytes. The CSV holds what :func:`table_of` says. Raises OSError.
+    """
+    with mpl.rc_context(STYLE):
+        figure = draw()
+        image = _image(figure, "png", PRINT, _PNG_METADATA)
+        atomic_write(folder / f"{name}.png", image)
+        atomic_write(folder / f"{name}.pdf", _image(figure, "pdf", PRINT, _PDF_METADATA))
+    atomic_write(folder / f"{name}.csv", table_of(figure))
+    return image
+
+
+def _image(figure: Figure, kind: str, dpi: int, metadata: dict[str, Any]) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata)
+    return buffer.getvalue()
+
+
+def table_of(figure: Figure) -> str:
+    """Return the lines and bands of ``figure`` as CSV: panel, line, x, y, a row for each point.
+
+    Panels are numbered row by row, from 1; a comment line for each names its axes. A line that the
+    legend leaves out is named by its label without the underscore, or ``line 1``, ``line 2``, …; a
+    band is its outline.
+    """
+    text = io.StringIO()
+    for number, axes in enumerate(figure.axes, 1):
+        text.write(f"# panel {number}: x: {axes.get_xlabel()}; y: {axes.get_ylabel()}")
+        text.write(f"; {axes.get_title()}\n" if axes.get_title() else "\n")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(("panel", "line", "x", "y"))
+    for number, axes in enumerate(figure.axes, 1):
+        for name, points in _drawn(axes):
+            rows.writerows((number, name, *point) for point in points.tolist())
+    return text.getvalue()
+
+
+def _drawn(axes: Axes) -> Iterator[tuple[str, Array]]:
+    """Names and points, shape (n, 2), of what is drawn; empty lines stand in the legend only."""
+    for place, line in enumerate(axes.lines, 1):
+        label = str(line.get_label())
+        name = f"line {place}" if label.startswith("_child") else label.removeprefix("_")
+        points = _points(axes, line)
+        if len(points):
+            yield name, points
+    for band in axes.collections:
+        if isinstance(band, PolyCollection):
+            for path in band.get_paths():
+                yield str(band.get_label()), np.asarray(path.vertices)
+
+
+def _points(axes: Axes, line: Line2D) -> Array:
+    """Points of a line in data units; one across the whole panel ends at the panel's limits."""
+    points = np.array(line.get_xydata(), dtype=np.float64)
+    in_data = line.get_transform().contains_branch_seperately(axes.transData)
+    for column, limits in enumerate((axes.get_xlim(), axes.get_ylim())):
+        if not in_data[column]:
+            points[:, column] = limits[0] + points[:, column] * (limits[1] - limits[0])
+    return points

@@ -1,0 +1,44 @@
+"""What can be identified from a bag, and what is taken as known for it."""
+
+from collections.abc import Callable
+
+from rodless_base.parameter_file import preset_names
+from rodless_lab.identification.friction.findings import friction_findings
+from rodless_lab.identification.friction.run import identify_friction
+from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.pressures.chambers import chambers_findings
+from rodless_lab.identification.pressures.valve import valve_findings
+from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_sim import ParameterError, RigParameters
+from rodless_sim.instruments.instruments import DATA_SHEET
+
+FINDINGS: dict[str, Callable[[MeasuredRun, RigParameters], list[Finding]]] = {
+    "chambers": chambers_findings,
+    "friction": lambda run, parameters: friction_findings(identify_friction(run, parameters)),
+    "valve": valve_findings,
+}
+
+
+def assumed_parameters(base: str, sensors: str) -> RigParameters:
+    """Return what is taken as known: a preset or file, and how accurate the sensors are.
+
+    ``sensors`` is ``data-sheet``, ``base`` (as ``base`` says) or ``ideal``. Raises
+    :class:`ParameterError` that names the file.
+    """
+    if base in preset_names():
+        parameters = RigParameters.preset(base)
+    else:
+        try:
+            parameters = RigParameters.from_file(base)
+        except OSError as error:
+            raise ParameterError(
+                f"{base}: neither a preset ({', '.join(preset_names())}) nor a file that can be "
+                f"read: {error.strerror}"
+            ) from error
+    if sensors == "base":
+        return parameters
+    if sensors == "data-sheet":
+        return parameters.with_values(DATA_SHEET)
+    return parameters.with_values(
+        {name: RigParameters.DECLARATIONS[name].default for name in DATA_SHEET}
+    )

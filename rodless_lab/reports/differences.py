@@ -1,0 +1,40 @@
+"""How far two runs are apart: a table, a picture, and the numbers as JSON."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from rodless_base.atomic_write import atomic_write
+from rodless_lab.figures.comparison import Array, draw_comparison
+from rodless_lab.figures.files import png
+from rodless_lab.runs.comparison import QUANTITIES, Difference
+from rodless_lab.runs.measured_run import MeasuredRun
+
+Pair = tuple[MeasuredRun, MeasuredRun]
+
+
+def write_differences(
+    file: Path, names: tuple[str, str], runs: Pair, time: Array, numbers: Mapping[str, object]
+) -> None:
+    """Write the picture of both runs as ``FILE.png`` and ``numbers`` as ``FILE.json``.
+
+    ``time`` (s, shape (n,)) is where they are compared. Raises OSError.
+    """
+    picture = png(lambda: draw_comparison(names, runs, time))
+    atomic_write(file.with_suffix(".png"), picture)
+    atomic_write(file.with_suffix(".json"), json.dumps(numbers, indent=2) + "\n")
+
+
+def differences_table(names: tuple[str, str], found: Mapping[str, Difference]) -> str:
+    """Return the differences as a table for people."""
+    lines = [
+        f"{names[1]} minus {names[0]}",
+        f"{'':16}{'steady state':>16}{'largest':>14}{'at':>10}{'rms':>12}",
+    ]
+    for name, value in found.items():
+        label, unit, factor = QUANTITIES[name]
+        lines.append(
+            f"{label:16}{value.steady * factor:16.3f}{value.largest * factor:14.3f}"
+            f"{value.time:8.3f} s{value.rms * factor:12.3f} {unit}"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,45 @@
+"""What the docs show of the code itself: pages and pictures, written from what the code gives."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rodless_base.atomic_write import atomic_write
+from rodless_control import PidParameters, references
+from rodless_lab.experiments.catalogue import EXPERIMENTS
+from rodless_lab.experiments.experiment import Options
+from rodless_lab.figures.step import save_step_picture
+from rodless_lab.reports.page import write_page
+from rodless_lab.reports.parameters import parameter_reference
+from rodless_lab.simulation.closed_loop import closed_loop
+from rodless_sim import RigParameters
+
+
+def write_docs(folder: Path, show: Callable[[str], None]) -> None:
+    """Write everything into ``folder``; ``show`` hears the name of each experiment begun."""
+    atomic_write(folder / "parameters.md", parameter_reference())
+    save_preset_step(folder / "step_paper.png", "paper")
+    for experiment in EXPERIMENTS.values():
+        show(experiment.name)
+        write_page(folder / "experiments", experiment, experiment.run(Options()))
+
+
+def save_preset_step(path: Path, preset: str) -> None:
+    """Draw the step of section 6.2, 0 to 58 mm at 0.52 MPa gauge, in process."""
+    run = closed_loop(
+        RigParameters.preset(preset),
+        PidParameters.preset(preset),
+        references.step(0.0, 0.058, at=0.5),
+        duration=5.0,
+        period=1e-3,
+    )
+    save_step_picture(
+        path,
+        f"0 to 58 mm at 0.52 MPa gauge, preset {preset}",
+        position=(run.time, run.position),
+        reference=(run.time, run.reference),
+        pressures={
+            "chamber A": (run.time, run.pressure_a),
+            "chamber B": (run.time, run.pressure_b),
+        },
+        voltage=(run.time, run.voltage),
+    )

@@ -1,0 +1,163 @@
+"""Send the carriage of a running rig somewhere and follow it until it has settled."""
+
+import time
+from collections.abc import Callable
+
+from rcl_interfaces.msg import Log
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from rodless_base.ros.message_info import Info
+from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
+from rodless_lab.session.track import MoveResult, Track
+
+SETPOINT, REFERENCE = "setpoint", f"{CONTROLLER}/reference"
+
+# Wall-clock s, for the nodes to be found, and for their first or next message. Fast DDS takes up to
+# 3 s to match a topic, and diagnostics come once a second.
+FIND_TIMEOUT = 6.0
+MESSAGE_TIMEOUT = 5.0
+
+# What is checked before a set-point is sent, as far as the controller has it.
+CHECKED = {"reference.type", "reference.minimum", "reference.maximum"}
+
+REFUSED = "set-points refused"
+
+
+class StandstillError(RuntimeError):
+    """Plant time stands still, so that nothing can move; the text says why."""
+
+
+class Move:
+    """One set-point for a running rig."""
+
+    def __init__(self, rig: RunningRig, target: float) -> None:
+        """Prepare a move to ``target`` (m)."""
+        self._rig = rig
+        self._target = target
+        self._refused_before = 0
+        self._refusal: str | None = None
+        self._last_sample = time.monotonic()
+        self.track = Track(target)
+
+    def prepare(self) -> None:
+        """Find the nodes, listen, and check that the set-point can be sent.
+
+        Raises :class:`RigError` where it cannot, StandstillError where plant time stands still.
+        """
+        self._rig.find(PLANT, FIND_TIMEOUT)
+        node = self._rig.observer.node
+        if not self._rig.come(lambda: node.count_subscribers(SETPOINT), FIND_TIMEOUT):
+            raise RigError(self._rig.missing(CONTROLLER, FIND_TIMEOUT))
+        self._listen()
+        if self._rig.runs(CONTROLLER):
+            self._check_target()
+        self._wait_until_heard()
+
+    def _listen(self) -> None:
+        observer = self._rig.observer
+        self._setpoint = observer.publisher(Float64, SETPOINT)
+        for topic, take in (
+            (REFERENCE, self.track.take_reference),
+            (VALVE_VOLTAGE, self.track.take_voltage),
+        ):
+            observer.subscribe(Float64, topic, _value_taker(take), info=True)
+        observer.subscribe(Log, "/rosout", self._take_log)
+        observer.subscribe(JointState, JOINT_STATES, self._take_sample, info=True)
+
+    def _take_sample(self, message: JointState, info: Info) -> None:
+        self._last_sample = time.monotonic()
+        stamp = stamp_nanoseconds(message.header.stamp)
+        self.track.take_sample(info["source_timestamp"], stamp, message.position[0])
+
+    def _take_log(self, message: Log) -> None:
+        logger = self._rig.name(CONTROLLER).strip("/").replace("/", ".")
+        if message.name == logger and "refused" in message.msg:
+            self._refusal = message.msg
+
+    def _check_target(self) -> None:
+        names = set(self._rig.parameter_names(CONTROLLER)) & CHECKED
+        values = self._rig.observer.get_parameters(CONTROLLER, sorted(names))
+        kind = values.get("reference.type")
+        if kind in ("step", "sine"):
+            raise RigError(
+                f"reference.type is {kind}, which takes no set-points; change it with "
+                "rodless set reference.type=setpoint"
+            )
+        low, high = values.get("reference.minimum"), values.get("reference.maximum")
+        if isinstance(low, float) and isinstance(high, float) and not low <= self._target <= high:
+            raise RigError(
+                f"{self._target * 1e3:g} mm refused: the controller takes {low * 1e3:g} to "
+                f"{high * 1e3:g} mm (reference.minimum, reference.maximum)"
+            )
+
+    def _wait_until_heard(self) -> None:
+        nodes = [node for node in (PLANT, CONTROLLER) if self._rig.runs(node)]
+        self._rig.come(lambda: all(map(self._rig.diagnostic, nodes)), MESSAGE_TIMEOUT)
+        if self._is_paused or not self._rig.come(lambda: self.track.has_samples, MESSAGE_TIMEOUT):
+            raise StandstillError(self._standstill)
+        speaks = self._rig.observer.node.count_publishers(REFERENCE)
+        if speaks and not self._rig.come(lambda: self.track.has_references, MESSAGE_TIMEOUT):
+            raise RigError(f"the controller does not control: {self._word_of(CONTROLLER)}")
+
+    @property
+    def _is_paused(self) -> bool:
+        plant = self._rig.diagnostic(PLANT)
+        return plant is not None and plant.values.get("paused") == "True"
+
+    @property
+    def _standstill(self) -> str:
+        """Why no samples come."""
+        why = "it is paused" if self._is_paused else self._word_of(PLANT)
+        return f"plant time stands still: {why}"
+
+    def _word_of(self, node: str) -> str:
+        said = self._rig.diagnostic(node)
+        return said.message if said is not None else f"the {node} says nothing on /diagnostics"
+
+    def make(
+        self, timeout: float, show: Callable[[Track], None], warn: Callable[[str], None]
+    ) -> MoveResult:
+        """Send the set-point and follow the carriage until it has settled, or ``timeout`` (s).
+
+        Calls ``show`` again and again, and ``warn`` once if plant time comes to stand still. Raises
+        :class:`RigError` where the controller refuses the set-point or the plant is reset.
+        """
+        self._send()
+        warned = False
+
+        def ended() -> bool:
+            nonlocal warned
+            show(self.track)
+            if not warned and time.monotonic() - self._last_sample > MESSAGE_TIMEOUT:
+                warned = True
+                warn(self._standstill)
+            return self.track.has_settled or self.track.was_reset or self._is_refused
+
+        self._rig.come(ended, timeout)
+        if self._is_refused:
+            reason = self._refusal or "its log says why"
+            raise RigError(f"the controller refuses {self._target * 1e3:g} mm: {reason}")
+        if self.track.was_reset:
+            raise RigError("the plant was reset during the move")
+        return self.track.result()
+
+    def _send(self) -> None:
+        self._refused_before = self._refused
+        self._refusal = None
+        self.track.begin()
+        self._setpoint.publish(Float64(data=self._target))
+
+    @property
+    def _refused(self) -> int:
+        said = self._rig.diagnostic(CONTROLLER)
+        return int(said.values.get(REFUSED, "0")) if said is not None else 0
+
+    @property
+    def _is_refused(self) -> bool:
+        return self._refusal is not None or self._refused > self._refused_before
+
+
+def _value_taker(take: Callable[[int, float], None]) -> Callable[[Float64, Info], None]:
+    return lambda message, info: take(info["source_timestamp"], message.data)

@@ -1,0 +1,66 @@
+"""When a rig that has been started is ready, and what its user can do then."""
+
+from collections.abc import Callable
+from time import monotonic
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
+from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.processes import ProcessPlan
+from rodless_lab.session.running_rig import CONTROLLER, PLANT
+
+# Wall-clock s after which a rig whose nodes have reported, but do not work, says why.
+REPORT_SECONDS = 10.0
+
+
+def say_when_ready(
+    plan: ProcessPlan, ended: Callable[[], bool], say: Callable[[str], None]
+) -> None:
+    """Call ``say`` with a line once the nodes of ``plan`` work; return then, or once ``ended``.
+
+    A plant without a controller is ready once it reports. Where the nodes report but do not work
+    for ``REPORT_SECONDS``, ``say`` is told why.
+    """
+    wanted = [PLANT, CONTROLLER] if plan.has_pid else [PLANT]
+    with Observer(namespace=f"/{plan.namespace.strip('/')}") as observer:
+        names = [observer.node.resolve_topic_name(node) for node in wanted]
+        reports = observer.diagnostics
+        reported: float | None = None
+        warned = False
+        while not ended():
+            observer.spin()
+            if not all(name in reports for name in names):
+                continue
+            failing = {name: reports[name].message for name in names if _fails(reports[name])}
+            if not failing or not plan.has_pid:
+                say(_ready_line(plan, observer, reports[names[0]]))
+                return
+            reported = reported or monotonic()
+            if not warned and monotonic() > reported + REPORT_SECONDS:
+                warned = True
+                say("not ready: " + "; ".join(f"{name}: {why}" for name, why in failing.items()))
+
+
+def _fails(said: Diagnostic) -> bool:
+    return bool(said.level == DiagnosticStatus.ERROR)
+
+
+def _ready_line(plan: ProcessPlan, observer: Observer, plant: Diagnostic) -> str:
+    lockstep = plant.values.get("mode") == "lockstep"
+    mode = "lock-step" if lockstep else "real time"
+    namespace = observer.node.get_namespace()
+    option = "" if namespace == "/" else f" --namespace {namespace}"
+    return (
+        f"ready: preset {plan.preset}, {mode}; {_next_step(plan, observer, lockstep, option)}; "
+        f"look: rodless status{option}; stop: Ctrl-C"
+    )
+
+
+def _next_step(plan: ProcessPlan, observer: Observer, lockstep: bool, option: str) -> str:
+    samples, commands = map(observer.node.resolve_topic_name, (JOINT_STATES, VALVE_VOLTAGE))
+    if plan.has_pid:
+        return f"move the carriage: rodless move 58{option}"
+    if lockstep:
+        return f"waiting for a subscriber to {samples} and one publisher on {commands}"
+    return f"commands are expected on {commands}"

@@ -1,0 +1,139 @@
+"""Change parameters of a running rig: all of them, on whichever node has each, or none."""
+
+import difflib
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import yaml
+from rcl_interfaces.msg import ParameterType
+
+from rodless_lab.session.errors import HarnessError
+from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
+
+NODES = (PLANT, CONTROLLER)
+
+# How long to wait for the second node once the first is there, in s: Fast DDS may take 3 s.
+OTHER_NODE_TIMEOUT = 5.0
+
+
+@dataclass(frozen=True)
+class Change:
+    """One parameter that has changed."""
+
+    node: str
+    name: str
+    old: object
+    new: object
+
+
+def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float) -> list[Change]:
+    """Set parameters to the values that the texts ``given`` stand for; return what has changed.
+
+    A name may have the node before it, ``plant:NAME``. Each node takes its share as one change. If
+    the second node refuses its own, the first gets its old values back, so that in the end nothing
+    has changed; in between, for some milliseconds, it runs with the new ones. Raises
+    :class:`RigError` for a rig that is not there, a name that no node or more than one has, a value
+    of the wrong kind, and with the node's own reason where it refuses.
+    """
+    names = {node: rig.parameter_names(node) for node in _found(rig, timeout)}
+    shares: dict[str, dict[str, str]] = {}
+    for name, text in given.items():
+        node, bare = _owner(name, names)
+        shares.setdefault(node, {})[bare] = text
+    values = {node: _typed(rig, node, share) for node, share in shares.items()}
+    old = _values(rig, values)
+    with rig.uninterrupted():
+        _set_all(rig, values, old)
+        new = _values(rig, values)
+    return [
+        Change(node, name, old[node][name], new[node][name])
+        for node, share in values.items()
+        for name in share
+    ]
+
+
+def _found(rig: RunningRig, timeout: float) -> list[str]:
+    """Wait for both nodes, for the second only a moment."""
+    if not rig.come(lambda: any(map(rig.runs, NODES)), timeout):
+        raise RigError(rig.missing(PLANT, timeout))
+    rig.come(lambda: all(map(rig.runs, NODES)), min(timeout, OTHER_NODE_TIMEOUT))
+    return [node for node in NODES if rig.runs(node)]
+
+
+def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
+    """Return the one node that has a parameter, and its name there."""
+    wanted, _, bare = name.rpartition(":")
+    if wanted and wanted not in names:
+        raise RigError(f"{name}: no node {wanted} here; there is {' and '.join(names)}")
+    asked = {wanted: names[wanted]} if wanted else names
+    owners = [node for node, has in asked.items() if bare in has]
+    if len(owners) > 1:
+        ways = " or ".join(f"{node}:{bare}" for node in owners)
+        raise RigError(f"{bare}: {' and '.join(owners)} have it; say {ways}")
+    if not owners:
+        near = difflib.get_close_matches(bare, [n for has in asked.values() for n in has], n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise RigError(f"{bare}: no such parameter on {' or '.join(asked)}{hint}")
+    return owners[0], bare
+
+
+def _typed(rig: RunningRig, node: str, texts: Mapping[str, str]) -> dict[str, object]:
+    types = rig.parameter_types(node, list(texts))
+    return {name: typed_value(name, text, types[name]) for name, text in texts.items()}
+
+
+def typed_value(name: str, text: str, kind: int) -> object:
+    """Return what ``text`` stands for in a parameter of ``kind``; raises :class:`RigError`."""
+    if kind == ParameterType.PARAMETER_STRING:
+        return text
+    convert, wanted = _KINDS.get(kind, (yaml.safe_load, "a value"))
+    try:
+        return convert(text)
+    except (ValueError, yaml.YAMLError) as error:
+        raise RigError(f"{name}: {text!r} refused, must be {wanted}") from error
+
+
+def _boolean(text: str) -> bool:
+    if text.lower() not in ("true", "false"):
+        raise ValueError(text)
+    return text.lower() == "true"
+
+
+def _integer(text: str) -> int:
+    number = float(text)
+    if not math.isfinite(number) or number != int(number):
+        raise ValueError(text)
+    return int(number)
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(part) for part in text.strip("[] ").split(",")]
+
+
+_KINDS: dict[int, tuple[Callable[[str], object], str]] = {
+    ParameterType.PARAMETER_BOOL: (_boolean, "true or false"),
+    ParameterType.PARAMETER_INTEGER: (_integer, "a whole number"),
+    ParameterType.PARAMETER_DOUBLE: (float, "a number"),
+    ParameterType.PARAMETER_DOUBLE_ARRAY: (_numbers, "numbers with commas between them"),
+}
+
+
+Values = Mapping[str, Mapping[str, object]]
+
+
+def _values(rig: RunningRig, names: Mapping[str, Iterable[str]]) -> Values:
+    """Return the values by node and name that are in force now."""
+    return {node: rig.observer.get_parameters(node, list(some)) for node, some in names.items()}
+
+
+def _set_all(rig: RunningRig, values: Values, old: Values) -> None:
+    changed: list[str] = []
+    for node, share in values.items():
+        try:
+            rig.observer.set_parameters(node, share)
+        except HarnessError as error:
+            for earlier in changed:
+                rig.observer.set_parameters(earlier, old[earlier])
+            raise RigError(f"{node}: {error}; nothing has changed") from error
+        changed.append(node)

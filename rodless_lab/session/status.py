@@ -1,0 +1,116 @@
+"""How a running rig is: what its nodes say of themselves, and what its topics carry now."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import FluidPressure, JointState
+from std_msgs.msg import Float64
+
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_lab.session.observer import Diagnostic
+from rodless_lab.session.running_rig import CONTROLLER, PLANT, RunningRig
+
+# How long to wait for readings once the nodes have reported, in wall-clock s: Fast DDS may take 3 s
+# to match a topic. Of a plant that stands still none may come.
+READINGS_TIMEOUT = 4.0
+STANDING_TIMEOUT = 0.5
+
+LEVELS = {
+    DiagnosticStatus.OK: "OK",
+    DiagnosticStatus.WARN: "WARN",
+    DiagnosticStatus.ERROR: "ERROR",
+    DiagnosticStatus.STALE: "STALE",
+}
+
+READINGS = {
+    "time": "s, plant time",
+    "position": "m",
+    "pressure_a": "Pa, absolute",
+    "pressure_b": "Pa, absolute",
+    "supply_pressure": "Pa, absolute",
+    "voltage": "V",
+    "reference": "m",
+}
+
+
+@dataclass(frozen=True)
+class NodeStatus:
+    """What a node says of itself; ``level`` is OK, WARN, ERROR, or missing."""
+
+    level: str
+    message: str
+    values: dict[str, str]
+
+
+@dataclass(frozen=True)
+class RigStatus:
+    """A rig at one moment; a reading is None where nothing came.
+
+    ``readings`` has the names of ``READINGS``, in those units.
+    """
+
+    namespace: str
+    nodes: dict[str, NodeStatus]
+    readings: dict[str, float | None]
+
+    @property
+    def is_well(self) -> bool:
+        """Whether both nodes are there and none reports an error."""
+        return all(node.level in ("OK", "WARN") for node in self.nodes.values())
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether the plant stands still by request."""
+        return self.nodes[PLANT].values.get("paused") == "True"
+
+    @property
+    def is_running(self) -> bool:
+        """Whether plant time advances."""
+        speed = self.nodes[PLANT].values.get("speed factor", "0")
+        return not self.is_paused and float(speed) > 0.0
+
+
+def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
+    """Listen until both nodes have reported, at most ``timeout`` s, and return what came."""
+    readings: dict[str, float | None] = dict.fromkeys(READINGS)
+    _listen(rig, readings)
+    rig.come(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
+    nodes = {node: _node_status(rig.diagnostic(node)) for node in (PLANT, CONTROLLER)}
+    status = RigStatus(rig.namespace, nodes, readings)
+    rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
+    rig.come(lambda: None not in readings.values(), min(timeout, rest))
+    return status
+
+
+def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
+    def take(name: str, value: Callable[[Any], float]) -> Callable[[Any], None]:
+        def taken(message: Any) -> None:
+            readings[name] = value(message)
+
+        return taken
+
+    def sample(message: JointState) -> None:
+        readings["time"] = stamp_nanoseconds(message.header.stamp) / NANOSECONDS_PER_SECOND
+        readings["position"] = message.position[0] if message.position else math.nan
+
+    observer = rig.observer
+    for name, frame in (
+        ("pressure_a", "chamber_a"),
+        ("pressure_b", "chamber_b"),
+        ("supply_pressure", "supply"),
+    ):
+        pressure = take(name, lambda message: message.fluid_pressure)
+        observer.subscribe(FluidPressure, f"{frame}/pressure", pressure)
+    for name, topic in (("voltage", VALVE_VOLTAGE), ("reference", f"{CONTROLLER}/reference")):
+        observer.subscribe(Float64, topic, take(name, lambda message: message.data))
+    observer.subscribe(JointState, JOINT_STATES, sample)
+
+
+def _node_status(said: Diagnostic | None) -> NodeStatus:
+    if said is None:
+        return NodeStatus("missing", "says nothing on /diagnostics", {})
+    return NodeStatus(LEVELS.get(said.level, "ERROR"), said.message, dict(said.values))

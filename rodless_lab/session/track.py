@@ -1,0 +1,142 @@
+"""What the topics of a rig carry around a set-point, and what that says of the move; no ROS."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
+
+# Plant time in ns for which the carriage must stay in the band to have settled.
+STAY = NANOSECONDS_PER_SECOND // 2
+
+
+@dataclass(frozen=True)
+class MoveResult:
+    """How a move went.
+
+    ``metrics`` is None where the carriage was there already. Times count from the first sample
+    after which the reference changed, or from the sending, and then ``from_sending`` says why.
+    """
+
+    settled: bool
+    metrics: StepMetrics | None
+    from_sending: str | None
+
+
+class Track:
+    """Messages of one rig in the order they came; ``sent`` is when, in ns of wall clock."""
+
+    def __init__(self, target: float) -> None:
+        """Expect a move to ``target`` (m)."""
+        self._target = target
+        self._sent: list[int] = []
+        self._stamps: list[int] = []
+        self._positions: list[float] = []
+        self._voltages: list[tuple[int, float]] = []
+        self._references: list[float] = []
+        self._first: int | None = None
+        self._inside_since: int | None = None
+        self._changed: int | None = None
+        self._from_sending: str | None = None
+        self.was_reset = False
+
+    def take_sample(self, sent: int, stamp: int, position: float) -> None:
+        """Take a position (m) at plant time ``stamp`` (ns)."""
+        if self._stamps and stamp < self._stamps[-1]:
+            self.was_reset = True
+        self._sent.append(sent)
+        self._stamps.append(stamp)
+        self._positions.append(position)
+        if self._first is None or abs(position - self._target) > SETTLING_BAND:
+            self._inside_since = None
+        elif self._inside_since is None:
+            self._inside_since = stamp
+
+    def take_voltage(self, sent: int, voltage: float) -> None:
+        """Take a command (V)."""
+        self._voltages.append((sent, voltage))
+
+    def take_reference(self, sent: int, reference: float) -> None:
+        """Take the reference (m) that the controller follows."""
+        before = self._references[-1] if self._references else reference
+        self._references.append(reference)
+        if self._first is not None and self._changed is None and reference != before:
+            self._changed = sent
+
+    def begin(self) -> None:
+        """The set-point goes out now; at least one sample must have come."""
+        self._first = len(self._stamps) - 1
+        self.was_reset = False
+        last = self._references[-2:]
+        if not last:
+            self._from_sending = "the controller does not publish its reference"
+        elif last[0] != last[-1]:
+            self._from_sending = "the reference was moving already"
+        elif last[-1] == self._target:
+            self._from_sending = "the set-point was in force already"
+
+    @property
+    def has_samples(self) -> bool:
+        """Whether a sample has come."""
+        return bool(self._stamps)
+
+    @property
+    def has_references(self) -> bool:
+        """Whether the controller has said its reference."""
+        return bool(self._references)
+
+    @property
+    def position(self) -> float:
+        """The last position in m."""
+        return self._positions[-1]
+
+    @property
+    def elapsed(self) -> float:
+        """Plant time since the set-point went out, in s."""
+        return (self._stamps[-1] - self._stamps[self._first or 0]) / NANOSECONDS_PER_SECOND
+
+    @property
+    def is_followed(self) -> bool:
+        """Whether the reference has changed since the set-point went out, or need not."""
+        return self._changed is not None or self._from_sending is not None
+
+    @property
+    def has_settled(self) -> bool:
+        """Whether the carriage has stayed within ±0.2 mm for half a second of plant time."""
+        since = self._inside_since
+        return self.is_followed and since is not None and self._stamps[-1] - since >= STAY
+
+    def result(self) -> MoveResult:
+        """Measure the move; raises ValueError without a command since the set-point."""
+        assert self._first is not None
+        first, why = self._first, self._from_sending
+        if why is None and self._changed is not None:
+            first = self._sample_of(self._changed)
+        elif why is None:
+            why = "the reference has not changed"
+        start = self._positions[first]
+        if abs(start - self._target) <= SETTLING_BAND:
+            return MoveResult(self.has_settled, None, why)
+        voltages = [value for sent, value in self._voltages if sent >= self._sent[first]]
+        metrics = step_metrics(
+            np.array(self._stamps[first:]) / NANOSECONDS_PER_SECOND,
+            np.array(self._positions[first:]),
+            np.array(voltages),
+            start=start,
+            target=self._target,
+            at=self._stamps[first] / NANOSECONDS_PER_SECOND,
+        )
+        return MoveResult(self.has_settled, metrics, why)
+
+    def _sample_of(self, reference_sent: int) -> int:
+        """Return the index of the sample that a reference belongs to.
+
+        The controller sends a sample's command first and then its reference; the next sample may
+        come in between.
+        """
+        commands = [sent for sent, _ in self._voltages]
+        command = bisect_right(commands, reference_sent) - 1
+        answered = commands[command] if command >= 0 else reference_sent
+        return max(bisect_right(self._sent, answered) - 1, 0)

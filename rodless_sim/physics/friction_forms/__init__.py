@@ -1,0 +1,1 @@
+"""The forms of sliding friction that ``friction.form`` chooses from."""

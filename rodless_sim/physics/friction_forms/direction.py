@@ -1,0 +1,85 @@
+"""The values of Table 2 for one direction of motion, and the dry friction all forms share."""
+
+import math
+from typing import NamedTuple
+
+from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
+from rodless_sim.physics.sources import PAPER
+
+SOURCE = f"{PAPER}, Table 2"
+
+
+class Direction(NamedTuple):
+    """Magnitudes for one direction of motion."""
+
+    static: float  # N
+    coulomb: float  # N
+    stribeck_velocity: float  # m/s
+    viscous: float  # N·s/m
+
+    @classmethod
+    def of(cls, parameters: ParameterSet, side: str) -> "Direction":
+        """Return the constants of ``side``, forward or reverse."""
+        return cls(*(parameters.number(f"friction.{side}.{name}") for name in cls._fields))
+
+
+def declare_direction(side: str, default: Direction) -> dict[str, Parameter]:
+    """Declare the parameters of ``side``, forward or reverse."""
+    prefix, motion = f"friction.{side}", f"{side} motion"
+    static, coulomb, velocity, viscous = default
+    return declare(
+        Parameter(
+            f"{prefix}.static",
+            static,
+            "N",
+            f"breakaway force F_s, {motion}",
+            SOURCE,
+            0.0,
+            1e4,
+        ),
+        Parameter(
+            f"{prefix}.coulomb",
+            coulomb,
+            "N",
+            f"Coulomb force F_c, {motion}",
+            SOURCE,
+            0.0,
+            1e4,
+        ),
+        Parameter(
+            f"{prefix}.stribeck_velocity",
+            velocity,
+            "m/s",
+            f"Stribeck velocity v_s, {motion}",
+            SOURCE,
+            1e-4,
+            1.0,
+        ),
+        Parameter(
+            f"{prefix}.viscous",
+            viscous,
+            "N·s/m",
+            f"viscous coefficient B, {motion}",
+            SOURCE,
+            0.0,
+            1e5,
+        ),
+    )
+
+
+def check_direction(parameters: ParameterSet, side: str) -> None:
+    """Refuse a breakaway force below the Coulomb force."""
+    found = Direction.of(parameters, side)
+    if found.static < found.coulomb:
+        raise ParameterError(
+            f"friction.{side}.static: {found.static:g} N refused, below "
+            f"friction.{side}.coulomb ({found.coulomb:g} N)"
+        )
+
+
+@kernel
+def dry_force(side: Direction, speed: float) -> float:
+    """Dry part of eq. (29) in N at ``speed`` >= 0 (m/s): from F_s down to F_c."""
+    drop = (side.static - side.coulomb) * math.exp(-((speed / side.stribeck_velocity) ** 2))
+    return side.coulomb + drop

@@ -1,0 +1,56 @@
+"""Eq. (29) with a viscous term that bends above creep speed."""
+
+import math
+from typing import NamedTuple
+
+from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, ParameterSet, declare
+from rodless_sim.physics.friction_forms.direction import Direction, dry_force
+from rodless_sim.physics.sources import JUDGEMENT
+
+NAME = "saturating"
+MEANING = "its viscous term bends above creep speed"
+PARAMETERS = declare(
+    Parameter(
+        "friction.high_speed_viscous",
+        80.0,
+        "N·s/m",
+        "viscous coefficient B_2 well above the saturation velocity (saturating form)",
+        f"{JUDGEMENT}: maker's speed range 50-500 mm/s",
+        0.0,
+        1e5,
+    ),
+    Parameter(
+        "friction.saturation_velocity",
+        5e-3,
+        "m/s",
+        "speed v_k over which the viscous term bends (saturating form)",
+        JUDGEMENT,
+        1e-4,
+        1.0,
+    ),
+)
+
+
+class Saturating(NamedTuple):
+    """Constants of the bend, the same in both directions."""
+
+    high_speed_viscous: float  # N·s/m
+    saturation_velocity: float  # m/s
+
+
+def of(parameters: ParameterSet) -> Saturating:
+    """Return the constants for ``parameters``."""
+    return Saturating(
+        parameters.number("friction.high_speed_viscous"),
+        parameters.number("friction.saturation_velocity"),
+    )
+
+
+@kernel
+def force(constants: Saturating, side: Direction, speed: float) -> float:
+    """Magnitude in N of the friction at ``speed`` >= 0 (m/s): B falls to its high-speed value."""
+    knee = constants.saturation_velocity
+    bend = knee * (1.0 - math.exp(-speed / knee))
+    high = constants.high_speed_viscous
+    return dry_force(side, speed) + (high * speed + (side.viscous - high) * bend)

@@ -1,0 +1,1 @@
+"""The ways to put the valve's equations together that ``valve.assembly`` chooses from."""

@@ -1,0 +1,50 @@
+"""How the valve's equations are put together: from voltage to openings, from openings to flow.
+
+An assembly is one module of ``valve_assemblies`` with ``NAME``, ``MEANING``, its own
+``PARAMETERS``, its constants ``of(parameters)``, and two kernels: ``lands(constants, air, valve,
+voltage)`` and ``edge_flow(constants, air, edge, pressure_1, pressure_2)``.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rodless_base.kernels import dispatch
+from rodless_base.parameters import Parameter, ParameterSet, collect, declare
+from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.valve_assemblies import printed, reconciled
+
+ASSEMBLIES = (reconciled, printed)
+
+PARAMETERS = collect(
+    declare(
+        Parameter(
+            "valve.assembly",
+            "reconciled",
+            "",
+            "how the valve equations are put together: "
+            + ", or ".join(assembly.MEANING for assembly in ASSEMBLIES),
+            "docs/errata.md",
+            choices=tuple(assembly.NAME for assembly in ASSEMBLIES),
+        )
+    ),
+    *(assembly.PARAMETERS for assembly in ASSEMBLIES),
+)
+
+
+class Assembly(NamedTuple):
+    """The assembly in use."""
+
+    code: int  # its place in ASSEMBLIES
+    own: tuple[Any, ...]  # each assembly's own constants
+
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> "Assembly":
+        """Return the constants for ``parameters``."""
+        return cls(
+            code=parameters.choice("valve.assembly"),
+            own=tuple(assembly.of(parameters) for assembly in ASSEMBLIES),
+        )
+
+
+lands: Callable[..., Lands] = dispatch([assembly.lands for assembly in ASSEMBLIES])
+edge_flow: Callable[..., float] = dispatch([assembly.edge_flow for assembly in ASSEMBLIES])

@@ -1,0 +1,127 @@
+"""Laws by name: those of the package, and those of a user's own module."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rodless_control import ControllerParameters, Law, ParameterError, Pid, PidParameters
+from rodless_control.laws import LAWS, law_class, law_with, make_law
+
+Write = Callable[[str, str], None]
+
+MINE = """
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Mine(Law):
+    PARAMETERS = declare(Parameter("mine.gain", 200.0, "V/m", "gain", "tuned", 0.0, 1e4))
+
+    def update(self, measurement, reference, interval):
+        return 5.08 + self.parameters["mine.gain"] * (reference.position - measurement.position)
+
+
+class Stubborn(Law):
+    def __init__(self):
+        super().__init__()
+
+
+class Greedy(Law):
+    PARAMETERS = declare(Parameter("reference.type", 1.0, "", "clash", "none"))
+
+
+class Twofold(Law):
+    TERMS = ("force", "force")
+
+
+class Shadow(Law):
+    TERMS = ("reference",)
+
+
+class Spaced(Law):
+    TERMS = ("a force",)
+
+
+NOTHING = 3
+"""
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    """Return what writes a module that Python finds."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def write(name: str, text: str) -> None:
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+
+    return write
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_of_the_package_is_found_and_made(name: str) -> None:
+    """Each line of the registry names a Law that its default parameters make."""
+    law = law_class(name)
+    assert issubclass(law, Law)
+    parameters = ControllerParameters.for_law(name)()
+    assert type(make_law(law, parameters.of_law())) is law
+
+
+def test_parameters_know_their_law() -> None:
+    """PidParameters make a Pid with them."""
+    law = law_with(PidParameters({"controller.kp": 7.0}))
+    assert type(law) is Pid
+    assert law.gains.kp == 7.0
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("pud", "must be pid or package.module:Class"),
+        ("", "must be pid or package.module:Class"),
+        ("nowhere_at_all:Law", "No module named 'nowhere_at_all'"),
+        ("broken_laws:Law", "importing broken_laws failed: ZeroDivisionError: division by zero"),
+        ("my_laws:Missing", "has no Missing"),
+        ("my_laws:NOTHING", "NOTHING is not a subclass of rodless_control.Law"),
+        ("my_laws:Twofold", "must be identifiers, each once"),
+        ("my_laws:Shadow", "none of them reference"),
+        ("my_laws:Spaced", "must be identifiers"),
+        ("my_laws:Greedy", "its parameter reference.type is the node's own"),
+    ],
+)
+def test_what_is_no_law_is_refused_in_one_line(module: Write, name: str, complaint: str) -> None:
+    """The line names controller.law, what was given, and what is wrong with it."""
+    module("my_laws", MINE)
+    module("broken_laws", "1 / 0\n")
+    with pytest.raises(ParameterError) as refusal:
+        ControllerParameters.for_law(name)
+    text = str(refusal.value)
+    assert text.startswith(f"controller.law: {name!r} refused: ")
+    assert complaint in text
+    assert "\n" not in text
+
+
+def test_a_law_that_cannot_be_made_is_refused_in_one_line(module: Write) -> None:
+    """One whose __init__ takes no parameters is named, with Python's own complaint."""
+    module("my_laws", MINE)
+    law = law_class("my_laws:Stubborn")
+    with pytest.raises(ParameterError, match=r"controller\.law: 'my_laws:Stubborn'.*TypeError"):
+        make_law(law, law.Parameters())
+
+
+def test_a_law_of_ones_own_brings_its_parameters(module: Write) -> None:
+    """They stand among the node's, those of the PID do not, and the law gets its own alone."""
+    module("my_laws", MINE)
+    kind = ControllerParameters.for_law("my_laws:Mine")
+    values = kind({"mine.gain": 50.0})
+    assert values["controller.law"] == "my_laws:Mine"
+    assert "controller.kp" not in values
+    assert {"controller.joint", "reference.type", "controller.neutral_voltage"} <= values.keys()
+    assert dict(values.of_law()) == {
+        "mine.gain": 50.0,
+        "controller.neutral_voltage": 5.08,
+        "controller.minimum_voltage": 0.0,
+        "controller.maximum_voltage": 10.0,
+    }
+    with pytest.raises(ParameterError, match=r"mine\.gain"):
+        kind({"mine.gain": -1.0})

@@ -1,0 +1,234 @@
+"""A user's own law in the controller node: the numbers of Python, and no end of the node."""
+
+import importlib
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from node_process import StartNode
+from observer import Observer
+
+from rodless_control import PidParameters, references
+from rodless_lab import closed_loop
+from rodless_lab.harness import RefusedError, RigSession
+from rodless_lab.session.processes import node_command, write_parameters
+from rodless_sim import RigParameters
+from rodless_sim.instruments.instruments import DATA_SHEET
+
+DURATION = 0.6
+STEP = {
+    "reference.type": "step",
+    "reference.start": 0.02,
+    "reference.target": 0.03,
+    "reference.at": 0.1,
+}
+PLANT = {**DATA_SHEET, "cylinder.initial_position": 0.02}
+
+# Uses all that is measured, the velocity of the reference, the interval, and remembers.
+LAWS = """
+from typing import NamedTuple
+
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Command(NamedTuple):
+    voltage: float
+    force: float
+
+
+class Damped(Law):
+    PARAMETERS = declare(
+        Parameter("mine.gain", 60.0, "V/m", "gain", "tuned", 0.0, 1e4),
+        Parameter("mine.damping", 1e-5, "V/Pa", "damping", "tuned", 0.0, 1.0),
+    )
+    TERMS = ("force",)
+
+    def reset(self):
+        self.force, self.integral = None, 0.0
+
+    def update(self, measurement, reference, interval):
+        force = measurement.pressure_a - measurement.pressure_b
+        change = 0.0 if self.force is None else force - self.force
+        self.force = force
+        error = reference.position - measurement.position
+        self.integral += error * interval
+        supply = measurement.supply_pressure / 621325.0
+        voltage = (
+            5.08
+            + self.parameters["mine.gain"] * error / supply
+            + 10.0 * self.integral
+            + 1e-3 * reference.velocity
+            - self.parameters["mine.damping"] * change
+        )
+        return Command(voltage, force)
+
+
+class Failing(Law):
+    USES_PRESSURES = False
+    PARAMETERS = declare(Parameter("mine.healthy", False, "", "whether it works", "test"))
+
+    def update(self, measurement, reference, interval):
+        if measurement.time > 0.02 and not self.parameters["mine.healthy"]:
+            return {}["no such key"]
+        return 5.2
+"""
+
+
+@pytest.fixture
+def own_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
+    """Write a module outside the package; return the environment in which nodes find it."""
+    (tmp_path / "own_laws.py").write_text(LAWS, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    others = os.environ.get("PYTHONPATH")
+    yield {"PYTHONPATH": os.pathsep.join([str(tmp_path), *([others] if others else [])])}
+    sys.modules.pop("own_laws", None)
+
+
+def test_a_users_law_in_the_node_gives_the_numbers_of_closed_loop(
+    own_laws: dict[str, str],
+) -> None:
+    """In lock-step, with noisy sensors: every sample and command as in Python, bit for bit.
+
+    The law reads all pressures: they are those of the position's own instant.
+    """
+    law = importlib.import_module("own_laws").Damped({"mine.gain": 70.0})
+    expected = closed_loop(
+        RigParameters.preset("paper").with_values(PLANT),
+        law,
+        references.step(0.02, 0.03, at=0.1),
+        DURATION,
+        1e-3,
+    )
+    controller = {**STEP, "controller.law": "own_laws:Damped", "mine.gain": 70.0}
+    with RigSession(
+        "lockstep", plant=PLANT, controller=controller, duration=DURATION, environment=own_laws
+    ) as rig:
+        found = rig.run()
+        declared = rig.parameters("controller", ["controller.law", "mine.gain", "mine.damping"])
+        lost = rig.counter("controller", "samples without all pressures")
+    assert len(found) == 601
+    for name in ("position", "pressure_a", "pressure_b", "voltage"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+    assert np.ptp(found.voltage) > 0.5
+    assert declared == {
+        "controller.law": "own_laws:Damped",
+        "mine.gain": 70.0,
+        "mine.damping": 1e-5,
+    }
+    assert not lost > 0.0
+    assert (
+        "leaving out parameters of other laws: controller.dead_zone_voltage"
+        in (rig.outputs["controller"])
+    )
+
+
+def test_the_pid_in_the_node_gives_the_numbers_of_closed_loop() -> None:
+    """The same for the law of the package, which reads no pressures."""
+    expected = closed_loop(
+        RigParameters.preset("paper").with_values(PLANT),
+        PidParameters.preset("paper"),
+        references.step(0.02, 0.03, at=0.1),
+        DURATION,
+        1e-3,
+    )
+    with RigSession(
+        "lockstep", plant=PLANT, controller=STEP, duration=DURATION, telemetry=True
+    ) as rig:
+        found = rig.run()
+    for name in ("position", "voltage", "reference", "error"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+    for name, values in expected.terms.items():
+        assert np.array_equal(getattr(found, name), values), name
+
+
+def test_a_reset_of_the_plant_keeps_pressures_and_positions_together(
+    own_laws: dict[str, str],
+) -> None:
+    """The run after a reset is the first run again, bit for bit."""
+    controller = {**STEP, "controller.law": "own_laws:Damped"}
+    with RigSession("lockstep", plant=PLANT, controller=controller, environment=own_laws) as rig:
+        rig.run_until(0.3)
+        rig.reset()
+        rig.run_until(0.3)
+        first, second = rig.samples(0), rig.samples(1)
+    assert np.array_equal(first.voltage[:200], second.voltage[:200])
+    assert np.array_equal(first.pressure_a[:200], second.pressure_a[:200])
+    assert np.ptp(first.voltage[:200]) > 0.1
+
+
+def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
+    own_laws: dict[str, str],
+) -> None:
+    """One line in the log, an ERROR in the diagnostics; ~/reset, then ~/enable bring it back."""
+    controller = {"controller.law": "own_laws:Failing"}
+    plant = {"time.period": 5e-3}
+    with RigSession(plant=plant, controller=controller, environment=own_laws) as rig:
+        rig.run_until(0.1)
+        line = LAWS.splitlines().index('            return {}["no such key"]') + 1
+        text = (
+            f"law Failing failed: KeyError: 'no such key' (own_laws.py, line {line}); "
+            "valve closed until ~/reset or ~/enable"
+        )
+        rig.wait_until(lambda: rig.diagnostics("controller").get("message") == text, "the failure")
+        assert rig.counter("controller", "failures of the law") == 1.0
+        run = rig.samples()
+        after = run.voltage[run.time > 0.05]
+        assert set(after[np.isfinite(after)]) == {5.08}
+        assert set(run.voltage[:3]) == {5.2}
+        rig.reset_controller()
+        rig.wait_until(lambda: rig.counter("controller", "failures of the law") == 2.0, "again")
+        rig.set_parameters("controller", {"mine.healthy": True})
+        rig.enable_controller()
+        rig.run_for(0.1)
+        assert rig.samples().voltage[-5:-1].tolist() == [5.2] * 4
+        output = rig.outputs["controller"]
+        with pytest.raises(RefusedError, match=r"mine\.healthy: 3 refused"):
+            rig.set_parameters("controller", {"mine.healthy": 3})
+    assert output.count("KeyError") == 2
+    assert output.count(text) == 2
+    assert "Traceback" not in output
+
+
+def test_a_law_that_there_is_not_stops_the_node_with_one_line(
+    domain: dict[str, str], tmp_path: Path
+) -> None:
+    """The last line that it prints names the parameter, the law, and what is missing."""
+    file = write_parameters(
+        tmp_path / "law.yaml", {"controller": {"controller.law": "no_such_module:Law"}}
+    )
+    done = subprocess.run(
+        node_command("controller", [file]),
+        env={**os.environ, **domain},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert re.search(
+        r"refused to start: controller\.law: 'no_such_module:Law' refused: "
+        r"No module named 'no_such_module'; put its folder on PYTHONPATH",
+        done.stderr.splitlines()[-1],
+    )
+
+
+def test_a_set_point_outside_the_travel_is_refused_and_counted(
+    observer: Observer, start_node: StartNode
+) -> None:
+    """One line names value, limits and the way out; the counter of refusals grows."""
+    from std_msgs.msg import Float64  # noqa: PLC0415
+
+    with start_node("controller", {"reference.maximum": 0.1}, namespace="short") as controller:
+        setpoints = observer.publisher(Float64, "/short/setpoint")
+        setpoints.publish(Float64(data=0.15))
+        controller.until_it_says(
+            "set-point: 0.15 m refused, must be from reference.minimum (0 m) to "
+            "reference.maximum (0.1 m); change reference.maximum for another travel"
+        )
+        assert observer.count("/short/controller", "set-points refused", fresh=True) == 1

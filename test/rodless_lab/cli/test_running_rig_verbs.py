@@ -1,0 +1,125 @@
+"""`rodless move`, `set` and `status` without a rig: help, bad arguments, the screen."""
+
+import subprocess
+import sys
+
+import pytest
+
+from rodless_lab.cli.status import screen
+from rodless_lab.session.status import NodeStatus, RigStatus
+
+# Runs `rodless` where neither ROS nor psutil is installed.
+BARE = (
+    "import sys\n"
+    "for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'diagnostic_msgs', 'psutil'):\n"
+    "    sys.modules[name] = None\n"
+    "from rodless_lab.cli.main import main\n"
+    "main()\n"
+)
+
+
+def run_bare(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run `rodless` with ``arguments``."""
+    return subprocess.run(
+        [sys.executable, "-c", BARE, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("verb", ["move", "set", "status", "rig"])
+def test_help_needs_no_ros(verb: str) -> None:
+    """It says what the verb does; those that talk to a rig explain their exit codes."""
+    shown = run_bare(verb, "--help")
+    assert shown.returncode == 0, shown.stderr
+    assert f"usage: rodless {verb}" in shown.stdout
+    assert verb == "rig" or "Exit code: 0" in " ".join(shown.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("move", "MM"),
+        ("move there", "'there' is not a position in mm"),
+        ("move nan", "'nan' is not a position in mm"),
+        ("move 58 --timeout 0", "'0' is not a positive number of seconds"),
+        ("set", "NAME=VALUE"),
+        ("set supply.pressure", "'supply.pressure' is not NAME=VALUE"),
+        ("set =5", "'=5' is not NAME=VALUE"),
+        ("set a=1 a=2", "the same parameter is given twice"),
+        ("status --timeout soon", "'soon' is not a positive number of seconds"),
+    ],
+)
+def test_bad_arguments_are_named(arguments: str, words: str) -> None:
+    """Exit code 2, the argument, and no traceback."""
+    run = run_bare(*arguments.split())
+    assert run.returncode == 2
+    assert words in run.stderr
+    assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize("arguments", ["move 58", "set a=1", "status"])
+def test_without_ros_one_line_says_how_to_get_it(arguments: str) -> None:
+    """Exit code 2 and no traceback."""
+    run = run_bare(*arguments.split())
+    assert run.returncode == 2
+    assert "rclpy is missing: source a ROS 2 distribution" in run.stderr
+    assert "Traceback" not in run.stderr
+    assert len(run.stderr.splitlines()) == 1
+
+
+PLANT = {"mode": "realtime", "paused": "False", "speed factor": "0.870", "lag (s)": "1.500"}
+READINGS = {
+    "time": 0.058,
+    "position": 0.058,
+    "pressure_a": 401325.0,
+    "pressure_b": None,
+    "supply_pressure": 621325.0,
+    "voltage": 5.0,
+    "reference": 0.058,
+}
+
+
+def status(level: str = "OK", **values: str) -> RigStatus:
+    """A rig of which all but one pressure is known."""
+    nodes = {
+        "plant": NodeStatus(level, "running", {**PLANT, "overruns": "3", **values}),
+        "controller": NodeStatus("WARN", "since start: positions lost", {}),
+    }
+    return RigStatus("/left", nodes, READINGS)
+
+
+def test_the_screen_shows_mm_and_both_kinds_of_pressure() -> None:
+    """Levels with their messages, speed factor and lag as the plant says them."""
+    assert screen(status()) == [
+        "rig           /left, realtime, running",
+        "plant         OK: running",
+        "controller    WARN: since start: positions lost",
+        "plant time    0.058 s",
+        "speed factor  0.870",
+        "lag           1.500 s",
+        "overruns      3",
+        "position      58.000 mm",
+        "reference     58.000 mm",
+        "valve voltage 5.000 V",
+        "chamber A     0.300 MPa gauge, 0.401 MPa absolute",
+        "chamber B     -",
+        "supply        0.520 MPa gauge, 0.621 MPa absolute",
+    ]
+
+
+def test_a_rig_that_stands_still_is_not_shown_as_running() -> None:
+    """Paused by request, or for another reason."""
+    assert "/left, realtime, paused" in screen(status(paused="True"))[0]
+    still = {"mode": "lockstep", "speed factor": "0.000"}
+    assert "/left, lockstep, standing still" in screen(status(**still))[0]
+
+
+@pytest.mark.parametrize(
+    ("level", "well"), [("OK", True), ("WARN", True), ("ERROR", False), ("missing", False)]
+)
+def test_warnings_are_well_and_errors_are_not(level: str, well: bool) -> None:
+    """What was once wrong does not count; what is, does."""
+    assert status(level).is_well is well

@@ -1,0 +1,95 @@
+"""`rodless status` and what `rodless rig` says when it is ready."""
+
+import json
+import signal
+
+import pytest
+from running import StartProcess, StartRig, until_it_says
+from std_srvs.srv import SetBool
+
+from rodless_lab.session.observer import Observer
+
+
+def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
+    rodless: StartProcess, start_rig: StartRig, observer: Observer
+) -> None:
+    """Exit code 0; what it shows is what the topics carry; a pause shows."""
+    with start_rig(plant={"time.period": 0.01}, namespace="up"):
+        # Without positions the controller rightly reports an error.
+        observer.wait(
+            lambda: observer.diagnostic("/up/controller", fresh=True).level == b"\0", "control"
+        )
+        with rodless("status", "--namespace", "up") as screen:
+            assert screen.wait() == 0, screen.output
+        with rodless("status", "--namespace", "up", "--json") as machine:
+            assert machine.wait() == 0
+        assert observer.call(SetBool, "/up/plant/pause", data=True).success
+        observer.diagnostic("/up/plant", fresh=True)
+        with rodless("status", "--namespace", "up") as paused:
+            paused.wait()
+    assert "rig           /up, realtime, running" in screen.output
+    assert "controller    OK: controlling" in screen.output
+    assert "position      0.000 mm" in screen.output
+    assert "supply        0.520 MPa gauge, 0.621 MPa absolute" in screen.output
+    found = json.loads(machine.output)
+    assert found["namespace"] == "/up"
+    assert found["readings"]["supply_pressure"] == pytest.approx(621325.0)
+    assert found["readings"]["time"] > 0.0
+    assert found["readings"]["reference"] == pytest.approx(0.0, abs=1e-6)
+    assert found["nodes"]["controller"]["level"] == "OK"
+    assert float(found["nodes"]["plant"]["values"]["speed factor"]) > 0.0
+    assert "rig           /up, realtime, paused" in paused.output
+
+
+def test_a_missing_controller_and_a_missing_rig_are_shown(
+    rodless: StartProcess, start_node: StartProcess
+) -> None:
+    """Exit code 1 and the way out."""
+    with start_node("plant", {"time.period": 0.01}, namespace="half"):
+        with rodless("status", "--namespace", "half", "--timeout", "6") as status:
+            assert status.wait() == 1
+        assert "rig           /half, realtime, running" in status.output
+        assert "controller    missing" in status.output
+        assert "no controller in namespace /half" in status.output
+    with rodless("status", "--namespace", "empty", "--timeout", "1") as status:
+        assert status.wait() == 1
+    assert "no plant in namespace /empty" in status.output
+
+
+@pytest.mark.parametrize(
+    ("options", "lines"),
+    [
+        (
+            "--namespace left",
+            [
+                "ready: preset paper, real time; move the carriage: rodless move 58 "
+                "--namespace /left; look: rodless status --namespace /left; stop: Ctrl-C"
+            ],
+        ),
+        (
+            "--lockstep --preset calibrated",
+            ["ready: preset calibrated, lock-step; move the carriage: rodless move 58; look: "],
+        ),
+        (
+            "--without-controller --namespace bare",
+            ["ready: preset paper, real time; commands are expected on /bare/valve/voltage; "],
+        ),
+        (
+            "--without-controller --lockstep",
+            [
+                "ready: preset paper, lock-step; waiting for a subscriber to /joint_states and "
+                "one publisher on /valve/voltage; "
+            ],
+        ),
+    ],
+)
+def test_rig_says_when_it_is_ready_and_what_to_do_next(
+    rodless: StartProcess, options: str, lines: list[str]
+) -> None:
+    """One line, once the nodes work; Ctrl-C still ends all with 0."""
+    with rodless("rig", *options.split()) as rig:
+        for line in lines:
+            until_it_says(rig, line)
+        rig.signal(signal.SIGINT)
+        assert rig.wait(8.0) == 0
+    assert rig.output.count("ready: preset") == 1

@@ -1,0 +1,51 @@
+"""Texts become values of a parameter's type, or are refused by name."""
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+
+from rodless_lab.session.running_rig import RigError
+from rodless_lab.session.set_parameters import typed_value
+
+BOOL, INTEGER = ParameterType.PARAMETER_BOOL, ParameterType.PARAMETER_INTEGER
+REAL, TEXT = ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_STRING
+REALS = ParameterType.PARAMETER_DOUBLE_ARRAY
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("600000", REAL, 600000.0),
+        ("6e5", REAL, 600000.0),
+        ("-0.5", REAL, -0.5),
+        ("3", INTEGER, 3),
+        ("true", BOOL, True),
+        ("False", BOOL, False),
+        ("sine", TEXT, "sine"),
+        ("12", TEXT, "12"),
+        ("1,2.5,3e-1", REALS, [1.0, 2.5, 0.3]),
+        ("[1, 2]", REALS, [1.0, 2.0]),
+    ],
+)
+def test_a_text_becomes_what_the_parameter_takes(text: str, kind: int, value: object) -> None:
+    """The type is the parameter's, not what the text looks like."""
+    found = typed_value("some.name", text, kind)
+    assert found == value
+    assert type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "wanted"),
+    [
+        ("high", REAL, "a number"),
+        ("1,2", REAL, "a number"),
+        ("2.5", INTEGER, "a whole number"),
+        ("inf", INTEGER, "a whole number"),
+        ("yes", BOOL, "true or false"),
+        ("1,two", REALS, "numbers with commas between them"),
+    ],
+)
+def test_a_text_of_the_wrong_kind_is_refused_by_name(text: str, kind: int, wanted: str) -> None:
+    """One line: the name, the text, and what it must be."""
+    with pytest.raises(RigError) as refused:
+        typed_value("some.name", text, kind)
+    assert str(refused.value) == f"some.name: {text!r} refused, must be {wanted}"

@@ -1,0 +1,24 @@
+"""What `import rodless_lab` offers."""
+
+import subprocess
+import sys
+
+import rodless_lab
+
+
+def test_dir_shows_what_is_public() -> None:
+    """Every public name is shown, can be had and describes itself; others are refused by name."""
+    assert dir(rodless_lab) == sorted(rodless_lab.__all__)
+    assert {"closed_loop", "read_bag", "read_run"} <= set(dir(rodless_lab))
+    for name in rodless_lab.__all__:
+        assert getattr(rodless_lab, name).__doc__
+    assert not hasattr(rodless_lab, "read_bags")
+
+
+def test_importing_it_loads_next_to_nothing() -> None:
+    """Neither numba nor rclpy: each public object loads its own module."""
+    script = "import sys, rodless_lab; print({'numba', 'rclpy', 'numpy'} & set(sys.modules))"
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert run.stdout.strip() == "set()"

@@ -1,0 +1,50 @@
+"""What running nodes say of themselves: ready, and whether plant time keeps up."""
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from running import StartProcess, until_it_says
+from std_srvs.srv import SetBool
+
+from rodless_lab.session.observer import Observer
+
+# Ten times real time at 10 kHz: 100 000 samples a second, more than any machine publishes.
+IMPOSSIBLE = {"time.speed": 10.0, "time.period": 1e-4}
+
+
+def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
+    observer: Observer, start_node: StartProcess
+) -> None:
+    """One warning with the way out; the lag grows with each report, and stops in a pause."""
+    with start_node("plant", IMPOSSIBLE, namespace="hasty") as process:
+        until_it_says(process, "plant time falls behind")
+        lags = []
+        for _ in range(3):
+            observer.diagnostic("/hasty/plant", fresh=True)
+            lags.append(observer.counter("/hasty/plant", "lag (s)"))
+        assert lags[0] > 0.0
+        assert lags == sorted(set(lags))
+        assert 0.0 < observer.counter("/hasty/plant", "speed factor") < 9.5
+        status = observer.diagnostic("/hasty/plant")
+        assert status.level == DiagnosticStatus.WARN
+        assert status.message == "since start: overruns"
+        assert observer.call(SetBool, "/hasty/plant/pause", data=True).success
+        observer.diagnostic("/hasty/plant", fresh=True)
+        observer.diagnostic("/hasty/plant", fresh=True)
+        held = observer.counter("/hasty/plant", "lag (s)")
+        assert observer.counter("/hasty/plant", "speed factor", fresh=True) == 0.0
+        assert observer.counter("/hasty/plant", "lag (s)") == held
+    assert process.output.count("plant time falls behind") == 1
+    assert "take a longer time.period or a smaller time.speed" in process.output
+
+
+def test_nodes_say_once_that_they_are_ready_and_what_to_do_next(start_node: StartProcess) -> None:
+    """Names are those of their namespace; what is said after that comes from running."""
+    with start_node("plant", {"time.period": 0.01}, namespace="one") as plant:
+        until_it_says(plant, "ready: realtime, 100 Hz, supply 0.520 MPa gauge")
+    with start_node("controller", namespace="one") as controller:
+        until_it_says(controller, "rodless move 58 --namespace /one")
+    with start_node("controller", {"reference.type": "sine"}) as sine:
+        until_it_says(sine, "ready: pid, reference.type sine; it moves by itself")
+    assert plant.output.count("ready: ") == 1
+    assert "waiting for commands on /one/valve/voltage" in plant.output
+    assert controller.output.count("ready: ") == 1
+    assert "reference.type setpoint; move it with a set-point on /one/setpoint" in controller.output

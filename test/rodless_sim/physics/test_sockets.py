@@ -1,0 +1,186 @@
+"""A friction form, an assembly of the valve, a force: each is one new file plus one line."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rodless_base
+import rodless_sim
+
+COULOMB = """
+from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, declare
+
+NAME = "coulomb"
+MEANING = "the same force at any speed"
+PARAMETERS = declare(
+    Parameter("friction.dry", 20.0, "N", "force at any speed", "test", 0.0, 1e3)
+)
+
+
+def of(parameters):
+    return (parameters.number("friction.dry"),)
+
+
+@kernel
+def force(constants, side, speed):
+    return constants[0]
+"""
+
+ORIFICE = """
+from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, declare
+from rodless_sim.physics.flow import orifice_flow
+from rodless_sim.physics.lands import Edge, Lands
+
+NAME = "orifice"
+MEANING = "an orifice alone, its area in proportion to the voltage"
+PARAMETERS = declare(
+    Parameter("valve.area_gain", 1e-7, "m²/V", "area per volt", "test", 0.0, 1e-5)
+)
+
+
+def of(parameters):
+    return (parameters.number("valve.area_gain"),)
+
+
+@kernel
+def lands(constants, air, valve, voltage):
+    deflection = voltage - valve.closed_voltage
+    return Lands(deflection >= 0.0, Edge(constants[0] * abs(deflection), 0.0), Edge(0.0, 0.0))
+
+
+@kernel
+def edge_flow(constants, air, edge, pressure_1, pressure_2):
+    return orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
+"""
+
+TILT = """
+import math
+from rodless_base.kernels import kernel
+from rodless_base.parameters import Parameter, declare
+
+PARAMETERS = declare(
+    Parameter("rail.tilt", 0.0, "rad", "tilt of the rail, B's end up", "test", -1.6, 1.6)
+)
+
+
+def of(parameters):
+    angle = parameters.number("rail.tilt")
+    return (9.81 * parameters.number("cylinder.moving_mass") * math.sin(angle),)
+
+
+@kernel
+def force(constants, state):
+    return -constants[0]
+"""
+
+PROGRAM = """
+import json, sys
+from rodless_sim import RigParameters
+from rodless_sim.physics.friction import sliding_friction
+from rodless_sim.physics.motion import net_force
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import edge_flow, openings
+from rodless_sim.physics.state import Motion
+
+plant = Plant.of(RigParameters(json.loads(sys.argv[1])))
+edge = openings(plant, 6.08).opening
+found = {
+    "friction": [sliding_friction(plant.friction, v, d) for v, d in ((-0.01, -1), (0.4, 1))],
+    "force": [net_force(plant, Motion(y, 0.0, 3e5, 3e5)) for y in (0.1, -1e-3)],
+    "valve": [edge.orifice_area, edge_flow(plant, edge, 7e5, 1e5)],
+}
+print(json.dumps(found))
+"""
+
+
+@pytest.fixture
+def extended(tmp_path: Path) -> Path:
+    """Return a copy of the packages with three files and three lines more."""
+    for package in (rodless_base, rodless_sim):
+        source = Path(package.__file__).parent
+        shutil.copytree(source, tmp_path / source.name)
+    config = Path(rodless_base.__file__).parents[1] / "config"
+    if config.is_dir():
+        shutil.copytree(config, tmp_path / "config")
+    physics = tmp_path / "rodless_sim" / "physics"
+    for file, text in (
+        ("friction_forms/coulomb.py", COULOMB),
+        ("valve_assemblies/orifice.py", ORIFICE),
+        ("tilt.py", TILT),
+    ):
+        (physics / file).write_text(text, encoding="utf-8")
+    for file, line, longer in (
+        (
+            "friction.py",
+            "FORMS = (stribeck, saturating)",
+            "FORMS = (stribeck, saturating, coulomb)",
+        ),
+        (
+            "valve_assembly.py",
+            "ASSEMBLIES = (reconciled, printed)",
+            "ASSEMBLIES = (reconciled, printed, orifice)",
+        ),
+        ("forces.py", "FORCES = (end_stop,)", "FORCES = (end_stop, tilt)"),
+    ):
+        path = physics / file
+        text = path.read_text(encoding="utf-8")
+        assert text.count(line) == 1
+        # The import that goes with the name in the list.
+        text = text.replace("import saturating, stribeck", "import coulomb, saturating, stribeck")
+        text = text.replace("import printed, reconciled", "import orifice, printed, reconciled")
+        text = text.replace("import end_stop\n", "import end_stop, tilt\n")
+        path.write_text(text.replace(line, longer), encoding="utf-8")
+    return tmp_path
+
+
+def found(folder: Path, **parameters: object) -> dict[str, list[float]]:
+    """What the extended plant gives, as plain Python."""
+    environment = {
+        **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
+        "NUMBA_DISABLE_JIT": "1",
+        "PYTHONPATH": os.pathsep.join([str(folder), *(path for path in sys.path if path)]),
+    }
+    values = {name.replace("__", "."): value for name, value in parameters.items()}
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, json.dumps(values)],
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    result: dict[str, list[float]] = json.loads(done.stdout)
+    return result
+
+
+def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(extended: Path) -> None:
+    """Chosen, each gives what it says; not chosen, all is as before.
+
+    Tilted by 30° the carriage of 2 kg is drawn back by 2 · 9.81 / 2 N, beside the cap's 200 N.
+    """
+    before = found(extended)
+    assert before["friction"][1] == pytest.approx(12.0 + 4500.0 * 0.4)
+    assert before["force"] == pytest.approx([0.0, 200.0])
+    after = found(
+        extended,
+        friction__form="coulomb",
+        friction__dry=21.5,
+        valve__assembly="orifice",
+        valve__area_gain=2e-7,
+        rail__tilt=0.5235987755982988,
+        cylinder__moving_mass=2.0,
+    )
+    assert after["friction"] == [-21.5, 21.5]
+    assert after["force"] == pytest.approx([-9.81, 190.19])
+    assert after["valve"][0] == pytest.approx(2e-7)
+    # Choked: 0.684731 P S / sqrt(R T).
+    assert after["valve"][1] == pytest.approx(0.684731 * 7e5 * 2e-7 / 291.9826, rel=1e-5)
+    assert after["valve"] != before["valve"]

@@ -1,0 +1,62 @@
+"""The openings of the valve are computed once for each voltage that is applied."""
+
+import json
+import os
+import subprocess
+import sys
+
+PROGRAM = """
+import json
+import numpy as np
+from rodless_control import PidParameters, references
+from rodless_lab import closed_loop
+from rodless_sim import Rig, RigParameters, trace
+from rodless_sim.physics import valve_assembly
+
+calls, original = [], valve_assembly.lands
+valve_assembly.lands = lambda *arguments: calls.append(arguments[-1]) or original(*arguments)
+found = {}
+
+rig = Rig()
+calls.clear()
+rig.advance(6.0, 1e-4)
+found["advance"] = len(calls)
+
+calls.clear()
+voltages = np.linspace(5.5, 6.5, 7)
+trace.run_open_loop(rig.plant, voltages, rig.motion, 2, 2e-5)
+found["open loop"] = calls == voltages.tolist()
+
+calls.clear()
+Rig()
+building = len(calls)
+calls.clear()
+reference = references.step(0.0, 0.058, at=0.0)
+run = closed_loop(RigParameters(), PidParameters(), reference, 0.005, 1e-3)
+found["closed loop"] = len(run.time), calls[-6:] == run.voltage.tolist()
+found["before"] = len(calls) - 6 - building
+print(json.dumps(found))
+"""
+
+
+def test_once_for_each_voltage() -> None:
+    """Counted in plain Python: by the rig, in an open and in a closed loop of six samples."""
+    environment = {
+        **os.environ,
+        "NUMBA_DISABLE_JIT": "1",
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["advance"] == 1
+    assert found["open loop"] is True
+    assert found["closed loop"] == [6, True]
+    # What comes before is the settling of the rig: its reset when it is built, and one more.
+    assert 0 < found["before"] <= 2
