@@ -100,10 +100,9 @@ class ControllerNode:
 
     def _make_interface(self) -> None:
         recorded = self._parameters.values.number("controller.recorders") > 0
-        self._voltage = self.node.create_publisher(
-            Float64, VALVE_VOLTAGE, LOSSLESS if recorded else QUEUE_DEPTH
-        )
-        self._telemetry = Telemetry(self.node, self._loop.law)
+        qos = LOSSLESS if recorded else QUEUE_DEPTH
+        self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, qos)
+        self._telemetry = Telemetry(self.node, self._loop.law, qos)
         self._diagnostics = diagnostics_publisher(self.node)
         self._setpoint = self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)

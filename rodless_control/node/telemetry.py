@@ -1,10 +1,10 @@
 """The controller's insides on topics of their own, for plotting."""
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
 from rodless_base.ros.publish import OnDemand
-from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_control.controller import Law
 from rodless_control.loop import Output
 
@@ -14,10 +14,10 @@ REFERENCE = "reference"
 class Telemetry:
     """The reference (m) and each of the law's terms, in units of its own, below the node's name."""
 
-    def __init__(self, node: Node, law: Law) -> None:
-        """Make the publishers."""
+    def __init__(self, node: Node, law: Law, qos: QoSProfile | int) -> None:
+        """Make the publishers, with the quality of service of the commands."""
         self._publishers = {
-            name: OnDemand(node.create_publisher(Float64, f"~/{name}", QUEUE_DEPTH), _message)
+            name: OnDemand(node.create_publisher(Float64, f"~/{name}", qos), _message)
             for name in (REFERENCE, *law.TERMS)
         }
 
