@@ -10,10 +10,16 @@ from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
+from rodless_base.sockets import modules
 from rodless_sim.physics.lands import Lands
-from rodless_sim.physics.valve_assemblies import printed, reconciled
 
-ASSEMBLIES = (reconciled, printed)
+ASSEMBLIES = modules(
+    "rodless_sim.physics.valve_assemblies",
+    (
+        "reconciled",
+        "printed",
+    ),
+)
 
 PARAMETERS = collect(
     declare(
