@@ -35,7 +35,6 @@ def force(constants, side, speed):
 ORIFICE = """
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, declare
-from rodless_sim.physics.flow import orifice_flow
 from rodless_sim.physics.lands import Edge, Lands
 
 NAME = "orifice"
@@ -56,8 +55,8 @@ def lands(constants, air, valve, voltage):
 
 
 @kernel
-def edge_flow(constants, air, edge, pressure_1, pressure_2):
-    return orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
+def gap_flow(constants, air, edge, pressure_1, pressure_2):
+    return 0.0
 """
 
 TILT = """
