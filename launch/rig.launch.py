@@ -8,6 +8,8 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from rodless_base.ros.topics import RIG_TOPICS
+
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
 BOOL = ["true", "false"]
@@ -24,16 +26,6 @@ ARGUMENTS = (
     ("record", "false", BOOL, "record a bag from the first sample on"),
     ("bag", "", None, "folder of that bag; empty: named after the time"),
 )
-
-RECORDED = [
-    "joint_states",
-    "chamber_a/pressure",
-    "chamber_b/pressure",
-    "supply/pressure",
-    "valve/voltage",
-    "setpoint",
-    "/clock",
-]
 
 
 def start_rig(context: LaunchContext) -> list[Node]:
@@ -66,7 +58,9 @@ def start_rig(context: LaunchContext) -> list[Node]:
         # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
         # bags lack the first samples; this recorder writes the same format and has them.
         output = ["--output", chosen["bag"]] if chosen["bag"] else []
-        nodes.append(Node(executable="recorder", arguments=[*RECORDED, *output], **common))
+        nodes.append(
+            Node(executable="recorder", arguments=[*RIG_TOPICS, "/clock", *output], **common)
+        )
     return nodes
 
 

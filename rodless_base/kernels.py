@@ -20,27 +20,33 @@ Result = TypeVar("Result")
 _BASE = Path(__file__).parent
 
 
+def _kernel_sources() -> dict[Path, bytes]:
+    """Return the sources that a kernel of this project can depend on."""
+    sources = {path: path.read_bytes() for path in sorted(_BASE.parent.glob("rodless_*/**/*.py"))}
+    # Kernels take constants and tuples from the base, too.
+    return {
+        path: source
+        for path, source in sources.items()
+        if b"rodless_base.kernels" in source or path.parent == _BASE
+    }
+
+
+_KERNEL_SOURCES = _kernel_sources()
+
+
 def _source_digest() -> str:
     # numba looks only at the file of the outermost function when it decides whether a cached
-    # kernel is fresh; a change in a function it calls would go unnoticed. Kernels take constants
-    # and tuples from the base too.
+    # kernel is fresh; a change in a function it calls would go unnoticed.
     digest = hashlib.sha256()
-    for path in sorted(_BASE.parent.glob("rodless_*/**/*.py")):
-        source = path.read_bytes()
-        if b"rodless_base.kernels" in source or path.parent == _BASE:
-            digest.update(source)
+    for source in _KERNEL_SOURCES.values():
+        digest.update(source)
     return digest.hexdigest()[:16]
 
 
 def _is_in_digest(function: Callable[..., object]) -> bool:
     """Whether a change of the function's source gives another cache."""
     code = getattr(function, "__code__", None)
-    if code is None:
-        return False
-    path = Path(code.co_filename)
-    if not path.is_relative_to(_BASE.parent):
-        return False
-    return path.relative_to(_BASE.parent).parts[0].startswith("rodless_")
+    return code is not None and Path(code.co_filename) in _KERNEL_SOURCES
 
 
 def _cache_directory() -> str:

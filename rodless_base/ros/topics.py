@@ -3,10 +3,11 @@
 from builtin_interfaces.msg import Time
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-NANOSECONDS = 1_000_000_000
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 
 JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
+SETPOINT = "setpoint"
 
 # By field of Measurement, in the order they are published in, before joint_states.
 PRESSURES = {
@@ -14,6 +15,9 @@ PRESSURES = {
     "pressure_b": "chamber_b/pressure",
     "supply_pressure": "supply/pressure",
 }
+
+# What a bag of the rig holds.
+RIG_TOPICS = (JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)
 
 # Samples a slow reader, such as a recorder on a busy disk, may fall behind before it loses any.
 QUEUE_DEPTH = 1000
@@ -24,4 +28,4 @@ LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPol
 
 def stamp_nanoseconds(stamp: Time) -> int:
     """Return a stamp in ns."""
-    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+    return int(stamp.sec) * NANOSECONDS_PER_SECOND + int(stamp.nanosec)

@@ -24,7 +24,7 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import send
-from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, SETPOINT, VALVE_VOLTAGE
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters, parameters_of_other_laws
 from rodless_control.loop import ControlLoop
@@ -104,7 +104,7 @@ class ControllerNode:
         self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, qos)
         self._telemetry = Telemetry(self.node, self._loop.law, qos)
         self._diagnostics = diagnostics_publisher(self.node)
-        self._setpoint = self.node.create_subscription(Float64, "setpoint", self._take_setpoint, 10)
+        self._setpoint = self.node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
         self.node.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())

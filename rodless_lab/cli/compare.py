@@ -1,36 +1,32 @@
 """`rodless compare`: overlay two runs and report their differences as the paper does."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
+from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.reports.differences import Pair, differences_table, write_differences
 from rodless_lab.runs.comparison import aligned, common_time, differences
 from rodless_lab.runs.from_bag import read_run_and_setpoint
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.runs.resimulate import follow, resimulate
-from rodless_sim import ParameterError, RigParameters
+from rodless_sim import RigParameters
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a run that cannot be used."""
     options = _parser().parse_args(arguments)
-    try:
-        if not options.bag.exists() and str(options.bag) in preset_names():
-            raise RunError(f"{options.bag}: a preset can only stand first; BAG must be a bag")
-        second, setpoint = read_run_and_setpoint(options.bag, options.namespace)
-        _report(options, _pair(options, second, setpoint))
-    except (RunError, ParameterError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
-        return 2
-    return 0
+    return exit_code(lambda: _compare(options), options.output)
+
+
+def _compare(options: argparse.Namespace) -> None:
+    if not options.bag.exists() and str(options.bag) in preset_names():
+        raise RunError(f"{options.bag}: a preset can only stand first; BAG must be a bag")
+    second, setpoint = read_run_and_setpoint(options.bag, options.namespace)
+    _report(options, _pair(options, second, setpoint))
 
 
 def _parser() -> argparse.ArgumentParser:

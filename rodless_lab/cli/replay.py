@@ -1,19 +1,19 @@
 """`rodless replay`: feed a bag's voltages to the plant and tell how far it leaves the record."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
+from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.identification.friction.run import bias_note
-from rodless_lab.identification.parameter_writer import is_identified
+from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import differences_table, write_differences
 from rodless_lab.runs.comparison import differences
 from rodless_lab.runs.from_bag import read_run
-from rodless_lab.runs.measured_run import MeasuredRun, RunError
+from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import ParameterError, RigParameters
 
@@ -21,17 +21,12 @@ from rodless_sim import ParameterError, RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a bag that cannot be replayed."""
     options = _parser().parse_args(arguments)
-    try:
-        recorded = read_run(options.bag, options.namespace)
-        replayed = replay(_parameters(options), recorded)
-        _report(options, recorded, replayed)
-    except (RunError, ParameterError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
-        return 2
-    return 0
+    return exit_code(lambda: _replay(options), options.output)
+
+
+def _replay(options: argparse.Namespace) -> None:
+    recorded = read_run(options.bag, options.namespace)
+    _report(options, recorded, replay(_parameters(options), recorded))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -49,7 +44,12 @@ def _parser() -> argparse.ArgumentParser:
 
 def _parameters(options: argparse.Namespace) -> RigParameters:
     if options.parameters is not None:
-        return RigParameters.from_file(options.parameters)
+        try:
+            return RigParameters.from_file(options.parameters)
+        except OSError as error:
+            raise ParameterError(
+                f"{options.parameters}: cannot be read: {error.strerror}"
+            ) from error
     return RigParameters.preset(options.preset)
 
 
@@ -60,6 +60,6 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     numbers = {name: asdict(value) for name, value in found.items()}
     write_differences(options.output / "replay", names, (recorded, replayed), time, numbers)
     print(differences_table(names, found))
-    if options.parameters is not None and is_identified(options.parameters):
+    if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")
     print(f"replay.json and replay.png are in {options.output}")

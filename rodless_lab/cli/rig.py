@@ -4,12 +4,15 @@ import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.session.errors import NodeDiedError
-from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
 from rodless_sim.instruments.instruments import DATA_SHEET
+
+if TYPE_CHECKING:
+    from rodless_lab.session.processes import ProcessPlan, SessionProcesses
 
 # How often the processes are polled, in wall-clock s.
 POLL_SECONDS = 0.2
@@ -20,7 +23,11 @@ STOP_TIMEOUT = 2.0
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Run the nodes; return 1 if one ends by itself."""
-    plan = _plan(arguments)
+    options = _options(arguments)
+    # Here, so that help is quick and works without ROS.
+    from rodless_lab.session.processes import run_rig  # noqa: PLC0415
+
+    plan = _plan(options)
     stop.from_now_on_wait()
     try:
         with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
@@ -31,9 +38,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return 0
 
 
-def _watch(processes: SessionProcesses, plan: ProcessPlan, stop: Stop) -> None:
+def _watch(processes: "SessionProcesses", plan: "ProcessPlan", stop: Stop) -> None:
     """Say when the nodes are ready and wait for ``stop``; raises NodeDiedError."""
-    # Here, so that help is quick and works without ROS.
     from rodless_lab.session.readiness import say_when_ready  # noqa: PLC0415
 
     def ended() -> bool:
@@ -45,7 +51,7 @@ def _watch(processes: SessionProcesses, plan: ProcessPlan, stop: Stop) -> None:
         time.sleep(POLL_SECONDS)
 
 
-def _plan(arguments: Sequence[str]) -> ProcessPlan:
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument(
@@ -63,6 +69,12 @@ def _plan(arguments: Sequence[str]) -> ProcessPlan:
     options = parser.parse_args(arguments)
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")
+    return options
+
+
+def _plan(options: argparse.Namespace) -> "ProcessPlan":
+    from rodless_lab.session.processes import ProcessPlan  # noqa: PLC0415
+
     plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
     if options.supply_pressure is not None:
         plant["supply.pressure"] = options.supply_pressure

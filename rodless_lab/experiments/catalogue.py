@@ -1,8 +1,8 @@
 """Every experiment by name, in the order of the paper: one module of this folder each."""
 
 from collections.abc import Sequence
-from importlib import import_module
 
+from rodless_base.sockets import modules
 from rodless_lab.experiments.experiment import Experiment
 
 MODULES = (
@@ -16,9 +16,9 @@ MODULES = (
 )
 
 
-def experiments_of(modules: Sequence[str]) -> dict[str, Experiment]:
+def experiments_of(names: Sequence[str]) -> dict[str, Experiment]:
     """Return the ``EXPERIMENT`` of each module of this folder, by its name."""
-    found = (import_module(f"{__package__}.{module}").EXPERIMENT for module in modules)
+    found = (module.EXPERIMENT for module in modules(__package__, names))
     return {experiment.name: experiment for experiment in found}
 
 

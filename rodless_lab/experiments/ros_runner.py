@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import Value
 from rodless_base.ros.parameters import ros_value
 from rodless_control import PidParameters
@@ -63,7 +64,7 @@ class RosRuns:
         span = nanoseconds(period)
 
         def law(sample: Sample) -> float | None:
-            index = round(sample.time * 1e9 / span)
+            index = round(sample.time * NANOSECONDS_PER_SECOND / span)
             return commands[index] if index < len(commands) else None
 
         duration = len(commands) * span * 1e-9

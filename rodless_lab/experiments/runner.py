@@ -19,6 +19,7 @@ class OpenLoop(Protocol):
         voltages: npt.ArrayLike,
         period: float,
         position: float | None = None,
+        /,
     ) -> Trace:
         """Drive a rig at rest with voltages (V, shape (n,)), each held for ``period`` s."""
 
@@ -34,6 +35,7 @@ class ClosedLoop(Protocol):
         duration: float,
         period: float,
         position: float | None = None,
+        /,
     ) -> ClosedLoopTrace:
         """Control a rig at rest along ``reference`` for ``duration`` s."""
 

@@ -35,9 +35,10 @@ def title(subject: str, bag: str, run: MeasuredRun, sensors: str, base: str) -> 
     ]
 
 
-def is_identified(file: Path) -> bool:
-    """Whether the parameter file was written by an identification; raises OSError."""
-    return file.read_text(encoding="utf-8").startswith(f"# {_TITLE}")
+def identified_subject(file: Path) -> str:
+    """Return what a parameter file was identified for, ``""`` if it was not; raises OSError."""
+    _, found, rest = file.read_text(encoding="utf-8").partition(f"# {_TITLE} ")
+    return rest.partition("`")[0] if found else ""
 
 
 def findings_table(findings: Sequence[Finding]) -> str:

@@ -7,15 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE
-from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
+from rodless_base.ros.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 
 Array = npt.NDArray[np.float64]
 
-SETPOINT = "setpoint"
-PRESSURES = ("chamber_a/pressure", "chamber_b/pressure", "supply/pressure")
 
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
@@ -71,7 +69,7 @@ def _run(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
     time = _stamps(joint)
     position = _checked(joint, _position(joint), time)
     pressures = []
-    for topic in PRESSURES:
+    for topic in PRESSURES.values():
         messages = _recorded(bag, namespace, topic)
         own = _stamps(messages)
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))

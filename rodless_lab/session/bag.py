@@ -3,33 +3,24 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
+from rodless_base.ros.topics import RIG_TOPICS, VALVE_VOLTAGE
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import LostSampleError
-
-# A plant waits for recorders on each of its topics, so all of them are recorded.
-TOPICS = (
-    JOINT_STATES,
-    "chamber_a/pressure",
-    "chamber_b/pressure",
-    "supply/pressure",
-    VALVE_VOLTAGE,
-    "setpoint",
-)
 
 
 class SessionBag:
     """A recorder that runs while the session's observer spins."""
 
     def __init__(self, path: Path, topics: Sequence[str], observer: Observer) -> None:
-        """Begin a bag of ``TOPICS`` and ``topics``; raises BagError if ``path`` exists."""
+        """Begin a bag of ``RIG_TOPICS`` and ``topics``; raises BagError if ``path`` exists."""
         self._writer = BagWriter(path)
         self._observer = observer
         self._recorder = Recorder(
             self._writer,
-            [*TOPICS, *topics],
+            # A plant waits for recorders on each of its topics, so all of them are recorded.
+            [*RIG_TOPICS, *topics],
             context=observer.context,
             use_global_arguments=False,
         )

@@ -17,7 +17,7 @@ REPORT_SECONDS = 10.0
 def say_when_ready(
     plan: ProcessPlan, ended: Callable[[], bool], say: Callable[[str], None]
 ) -> None:
-    """Call ``say`` with a line once the nodes of ``plan`` work; return then, or once ``ended``.
+    """Call ``say`` with a line as soon as the nodes of ``plan`` work, unless ``ended`` before.
 
     A plant without a controller is ready once it reports. Where the nodes report but do not work
     for ``REPORT_SECONDS``, ``say`` is told why.

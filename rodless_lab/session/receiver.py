@@ -9,7 +9,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_base.ros.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE, stamp_nanoseconds
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import TERMS, Received, Stamped, Unstamped
 
@@ -40,10 +40,8 @@ class Receiver:
         terms = TERMS if telemetry else ()
         heard = [self._listen_to(f"controller/{t}", self.received.terms[t]) for t in terms]
         _ = self._observer.diagnostics  # subscribes
-        for topic, frame in zip(
-            self.received.pressures, ("chamber_a", "chamber_b", "supply"), strict=True
-        ):
-            heard.append(self._take(FluidPressure, f"{frame}/pressure", topic.put))
+        for topic, received in zip(PRESSURES.values(), self.received.pressures, strict=True):
+            heard.append(self._take(FluidPressure, topic, received.put))
         # The plant also waits for a listener to /clock.
         self._observer.subscribe(Clock, "/clock", _ignore, raw=True)
         heard.append(self._take(JointState, JOINT_STATES, self.received.joint.put))

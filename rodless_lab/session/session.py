@@ -9,7 +9,7 @@ from types import TracebackType
 
 from std_msgs.msg import Float64
 
-from rodless_base.ros.topics import VALVE_VOLTAGE
+from rodless_base.ros.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
@@ -168,7 +168,7 @@ class RigSession(PlantTime, Controls, Faults):
     def _join(self, stack: ExitStack) -> None:
         self._receiver = Receiver(self._observer)
         self._received = self._receiver.received
-        self._setpoint = self._observer.publisher(Float64, "setpoint", subscribers=0)
+        self._setpoint = self._observer.publisher(Float64, SETPOINT, subscribers=0)
         self._command_listeners: Callable[[], int] = lambda: 0
         if not self._has_controller or self._relay:
             self._make_commander()

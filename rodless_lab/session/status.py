@@ -10,7 +10,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
-from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_base.ros.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE, stamp_nanoseconds
 from rodless_lab.session.observer import Diagnostic
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, RunningRig
 
@@ -98,13 +98,9 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
         readings["position"] = message.position[0] if message.position else math.nan
 
     observer = rig.observer
-    for name, frame in (
-        ("pressure_a", "chamber_a"),
-        ("pressure_b", "chamber_b"),
-        ("supply_pressure", "supply"),
-    ):
-        pressure = take(name, lambda message: message.fluid_pressure)
-        observer.subscribe(FluidPressure, f"{frame}/pressure", pressure)
+    for field, topic in PRESSURES.items():
+        pressure = take(field, lambda message: message.fluid_pressure)
+        observer.subscribe(FluidPressure, topic, pressure)
     for name, topic in (("voltage", VALVE_VOLTAGE), ("reference", f"{CONTROLLER}/reference")):
         observer.subscribe(Float64, topic, take(name, lambda message: message.data))
     observer.subscribe(JointState, JOINT_STATES, sample)

@@ -7,13 +7,10 @@ from std_msgs.msg import Header
 
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
 from rodless_base.measurement import Measurement
+from rodless_base.ros.topics import PRESSURES
 
-# The frame, and first part of the topic, of each pressure of a measurement.
-PRESSURE_FRAMES = {
-    "pressure_a": "chamber_a",
-    "pressure_b": "chamber_b",
-    "supply_pressure": "supply",
-}
+# The frame of each pressure, by field of Measurement: the place that its topic names.
+PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
 
 
 def stamp(nanoseconds: int) -> Time:

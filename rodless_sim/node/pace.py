@@ -11,7 +11,7 @@ ENOUGH = 0.95
 
 # Good reports in a row after which plant time keeps up again: a machine at its limit would
 # otherwise say so every second.
-GOOD_REPORTS = 3
+GOOD_REPORTS = 10
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from rodless_base.ros.publish import OnDemand, send
 from rodless_base.ros.topics import (
     JOINT_STATES,
     LOSSLESS,
+    PRESSURES,
     QUEUE_DEPTH,
     VALVE_VOLTAGE,
 )
@@ -101,8 +102,8 @@ class PlantNode:
         )
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._pressures = {
-            frame: OnDemand(publisher(FluidPressure, f"{frame}/pressure"), messages.pressure)
-            for frame in messages.PRESSURE_FRAMES.values()
+            field: OnDemand(publisher(FluidPressure, topic), messages.pressure)
+            for field, topic in PRESSURES.items()
         }
         self._clock = (
             OnDemand(publisher(Clock, "/clock"), messages.clock)
@@ -184,9 +185,9 @@ class PlantNode:
         time = measurement.stamp
         if self._clock is not None:
             self._clock.publish(time)
-        for name, frame in messages.PRESSURE_FRAMES.items():
-            value = getattr(measurement, name)
-            self._pressures[frame].publish(value, self._pressure_variance, frame, time)
+        for field, frame in messages.PRESSURE_FRAMES.items():
+            value = getattr(measurement, field)
+            self._pressures[field].publish(value, self._pressure_variance, frame, time)
         area = self._engine.rig.plant.cylinder.piston_area
         send(self._joint_states, messages.joint_state(measurement, state.velocity, area))
 

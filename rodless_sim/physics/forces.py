@@ -8,9 +8,12 @@ from typing import Any
 
 from rodless_base.kernels import total
 from rodless_base.parameters import ParameterSet, collect
-from rodless_sim.physics import end_stop
+from rodless_base.sockets import modules
 
-FORCES = (end_stop,)
+FORCES = modules(
+    "rodless_sim.physics",
+    ("end_stop",),
+)
 
 PARAMETERS = collect(*(member.PARAMETERS for member in FORCES))
 

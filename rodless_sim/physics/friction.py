@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch, kernel
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_sim.physics.friction_forms import saturating, stribeck
+from rodless_base.sockets import modules
 from rodless_sim.physics.friction_forms.direction import (
     Direction,
     check_direction,
@@ -18,7 +18,13 @@ from rodless_sim.physics.friction_forms.direction import (
 )
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
 
-FORMS = (stribeck, saturating)
+FORMS = modules(
+    "rodless_sim.physics.friction_forms",
+    (
+        "stribeck",
+        "saturating",
+    ),
+)
 
 PARAMETERS = collect(
     declare(

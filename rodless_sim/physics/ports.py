@@ -2,6 +2,7 @@
 
 from rodless_base.kernels import kernel
 from rodless_sim.physics import valve_assembly
+from rodless_sim.physics.flow import orifice_flow
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.plant import Plant
 
@@ -15,9 +16,12 @@ def openings(plant: Plant, voltage: float) -> Lands:
 
 @kernel
 def edge_flow(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> float:
-    """Mass flow in kg/s from side 1 to side 2 of an edge by the selected assembly."""
-    code, own = plant.assembly.code, plant.assembly.own
-    return valve_assembly.edge_flow(code, own, plant.air, edge, pressure_1, pressure_2)
+    """Mass flow in kg/s from side 1 to side 2 of an edge: orifice and gap side by side."""
+    air, assembly = plant.air, plant.assembly
+    flow = orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
+    return flow + valve_assembly.gap_flow(
+        assembly.code, assembly.own, air, edge, pressure_1, pressure_2
+    )
 
 
 @kernel

@@ -1,8 +1,9 @@
 """How the valve's equations are put together: from voltage to openings, from openings to flow.
 
 An assembly is one module of ``valve_assemblies`` with ``NAME``, ``MEANING``, its own
-``PARAMETERS``, its constants ``of(parameters)``, and two kernels: ``lands(constants, air, valve,
-voltage)`` and ``edge_flow(constants, air, edge, pressure_1, pressure_2)``.
+``PARAMETERS``, its constants ``of(parameters)``, and two kernels: the openings ``lands(constants,
+air, valve, voltage)``, and the mass flow in kg/s past each edge beside that of its orifice,
+``gap_flow(constants, air, edge, pressure_1, pressure_2)``.
 """
 
 from collections.abc import Callable
@@ -10,10 +11,16 @@ from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
+from rodless_base.sockets import modules
 from rodless_sim.physics.lands import Lands
-from rodless_sim.physics.valve_assemblies import printed, reconciled
 
-ASSEMBLIES = (reconciled, printed)
+ASSEMBLIES = modules(
+    "rodless_sim.physics.valve_assemblies",
+    (
+        "reconciled",
+        "printed",
+    ),
+)
 
 PARAMETERS = collect(
     declare(
@@ -47,4 +54,4 @@ class Assembly(NamedTuple):
 
 
 lands: Callable[..., Lands] = dispatch([assembly.lands for assembly in ASSEMBLIES])
-edge_flow: Callable[..., float] = dispatch([assembly.edge_flow for assembly in ASSEMBLIES])
+gap_flow: Callable[..., float] = dispatch([assembly.gap_flow for assembly in ASSEMBLIES])

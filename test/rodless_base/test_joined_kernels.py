@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
+from rodless_base import kernels
 from rodless_base.kernels import dispatch, kernel, total
 
 
@@ -93,7 +95,7 @@ choose, add = dispatch([{first}, {second}]), total([{first}, {second}])
 def outer(code, x): return choose(code, (3.0, 5.0), x) + 100.0 * add((3.0, 5.0), x)
 """
 ASK = (
-    "import json, sys; sys.path.insert(0, '.'); import one, other\n"
+    "import json\nfrom rodless_probe import one, other\n"
     "hits = lambda: sum(sum(m.outer.stats.cache_hits.values()) for m in (one, other))\n"
     "found = [m.outer(c, 7.0) for m in (one, other) for c in (0, 1)]\n"
     "print(json.dumps([found, hits()]))"
@@ -105,18 +107,25 @@ def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None
 
     The two join functions of the same types, in opposite order; the linker must keep them apart.
     """
-    (tmp_path / "one.py").write_text(PROBE.format(first="times", second="plus"))
+    # A package of kernels beside a copy of the base: others are not cached.
+    (tmp_path / "rodless_base").mkdir()
+    for name in ("__init__.py", "kernels.py"):
+        shutil.copy(Path(kernels.__file__).parent / name, tmp_path / "rodless_base")
+    probe = tmp_path / "rodless_probe"
+    probe.mkdir()
+    (probe / "__init__.py").touch()
+    (probe / "one.py").write_text(PROBE.format(first="times", second="plus"))
     swapped = PROBE.format(first="plus", second="times")
     swapped = swapped.replace("def plus(constants, x): return constants * x", "MARK")
     swapped = swapped.replace(
         "def times(constants, x): return constants + x",
         "def times(constants, x): return constants * x",
     ).replace("MARK", "def plus(constants, x): return constants + x")
-    (tmp_path / "other.py").write_text(swapped)
+    (probe / "other.py").write_text(swapped)
     environment = {
         **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
         "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+        "PYTHONPATH": str(tmp_path),
     }
     answers = []
     for _ in range(2):

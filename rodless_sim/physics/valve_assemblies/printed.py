@@ -5,7 +5,7 @@ import math
 from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet, declare
 from rodless_sim.physics.air import Air
-from rodless_sim.physics.flow import gap_conductance, orifice_flow
+from rodless_sim.physics.flow import gap_conductance
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.valve import Valve, effective_area, spool_displacement
 
@@ -51,13 +51,12 @@ def lands(constants: tuple[()], air: Air, valve: Valve, voltage: float) -> Lands
 
 
 @kernel
-def edge_flow(
+def gap_flow(
     constants: tuple[()],  # noqa: ARG001
-    air: Air,
+    air: Air,  # noqa: ARG001
     edge: Edge,
     pressure_1: float,
     pressure_2: float,
 ) -> float:
-    """Mass flow in kg/s from side 1 to side 2 of an edge, which has an orifice or a gap."""
-    flow = orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
-    return flow + gap_flow_printed(edge.gap, pressure_1, pressure_2)
+    """Mass flow in kg/s through the gap of an edge, its density that of side 2."""
+    return gap_flow_printed(edge.gap, pressure_1, pressure_2)

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
+from rodless_sim.physics import flow
 from rodless_sim.physics.air import Air
-from rodless_sim.physics.flow import gap_conductance, gap_flow, orifice_flow
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.sources import JUDGEMENT
 from rodless_sim.physics.valve import SPOOL_GAIN, Valve, centred_area, flow_coefficient
@@ -54,19 +54,18 @@ def lands(constants: Reconciled, air: Air, valve: Valve, voltage: float) -> Land
     overlap = valve.gap_length + abs(SPOOL_GAIN * deflection)
     area = flow_coefficient(valve, deflection) * centred_area(valve, deflection)
     fade = math.exp(-((deflection / constants.gap_fade_voltage) ** 2))
-    opening_gap = fade * gap_conductance(air, perimeter, valve.gap_height, valve.gap_length)
-    closing_gap = gap_conductance(air, perimeter, valve.gap_height, overlap)
+    opening_gap = fade * flow.gap_conductance(air, perimeter, valve.gap_height, valve.gap_length)
+    closing_gap = flow.gap_conductance(air, perimeter, valve.gap_height, overlap)
     return Lands(deflection >= 0.0, Edge(area, opening_gap), Edge(0.0, closing_gap))
 
 
 @kernel
-def edge_flow(
+def gap_flow(
     constants: Reconciled,  # noqa: ARG001
-    air: Air,
+    air: Air,  # noqa: ARG001
     edge: Edge,
     pressure_1: float,
     pressure_2: float,
 ) -> float:
-    """Mass flow in kg/s from side 1 to side 2 of an edge: orifice and gap side by side."""
-    flow = orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
-    return flow + gap_flow(edge.gap, pressure_1, pressure_2)
+    """Mass flow in kg/s through the gap of an edge, its density following the pressure."""
+    return flow.gap_flow(edge.gap, pressure_1, pressure_2)

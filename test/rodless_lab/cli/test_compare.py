@@ -6,22 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rig_bag
+from quiet_stop import Quiet
 
 from rodless_base.constants import SUPPLY_PRESSURE
-from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
 from rodless_lab.cli import compare, replay
 from rodless_lab.runs.comparison import common_time, difference
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, State, Trace, simulate
-
-
-class Quiet(Stop):
-    """A stop nobody requests, which leaves the test's own signal handlers alone."""
-
-    def __init__(self) -> None:
-        self.requested = False
 
 
 def record(path: Path, run: Trace, target: float | None = None, late: float = 0.0) -> Path:

@@ -21,7 +21,8 @@ PERIOD = 2e-3
 @pytest.fixture(scope="module", autouse=True)
 def rig(start_rig: StartRig) -> Iterator[None]:
     """Run a rig in real time in the root namespace."""
-    with start_rig(plant={"time.period": PERIOD}):
+    with start_rig(plant={"time.period": PERIOD}) as processes:
+        until_it_says(processes["plant"], "ready: ")
         yield
 
 
@@ -63,11 +64,10 @@ def test_in_lock_step_the_metrics_are_those_of_the_closed_loop_in_process(
     expected = step_metrics(run.time, run.position, run.voltage, 0.0, 0.058, at=0.5)
     plant = {"time.mode": "lockstep", "time.publish_clock": False}
     controller = {"use_sim_time": False, "controller.position_timeout": 0.0}
-    with (
-        start_rig(plant=plant, namespace="exact", controller=controller),
-        rodless("move", "58", "--namespace", "/exact") as move,
-    ):
-        assert move.wait() == 0
+    with start_rig(plant=plant, namespace="exact", controller=controller) as processes:
+        until_it_says(processes["plant"], "ready: ")
+        with rodless("move", "58", "--namespace", "/exact") as move:
+            assert move.wait() == 0, move.output
     for label, value in (
         ("rise time 10-90 %", expected.rise_time),
         ("settling time to ±0.2 mm", expected.settling_time),
@@ -154,7 +154,8 @@ def test_what_is_missing_is_named_with_the_way_out(
         assert move.wait() == 2
     assert "no plant in namespace /nowhere" in move.output
     assert "there is one in /: use --namespace" in move.output
-    with start_node("plant", {"time.publish_clock": False}, namespace="alone"):
+    with start_node("plant", {"time.publish_clock": False}, namespace="alone") as plant:
+        until_it_says(plant, "ready: ")
         with rodless("move", "10", "--namespace", "/alone") as move:
             assert move.wait() == 2
         assert "no controller in namespace /alone" in move.output

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from running import StartProcess, StartRig
+from running import StartProcess, StartRig, until_it_says
 
 from rodless_lab.session.observer import Observer
 
@@ -19,7 +19,9 @@ CONTROLLER = ("controller.kp", "reference.type")
 @pytest.fixture(scope="module", autouse=True)
 def rig(start_rig: StartRig) -> Iterator[None]:
     """Run a rig in a namespace of its own."""
-    with start_rig(plant={"time.period": 0.01}, namespace="right"):
+    with start_rig(plant={"time.period": 0.01}, namespace="right") as processes:
+        for node in processes.names:
+            until_it_says(processes[node], "ready: ")
         yield
 
 

@@ -14,10 +14,13 @@ def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
     rodless: StartProcess, start_rig: StartRig, observer: Observer
 ) -> None:
     """Exit code 0; what it shows is what the topics carry; a pause shows."""
-    with start_rig(plant={"time.period": 0.01}, namespace="up"):
-        # Without positions the controller rightly reports an error.
+    # A busy machine must not close the valve, which is an error.
+    plant = {"time.period": 0.01, "valve.command_timeout": 30.0}
+    controller = {"controller.position_timeout": 30.0}
+    with start_rig(plant=plant, controller=controller, namespace="up"):
         observer.wait(
-            lambda: observer.diagnostic("/up/controller", fresh=True).level == b"\0", "control"
+            lambda: observer.diagnostic("/up/controller", fresh=True).message == "controlling",
+            "the controller to control",
         )
         with rodless("status", "--namespace", "up") as screen:
             assert screen.wait() == 0, screen.output
@@ -45,7 +48,8 @@ def test_a_missing_controller_and_a_missing_rig_are_shown(
     rodless: StartProcess, start_node: StartProcess
 ) -> None:
     """Exit code 1 and the way out."""
-    with start_node("plant", {"time.period": 0.01}, namespace="half"):
+    with start_node("plant", {"time.period": 0.01}, namespace="half") as plant:
+        until_it_says(plant, "ready: ")
         with rodless("status", "--namespace", "half", "--timeout", "6") as status:
             assert status.wait() == 1
         assert "rig           /half, realtime, running" in status.output

@@ -7,17 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quiet_stop import Quiet
 
-from rodless_base.start import Stop
 from rodless_lab.cli import compare, identify
 from rodless_lab.runs.measured_run import MeasuredRun
-
-
-class Quiet(Stop):
-    """A stop nobody requests, which leaves the test's own signal handlers alone."""
-
-    def __init__(self) -> None:
-        self.requested = False
 
 
 def a_run(samples: int = 400) -> MeasuredRun:

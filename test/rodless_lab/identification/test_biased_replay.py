@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quiet_stop import Quiet
 
-from rodless_base.start import Stop
 from rodless_lab.cli import replay as command
 from rodless_lab.identification import identify_friction
 from rodless_lab.identification.excitation import friction_voltages, steps
@@ -24,13 +24,6 @@ SHEET = RigParameters(DATA_SHEET)
 
 # Pa: what the data sheet allows.
 BIAS = SHEET.number("sensors.pressure_bias") * PRESSURE_RANGE
-
-
-class Quiet(Stop):
-    """A stop nobody requests, which leaves the test's own signal handlers alone."""
-
-    def __init__(self) -> None:
-        self.requested = False
 
 
 def biased(voltages: np.ndarray, bias_a: float, bias_b: float, position: float) -> MeasuredRun:
@@ -82,20 +75,38 @@ def test_size_of_the_bias_by_hand() -> None:
     assert bias_force(SHEET) == pytest.approx(1.7172 * 5e3 * 490.874e-6, rel=1e-4)
 
 
-@pytest.mark.parametrize("written", [True, False])
-def test_replay_says_that_a_file_was_identified(
-    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str], written: bool
+@pytest.mark.parametrize(("subject", "warned"), [("friction", 1), ("valve", 0), (None, 0)])
+def test_replay_says_that_friction_was_identified(
+    tmp_path: Path,
+    write_bag,
+    capsys: pytest.CaptureFixture[str],
+    subject: str | None,
+    warned: int,
 ) -> None:
-    """One line with the size of the bias and the page, for a file that `identify` wrote."""
+    """One line with the size of the bias and the page, for a file that `identify friction` wrote.
+
+    Not for one by hand, nor for the valve and the chambers, whose fit takes the bias out.
+    """
     run = biased(steps((5.4, 3.0)), 0.0, 0.0, 0.06)
     bag, file = write_bag(tmp_path / "bag", run), tmp_path / "mine.yaml"
-    text = identified(biased(friction_voltages(), 0.0, 0.0, 0.06))
-    file.write_text(text if written else text.partition("\n")[2], encoding="utf-8")
+    heading = title(subject, "run1", run, "data-sheet", "paper") if subject else ["by hand"]
+    file.write_text(parameter_text(heading, []), encoding="utf-8")
     arguments = [str(bag), "--parameters", str(file), "--output", str(tmp_path / "out")]
     assert command.main(arguments, Quiet()) == 0
     said = [line for line in capsys.readouterr().out.splitlines() if "identified" in line]
-    assert len(said) == written
+    assert len(said) == warned
     for line in said:
         assert line.startswith("mine.yaml was identified: ")
         assert "±5 kPa each or 4.2 N" in line
         assert "docs/identification.md" in line
+
+
+def test_replay_with_a_file_that_is_not_there(
+    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The file is named, not the folder of the output: code 2, nothing written."""
+    bag = write_bag(tmp_path / "bag", biased(steps((5.4, 0.1)), 0.0, 0.0, 0.06))
+    arguments = [str(bag), "--parameters", str(tmp_path / "no.yaml")]
+    assert command.main([*arguments, "--output", str(tmp_path / "out")], Quiet()) == 2
+    assert f"{tmp_path / 'no.yaml'}: cannot be read" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

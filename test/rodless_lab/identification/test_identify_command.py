@@ -6,19 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from quiet_stop import Quiet
 
-from rodless_base.start import Stop
 from rodless_lab.cli import identify
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.parameter_writer import Finding, parameter_text
 from rodless_sim import ParameterError, RigParameters
-
-
-class Quiet(Stop):
-    """A stop nobody requests, which leaves the test's own signal handlers alone."""
-
-    def __init__(self) -> None:
-        self.requested = False
 
 
 def intervals(text: str) -> dict[str, tuple[float, float]]:

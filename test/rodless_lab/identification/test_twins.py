@@ -7,7 +7,7 @@ from rodless_lab.identification import FlowCoefficientCurve, Stribeck, friction_
 from rodless_lab.identification.estimate import symmetric
 from rodless_sim import RigParameters
 from rodless_sim.physics.friction import sliding_friction
-from rodless_sim.physics.plant import plant_constants
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.valve import effective_area, flow_coefficient
 
 SAME = 1e-12
@@ -20,7 +20,7 @@ def test_three_sines_are_the_plants_area(seed: int) -> None:
     generator = np.random.default_rng(seed)
     coefficients = generator.uniform(0.1, 3.0, 9)
     values = {"valve.area_coefficients": tuple(coefficients.tolist())}
-    valve = plant_constants(RigParameters(values)).valve
+    valve = Plant.of(RigParameters(values)).valve
     voltages = generator.uniform(0.0, 10.0, 200)
     expected = np.array([effective_area(valve, float(voltage)) for voltage in voltages])
     found = three_sines(coefficients, voltages)
@@ -33,7 +33,7 @@ def test_the_polynomial_is_the_plants_flow_coefficient(seed: int) -> None:
     generator = np.random.default_rng(seed)
     coefficients = generator.uniform(0.1, 1.0, 6) * 10.0 ** -np.arange(6)
     values = {"valve.flow_coefficients": tuple(coefficients.tolist())}
-    valve = plant_constants(RigParameters(values)).valve
+    valve = Plant.of(RigParameters(values)).valve
     curve = FlowCoefficientCurve(tuple(symmetric(value, 0.0, 1, "") for value in coefficients), 0.0)
     deflections = generator.uniform(-5.0, 5.0, 200)
     expected = [flow_coefficient(valve, float(deflection)) for deflection in deflections]
@@ -53,7 +53,7 @@ def test_the_curve_is_the_plants_friction(seed: int, side: str, sign: int) -> No
         generator.uniform(0.0, 6000.0),
     )
     values = {f"friction.{side}.{name}": value for name, value in curve._asdict().items()}
-    friction = plant_constants(RigParameters(values)).friction
+    friction = Plant.of(RigParameters(values)).friction
     speeds = generator.uniform(0.0, 1.0, 200) ** 3 * 0.2
     expected = [sign * sliding_friction(friction, sign * float(speed), sign) for speed in speeds]
     np.testing.assert_allclose(friction_force(curve, speeds), expected, rtol=SAME)

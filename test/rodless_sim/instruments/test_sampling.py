@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from rodless_base.measurement import Measurement
+from rodless_control import PidParameters, references
+from rodless_lab import closed_loop
 from rodless_sim import Rig, RigParameters
 from rodless_sim.instruments import sampling
 from rodless_sim.instruments.instruments import DATA_SHEET
@@ -216,3 +218,16 @@ def test_the_node_hands_out_what_a_rig_reads() -> None:
         rig.advance(CREEP + 0.01 * k, 1e-3)
         expected.append(rig.read())
     assert samples == expected
+
+
+def test_a_closed_loop_sees_what_a_rig_reads() -> None:
+    """Fed with the voltages of the run, a rig reads its positions and pressures, bit for bit."""
+    reference = references.step(0.0, 0.058, at=0.02)
+    found = closed_loop(SHEET, PidParameters(), reference, 0.2, 1e-3)
+    rig = Rig(SHEET)
+    for k, voltage in enumerate(found.voltage):
+        seen = rig.read()
+        expected = found.position[k], found.pressure_a[k], found.pressure_b[k]
+        assert (seen.position, seen.pressure_a, seen.pressure_b) == expected
+        rig.advance(voltage, 1e-3)
+    assert np.ptp(found.pressure_a) > 1e4

@@ -35,7 +35,6 @@ def force(constants, side, speed):
 ORIFICE = """
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, declare
-from rodless_sim.physics.flow import orifice_flow
 from rodless_sim.physics.lands import Edge, Lands
 
 NAME = "orifice"
@@ -56,8 +55,8 @@ def lands(constants, air, valve, voltage):
 
 
 @kernel
-def edge_flow(constants, air, edge, pressure_1, pressure_2):
-    return orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
+def gap_flow(constants, air, edge, pressure_1, pressure_2):
+    return 0.0
 """
 
 TILT = """
@@ -117,25 +116,13 @@ def extended(tmp_path: Path) -> Path:
     ):
         (physics / file).write_text(text, encoding="utf-8")
     for file, line, longer in (
-        (
-            "friction.py",
-            "FORMS = (stribeck, saturating)",
-            "FORMS = (stribeck, saturating, coulomb)",
-        ),
-        (
-            "valve_assembly.py",
-            "ASSEMBLIES = (reconciled, printed)",
-            "ASSEMBLIES = (reconciled, printed, orifice)",
-        ),
-        ("forces.py", "FORCES = (end_stop,)", "FORCES = (end_stop, tilt)"),
+        ("friction.py", '"saturating",', '"saturating", "coulomb",'),
+        ("valve_assembly.py", '"printed",', '"printed", "orifice",'),
+        ("forces.py", '"end_stop",', '"end_stop", "tilt",'),
     ):
         path = physics / file
         text = path.read_text(encoding="utf-8")
         assert text.count(line) == 1
-        # The import that goes with the name in the list.
-        text = text.replace("import saturating, stribeck", "import coulomb, saturating, stribeck")
-        text = text.replace("import printed, reconciled", "import orifice, printed, reconciled")
-        text = text.replace("import end_stop\n", "import end_stop, tilt\n")
         path.write_text(text.replace(line, longer), encoding="utf-8")
     return tmp_path
 
