@@ -96,6 +96,7 @@ def probe(tmp_path: Path) -> Probe:
     return Probe(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_second_process_reuses_the_result_until_a_source_changes(
     probe: Probe, tmp_path: Path
 ) -> None:
@@ -109,6 +110,7 @@ def test_a_second_process_reuses_the_result_until_a_source_changes(
     assert probe.ask(**cache) == (23.0, 0)
 
 
+@pytest.mark.slow
 def test_results_are_kept_in_the_user_s_cache(probe: Probe, tmp_path: Path) -> None:
     """XDG_CACHE_HOME is where they go, nothing is written beside the sources."""
     where = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / "user")}

@@ -20,6 +20,8 @@ from rodless_lab.session.processes import node_command, write_parameters
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
+pytestmark = pytest.mark.ros
+
 DURATION = 0.6
 STEP = {
     "reference.type": "step",

@@ -17,6 +17,8 @@ from rodless_lab.harness import NodeDiedError
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters, Trace
 
+pytestmark = pytest.mark.ros
+
 # The terms of the law are on topics that a bench does not record.
 UNPUBLISHED = {"mass_flow_a", "mass_flow_b", "terms"}
 
