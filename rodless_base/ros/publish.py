@@ -46,7 +46,9 @@ class OnDemand:
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
 
-    def publish(self, *values: object) -> None:
-        """Send the message of ``values`` to the subscribers of the last poll, if any."""
-        if self.subscribers:
-            send(self._publisher, self._message(*values))
+    def publish(self, *values: object) -> bool:
+        """Send the message of ``values`` to the subscribers of the last poll, if any.
+
+        Returns False where it is lost, as :func:`send` does.
+        """
+        return not self.subscribers or send(self._publisher, self._message(*values))

@@ -19,8 +19,8 @@ from rodless_control.controller import (
     Kernels,
     Law,
     LawError,
+    checked_answer,
     law_name,
-    numbers_of,
     output_limits,
 )
 from rodless_control.laws import law_with
@@ -154,7 +154,7 @@ def plain_loop(law: Law) -> Callable[..., tuple[Array, Array, int]]:
         # A law divides by zero as it does in the node: numpy's numbers would go on with infinity.
         reference = ReferencePoint(float(reference.position), float(reference.velocity))
         try:
-            return None, numbers_of(law, law.update(measurement, reference, interval))
+            return None, checked_answer(law, law.update(measurement, reference, interval))
         except LawError as error:
             raise LawError(f"at {measurement.time:g} s: {error}") from error
 
@@ -176,7 +176,7 @@ def as_law(law: AnyLaw) -> Law:
     if isinstance(law, type) and issubclass(law, Law):
         return law()
     if isinstance(law, ControllerParameters):
-        return law.LAW(law.of_law())
+        return law.LAW_CLASS(law.of_law())
     if isinstance(law, LawParameters):
         return law_with(law)
     if callable(law) and not isinstance(law, type):

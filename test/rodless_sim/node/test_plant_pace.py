@@ -40,11 +40,11 @@ def test_nodes_say_once_that_they_are_ready_and_what_to_do_next(start_node: Star
     """Names are those of their namespace; what is said after that comes from running."""
     with start_node("plant", {"time.period": 0.01}, namespace="one") as plant:
         until_it_says(plant, "ready: realtime, 100 Hz, supply 0.520 MPa gauge")
-    with start_node("controller", namespace="one") as controller:
-        until_it_says(controller, "rodless move 58 --namespace /one")
-    with start_node("controller", {"reference.type": "sine"}) as sine:
-        until_it_says(sine, "ready: pid, reference.type sine; it moves by itself")
+        with start_node("controller", namespace="one") as controller:
+            until_it_says(controller, "rodless move 58 --namespace /one")
+        with start_node("controller", {"reference.type": "sine"}, namespace="one") as sine:
+            until_it_says(sine, "ready: law pid, reference sine; it moves by itself")
     assert plant.output.count("ready: ") == 1
     assert "waiting for commands on /one/valve/voltage" in plant.output
-    assert controller.output.count("ready: ") == 1
-    assert "reference.type setpoint; move it with a set-point on /one/setpoint" in controller.output
+    assert controller.output.count("started: ") == controller.output.count("ready: ") == 1
+    assert "reference setpoint; move it with a set-point on /one/setpoint" in controller.output
