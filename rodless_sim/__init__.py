@@ -7,3 +7,7 @@ from rodless_sim.rig import Rig, simulate
 from rodless_sim.trace import Trace
 
 __all__ = ["ParameterError", "Rig", "RigParameters", "State", "Trace", "simulate"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
-from rodless_base.kernels import kernel, linked, unlinked
+from rodless_base.kernels import linked, unlinked
 from rodless_base.measurement import Measurement
 from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.controller import (
@@ -27,7 +27,7 @@ from rodless_control.laws import law_with
 from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference
 from rodless_sim import Rig, RigParameters, Trace
-from rodless_sim.instruments.instruments import Instruments, Lags, read_rig
+from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, instruments_and_noise
 from rodless_sim.physics.motion import advance
 from rodless_sim.physics.plant import Plant
@@ -54,26 +54,40 @@ class ClosedLoopTrace(Trace):
     Position, pressures and force are as the instruments of ``sensors.*`` read them, the rest is
     true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones. ``terms`` holds the law's
     TERMS by name, one entry per sample.
+
+    :meth:`columns`, and so what is saved, has the terms too, behind the other columns. Their units
+    are empty, since a law does not state them. A term that equals the column of its name, such as
+    the PID's ``error``, is left out; one that differs becomes ``term_<name>``.
     """
 
     reference: Annotated[Array, "m", "reference for the position"]
     error: Annotated[Array, "m", "reference less the position read"]
 
     terms: Mapping[str, Array] = MappingProxyType({})
+    _term_columns: Mapping[str, Array] = MappingProxyType({})
 
     def with_terms(self, terms: Mapping[str, Array]) -> "ClosedLoopTrace":
         """Return the same run with the law's terms, one entry per sample each."""
-        run = ClosedLoopTrace(**self.columns())
+        own = self._own_columns()
+        run = ClosedLoopTrace(**own)
         vars(run)["terms"] = MappingProxyType(dict(terms))
+        vars(run)["_term_columns"] = {
+            f"term_{name}" if name in own else name: values
+            for name, values in terms.items()
+            if name not in own or not np.array_equal(values, own[name], equal_nan=True)
+        }
         return run
 
+    def columns(self) -> dict[str, Array]:
+        """Return the arrays by name, the law's terms last."""
+        return {**self._own_columns(), **self._term_columns}
 
-@kernel
-def truth(plant: Plant, stamp: int, state: Motion) -> Measurement:
-    """Return what instruments without errors would read at ``stamp`` (ns)."""
-    return Measurement(
-        stamp, state.position, state.pressure_a, state.pressure_b, plant.supply_pressure
-    )
+    def units(self) -> dict[str, str]:
+        """Return the unit of each column by name; empty for the law's terms."""
+        return {**super().units(), **dict.fromkeys(self._term_columns, "")}
+
+    def _own_columns(self) -> dict[str, Array]:
+        return {name: getattr(self, name) for name in super().units()}
 
 
 def begin(gains: Any, measurement: Measurement) -> Any:
@@ -142,7 +156,7 @@ def plain_loop(law: Law) -> Callable[..., tuple[Array, Array, int]]:
     """Return the loop in Python, around a law in Python."""
 
     def begin_plain(_gains: None, _measurement: Measurement) -> None:
-        law.reset()
+        """Keep no memory: the law does."""
 
     def update_plain(
         _gains: None,
@@ -187,6 +201,13 @@ def as_law(law: AnyLaw) -> Law:
     )
 
 
+def limits_of(law: Law) -> tuple[float, float]:
+    """Return the lowest and the highest command in V; raises TypeError for a law without."""
+    if not hasattr(law, "parameters"):
+        raise TypeError(f"{law_name(law)}: __init__ must call super().__init__()")
+    return output_limits(law.parameters)
+
+
 def closed_loop(
     rig_parameters: RigParameters,
     law: AnyLaw,
@@ -223,7 +244,7 @@ def closed_loop(
     ParameterError
         For parameters that are no law's.
     TypeError
-        For what is no law.
+        For what is no law, and for a law whose ``__init__`` did not call its base class's.
 
     Examples
     --------
@@ -256,7 +277,7 @@ def closed_loop(
         instruments,
         noise.standard_normal((count, NOISE_CHANNELS)),
         gains,
-        output_limits(getattr(chosen, "parameters", None) or chosen.Parameters()),
+        limits_of(chosen),
         references,
         rig.motion,
         steps,

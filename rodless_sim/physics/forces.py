@@ -1,7 +1,8 @@
 """The forces on the carriage besides those of the air and of friction.
 
 Each is one module with ``PARAMETERS``, its constants ``of(parameters)``, and a kernel
-``force(constants, state)`` in N, positive toward chamber B's end.
+``force(constants, state)`` in N, positive toward chamber B's end. Where a module has
+``check(parameters)``, that raises ParameterError for values that contradict each other.
 """
 
 from typing import Any

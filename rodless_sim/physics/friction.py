@@ -2,7 +2,8 @@
 
 A form is one module of ``friction_forms`` with ``NAME``, ``MEANING``, its own ``PARAMETERS``, its
 constants ``of(parameters)``, and a kernel ``force(constants, side, speed)``: the magnitude in N on
-a carriage that slides.
+a carriage that slides. Where it has ``check(parameters)``, that raises ParameterError for values
+that contradict each other, whichever form is in use.
 """
 
 from collections.abc import Callable

@@ -3,7 +3,8 @@
 An assembly is one module of ``valve_assemblies`` with ``NAME``, ``MEANING``, its own
 ``PARAMETERS``, its constants ``of(parameters)``, and two kernels: the openings ``lands(constants,
 air, valve, voltage)``, and the mass flow in kg/s past each edge beside that of its orifice,
-``gap_flow(constants, air, edge, pressure_1, pressure_2)``.
+``gap_flow(constants, air, edge, pressure_1, pressure_2)``. Where it has ``check(parameters)``, that
+raises ParameterError for values that contradict each other, whichever assembly is in use.
 """
 
 from collections.abc import Callable

@@ -25,10 +25,12 @@ def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
         assert 0.0 < observer.counter("/hasty/plant", "speed factor") < 9.5
         status = observer.diagnostic("/hasty/plant")
         assert status.level == DiagnosticStatus.WARN
-        assert status.message == "since start: overruns"
+        assert status.message == "plant time falls behind; since start: overruns"
         assert observer.call(SetBool, "/hasty/plant/pause", data=True).success
         observer.diagnostic("/hasty/plant", fresh=True)
-        observer.diagnostic("/hasty/plant", fresh=True)
+        status = observer.diagnostic("/hasty/plant", fresh=True)
+        assert status.level == DiagnosticStatus.WARN
+        assert status.message == "paused; since start: overruns"
         held = observer.counter("/hasty/plant", "lag (s)")
         assert observer.counter("/hasty/plant", "speed factor", fresh=True) == 0.0
         assert observer.counter("/hasty/plant", "lag (s)") == held
