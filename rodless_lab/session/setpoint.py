@@ -2,7 +2,7 @@
 
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.qos import DurabilityPolicy
 
 # What a recorder publishes too; a controller publishes more.
 OF_ANY_NODE = ("/rosout", "/parameter_events", "/events/write_split")
@@ -12,13 +12,13 @@ def setpoint_is_heard(node: Node, publisher: Publisher) -> bool:
     """Whether every listener to the set-points of ``publisher`` is matched, a controller included.
 
     A recorder may be matched before the controller, which would then miss the set-point. Listeners
-    that ``publisher`` can never match do not count.
+    that want earlier set-points too do not count: ``publisher``, which keeps none, never matches
+    them.
     """
     listeners = [
         listener
         for listener in node.get_subscriptions_info_by_topic(publisher.topic_name)
-        if qos_check_compatible(publisher.qos_profile, listener.qos_profile)[0]
-        != QoSCompatibility.ERROR
+        if listener.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL
     ]
     return publisher.get_subscription_count() >= len(listeners) and any(
         _controls(node, listener.node_name, listener.node_namespace) for listener in listeners
@@ -26,7 +26,9 @@ def setpoint_is_heard(node: Node, publisher: Publisher) -> bool:
 
 
 def _controls(node: Node, name: str, namespace: str) -> bool:
-    """Whether a node does more than listen."""
+    """Whether a node does more than listen; not as long as its name is not discovered."""
+    if not namespace.startswith("/"):
+        return False
     try:
         published = node.get_publisher_names_and_types_by_node(name, namespace)
     except NodeNameNonExistentError:

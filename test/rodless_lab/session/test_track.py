@@ -153,7 +153,7 @@ def test_a_reset_is_noticed() -> None:
 def test_commands_that_measure_nothing_are_said(voltages: tuple[float, ...], words: str) -> None:
     """None at all, as of a controller that was killed, and one that is no number."""
     track = Track(TARGET)
-    rest(track, 0.0, 10, reference=0.0)
+    track.take_sample(sent(9 * PERIOD), 9 * PERIOD, 0.0)
     track.begin()
     for k in range(10, 20):
         track.take_sample(sent(k * PERIOD), k * PERIOD, 0.0)
