@@ -6,9 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
-from rodless_base.kernels import kernel
+from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.lands import Lands
-from rodless_sim.physics.motion import advance, chamber_flows
+from rodless_sim.physics.equations import chamber_flows
+from rodless_sim.physics.motion import advance
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion, Quantity, State, quantities
@@ -93,18 +94,24 @@ def record(plant: Plant, lands: Lands, state: Motion, row: Array) -> None:
     row[STATES], row[STATES + 1] = chamber_flows(plant, lands, state)
 
 
-@kernel
+@outlined_kernel
 def run_open_loop(
-    plant: Plant, voltages: Array, state: Motion, steps: int, step: float
-) -> tuple[Array, Motion]:
-    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``steps`` inner steps; rows 0 to n."""
+    plant: Plant, voltages: Array, state: Motion, period: float, tolerance: float
+) -> tuple[Array, Motion, int, int]:
+    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``period`` s.
+
+    Returns rows 0 to n, the last state, how many voltages were applied, and the fault at which that
+    ended, as :func:`advance` returns it.
+    """
     rows = np.empty((voltages.size + 1, len(COLUMNS)))
     for k in range(voltages.size):
         lands = openings(plant, voltages[k])
         record(plant, lands, state, rows[k])
-        state = advance(plant, lands, state, steps, step)
+        state, fault = advance(plant, lands, state, period, tolerance)
+        if fault != 0:
+            return rows, state, k, fault
     record(plant, lands, state, rows[-1])
-    return rows, state
+    return rows, state, voltages.size, 0
 
 
 def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
