@@ -7,9 +7,8 @@ import numpy.typing as npt
 
 from rodless_base.columns import Columns
 from rodless_base.kernels import kernel, outlined_kernel
-from rodless_sim.physics.lands import Lands
-from rodless_sim.physics.equations import chamber_flows
-from rodless_sim.physics.motion import advance
+from rodless_sim.physics.equations import Inflows, inflows
+from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion, Quantity, State, quantities
@@ -87,11 +86,11 @@ STATES = len(Motion._fields)
 
 
 @kernel
-def record(plant: Plant, lands: Lands, state: Motion, row: Array) -> None:
-    """Write one sample with the valve at its openings ``lands`` into ``row``: ``COLUMNS``."""
+def record(state: Motion, flows: Inflows, row: Array) -> None:
+    """Write one sample into ``row``: ``COLUMNS``."""
     for k in range(STATES):
         row[k] = state[k]
-    row[STATES], row[STATES + 1] = chamber_flows(plant, lands, state)
+    row[STATES], row[STATES + 1] = flows.a.mass_flow, flows.b.mass_flow
 
 
 @outlined_kernel
@@ -106,11 +105,12 @@ def run_open_loop(
     rows = np.empty((voltages.size + 1, len(COLUMNS)))
     for k in range(voltages.size):
         lands = openings(plant, voltages[k])
-        record(plant, lands, state, rows[k])
-        state, fault = advance(plant, lands, state, period, tolerance)
+        flows = inflows(plant, lands, state)
+        record(state, flows, rows[k])
+        state, fault = advance_from(plant, lands, state, flows, period, tolerance)
         if fault != 0:
             return rows, state, k, fault
-    record(plant, lands, state, rows[-1])
+    record(state, inflows(plant, openings(plant, voltages[-1]), state), rows[-1])
     return rows, state, voltages.size, 0
 
 

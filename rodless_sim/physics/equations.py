@@ -10,7 +10,7 @@ from rodless_sim.physics.forces import other_forces
 from rodless_sim.physics.friction import sliding
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, inflow_a, inflow_b
+from rodless_sim.physics.ports import Inflow, inflow_a, inflow_b
 from rodless_sim.physics.state import Motion
 
 
@@ -28,6 +28,13 @@ class Rates(NamedTuple):
     by_pressure: float  # of the acceleration, m/(s²·Pa): by that of A, less by that of B
     a: PressureRate
     b: PressureRate
+
+
+class Inflows(NamedTuple):
+    """What flows into each chamber."""
+
+    a: Inflow
+    b: Inflow
 
 
 @kernel
@@ -74,14 +81,21 @@ def sliding_direction(plant: Plant, state: Motion) -> int:
 
 
 @kernel
+def inflows(plant: Plant, lands: Lands, state: Motion) -> Inflows:
+    """Return what flows into both chambers."""
+    return Inflows(
+        inflow_a(plant, lands, state.pressure_a), inflow_b(plant, lands, state.pressure_b)
+    )
+
+
+@kernel
 def pressure_rates(
-    plant: Plant, lands: Lands, state: Motion, velocity: float
+    plant: Plant, state: Motion, flows: Inflows, velocity: float
 ) -> tuple[PressureRate, PressureRate]:
     """Eq. (26) for chambers A and B, the carriage moving at ``velocity`` (m/s)."""
     air, cylinder = plant.air, plant.cylinder
     area = cylinder.piston_area
-    a = inflow_a(plant, lands, state.pressure_a)
-    b = inflow_b(plant, lands, state.pressure_b)
+    a, b = flows
     first = volume_a(cylinder, state.position)
     second = volume_b(cylinder, state.position)
     return (
@@ -91,12 +105,12 @@ def pressure_rates(
 
 
 @kernel
-def sliding_rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Rates:
+def sliding_rates(plant: Plant, state: Motion, flows: Inflows, direction: int) -> Rates:
     """Eqs. (26) and (31) for a carriage that slides in ``direction`` (+1 or -1)."""
     mass = plant.cylinder.moving_mass
     force = applied(plant, state)
     drag = sliding(plant.friction, state.velocity, direction)
-    a, b = pressure_rates(plant, lands, state, state.velocity)
+    a, b = pressure_rates(plant, state, flows, state.velocity)
     return Rates(
         state.velocity,
         (force.force - drag.force) / mass,
@@ -111,17 +125,9 @@ def sliding_rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> 
 @kernel
 def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
     """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
+    flows = inflows(plant, lands, state)
     if direction == 0:
-        a, b = pressure_rates(plant, lands, state, 0.0)
+        a, b = pressure_rates(plant, state, flows, 0.0)
         return Motion(0.0, 0.0, a.rate, b.rate)
-    found = sliding_rates(plant, lands, state, direction)
+    found = sliding_rates(plant, state, flows, direction)
     return Motion(found.velocity, found.acceleration, found.a.rate, found.b.rate)
-
-
-@kernel
-def chamber_flows(plant: Plant, lands: Lands, state: Motion) -> tuple[float, float]:
-    """Mass flows into chambers A and B in kg/s."""
-    return (
-        flow_into_a(plant, lands, state.pressure_a),
-        flow_into_b(plant, lands, state.pressure_b),
-    )

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_sim.physics.cylinder import PressureRate
-from rodless_sim.physics.equations import Rates, pressure_rates, rates
+from rodless_sim.physics.equations import Rates, inflows, pressure_rates, rates
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import Motion, moved
@@ -133,7 +133,7 @@ def sticking_step(
     inverse_a, inverse_b = 1.0 / (diagonal - a.by_pressure), 1.0 / (diagonal - b.by_pressure)
     a1, b1 = a.rate * inverse_a, b.rate * inverse_b
     halfway = Motion(state.position, 0.0, state.pressure_a + a1, state.pressure_b + b1)
-    later_a, later_b = pressure_rates(plant, lands, halfway, 0.0)
+    later_a, later_b = pressure_rates(plant, halfway, inflows(plant, lands, halfway), 0.0)
     a2 = (later_a.rate + C21 / step * a1) * inverse_a
     b2 = (later_b.rate + C21 / step * b1) * inverse_b
     a3 = (later_a.rate + C31 / step * a1 + C32 / step * a2) * inverse_a

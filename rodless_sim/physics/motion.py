@@ -1,10 +1,12 @@
 """The carriage and its chambers in time: :func:`advance`, with true stick and slip."""
 
+from typing import NamedTuple
+
 from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.equations import (
-    Rates,
+    Inflows,
     breakaway_limits,
-    chamber_flows,
+    inflows,
     net_force,
     pressure_rates,
     sliding_direction,
@@ -37,6 +39,15 @@ FALL = 2.5
 FALL_SHARE = 0.5
 
 
+class Attempt(NamedTuple):
+    """Where a step has led."""
+
+    state: Motion
+    direction: int  # of sliding from then on, 0 for a carriage at rest
+    elapsed: float  # s, 0 where the step was too long and has not been taken
+    step: float  # s, to try next
+
+
 @kernel
 def may_fall(speed: float, stribeck_velocity: float) -> bool:
     """Whether friction may fall with speed at ``speed`` (m/s)."""
@@ -63,55 +74,93 @@ def step_in_the_fall(
 
 
 @kernel
-def sliding_attempt(
-    plant: Plant, lands: Lands, state: Motion, direction: int, step: float, tolerance: float
-) -> tuple[Motion, int, float, float]:
-    """Try a step of a sliding carriage.
+def cruises(speed: float, rate: float, after: float, stribeck_velocity: float, step: float) -> bool:
+    """Whether a step from ``speed`` to ``after`` (m/s) is far from standstill all along.
 
-    Returns the state and direction after it, the time it took, 0 where it must be shorter, and the
-    step to try next.
+    ``rate`` is that of the speed at its start, m/s².
     """
-    first = sliding_rates(plant, lands, state, direction)
+    slowest = min(speed, after)
+    return slowest > 3.0 * stribeck_velocity and abs(rate * step) < slowest
+
+
+@kernel
+def sliding_attempt(
+    plant: Plant,
+    lands: Lands,
+    state: Motion,
+    flows: Inflows,
+    direction: int,
+    step: float,
+    tolerance: float,
+) -> Attempt:
+    """Try a step of a sliding carriage, which ``flows`` enter at its start."""
+    first = sliding_rates(plant, state, flows, direction)
     stribeck_velocity = side_of(plant.friction, direction).stribeck_velocity
     if first.by_velocity * step > UNSTABLE_SHARE and may_fall(state.velocity, stribeck_velocity):
         step = UNSTABLE_SHARE / first.by_velocity
     after, error = sliding_step(plant, lands, state, direction, first, step)
     error /= tolerance
     if not error <= 1.0:
-        return state, direction, 0.0, next_step(step, error)
-    drag = sliding(plant.friction, after.velocity, direction)
-    mass = plant.cylinder.moving_mass
+        return Attempt(state, direction, 0.0, next_step(step, error))
     speed, speed_after = direction * state.velocity, direction * after.velocity
-    shorter = step_in_the_fall(
-        speed, speed_after, -drag.by_speed / mass, stribeck_velocity, step
-    )
-    if shorter < step:
-        return state, direction, 0.0, shorter
-    acceleration = (net_force(plant, after) - drag.force) / mass
-    stops = stops_within(
-        speed, direction * first.acceleration, speed_after, direction * acceleration, step
-    )
+    rate = direction * first.acceleration
+    stops = False
+    if not cruises(speed, rate, speed_after, stribeck_velocity, step):
+        drag = sliding(plant.friction, after.velocity, direction)
+        mass = plant.cylinder.moving_mass
+        slope = -drag.by_speed / mass
+        shorter = step_in_the_fall(speed, speed_after, slope, stribeck_velocity, step)
+        if shorter < step:
+            return Attempt(state, direction, 0.0, shorter)
+        rate_after = direction * (net_force(plant, after) - drag.force) / mass
+        stops = stops_within(speed, rate, speed_after, rate_after, step)
     if stops or gap_ahead(plant, after, direction) <= 0.0:
         event = sliding_event(plant, lands, state, direction, first, step, after, stops)
-        return event.state, event.direction, event.elapsed, LONGEST_STEP
-    return after, direction, step, next_step(step, error)
+        return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
+    return Attempt(after, direction, step, next_step(step, error))
 
 
 @kernel
 def sticking_attempt(
-    plant: Plant, lands: Lands, state: Motion, step: float, tolerance: float
-) -> tuple[Motion, int, float, float]:
+    plant: Plant, lands: Lands, state: Motion, flows: Inflows, step: float, tolerance: float
+) -> Attempt:
     """:func:`sliding_attempt` for a carriage at rest."""
-    a, b = pressure_rates(plant, lands, state, 0.0)
+    a, b = pressure_rates(plant, state, flows, 0.0)
     after, error = sticking_step(plant, lands, state, a, b, step)
     error /= tolerance
     if not error <= 1.0:
-        return state, 0, 0.0, next_step(step, error)
+        return Attempt(state, 0, 0.0, next_step(step, error))
     low, high = breakaway_limits(plant, state.position)
     if low <= net_force(plant, after) <= high:
-        return after, 0, step, next_step(step, error)
+        return Attempt(after, 0, step, next_step(step, error))
     event = breakaway(plant, lands, state, a, b, step, after)
-    return event.state, event.direction, event.elapsed, LONGEST_STEP
+    return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
+
+
+@kernel
+def advance_from(
+    plant: Plant, lands: Lands, state: Motion, flows: Inflows, period: float, tolerance: float
+) -> tuple[Motion, int]:
+    """:func:`advance` from a state that ``flows`` enter, which need not be computed again."""
+    left = step = period
+    direction = sliding_direction(plant, state)
+    for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
+        step = min(step, LONGEST_STEP)
+        if step >= left:
+            step = left
+        elif step > 0.5 * left:
+            step = 0.5 * left
+        if direction == 0:
+            attempt = sticking_attempt(plant, lands, stopped(state), flows, step, tolerance)
+        else:
+            attempt = sliding_attempt(plant, lands, state, flows, direction, step, tolerance)
+        state, direction, elapsed, step = attempt
+        left -= elapsed
+        if left <= 0.0:
+            return state, fault_of(plant, state)
+        if elapsed > 0.0:
+            flows = inflows(plant, lands, state)
+    return state, TOO_MANY_STEPS
 
 
 @kernel
@@ -124,36 +173,17 @@ def advance(
     (``time.tolerance``). Returns the state and a code of :mod:`rodless_sim.physics.faults`: 0
     where it is sound.
     """
-    left = step = period
-    direction = sliding_direction(plant, state)
-    for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
-        if left <= 0.0:
-            return state, fault_of(plant, state)
-        step = min(step, LONGEST_STEP)
-        if step >= left:
-            step = left
-        elif step > 0.5 * left:
-            step = 0.5 * left
-        if direction == 0:
-            state, direction, elapsed, step = sticking_attempt(
-                plant, lands, stopped(state), step, tolerance
-            )
-        else:
-            state, direction, elapsed, step = sliding_attempt(
-                plant, lands, state, direction, step, tolerance
-            )
-        left -= elapsed
-    return state, TOO_MANY_STEPS
+    return advance_from(plant, lands, state, inflows(plant, lands, state), period, tolerance)
 
 
 @outlined_kernel
 def advance_at_voltage(
     plant: Plant, voltage: float, state: Motion, period: float, tolerance: float
 ) -> tuple[Motion, float, float, int]:
-    """:func:`advance` at ``voltage`` (V), with the :func:`chamber_flows` at the end."""
+    """:func:`advance` at ``voltage`` (V), with the mass flows into A and B (kg/s) at the end."""
     lands = openings(plant, voltage)
     fault = 0
     if period > 0.0:
         state, fault = advance(plant, lands, state, period, tolerance)
-    flow_a, flow_b = chamber_flows(plant, lands, state)
-    return state, flow_a, flow_b, fault
+    a, b = inflows(plant, lands, state)
+    return state, a.mass_flow, b.mass_flow, fault
