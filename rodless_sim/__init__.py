@@ -7,4 +7,12 @@ from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig, simulate
 from rodless_sim.trace import Trace
 
-__all__ = ["ParameterError", "Rig", "RigParameters", "SimulationError", "State", "Trace", "simulate"]
+__all__ = [
+    "ParameterError",
+    "Rig",
+    "RigParameters",
+    "SimulationError",
+    "State",
+    "Trace",
+    "simulate",
+]

@@ -24,8 +24,8 @@ DECLARATIONS = collect(
 
 REPLACED = {
     "time.inner_step": "time.tolerance bounds the error instead: leave this out",
-    "end_stop.stiffness": "the end caps are rigid, end_stop.restitution says how the carriage rebounds",
-    "end_stop.damping": "the end caps are rigid, end_stop.restitution says how the carriage rebounds",
+    "end_stop.stiffness": "the end caps are rigid, end_stop.restitution says how it rebounds",
+    "end_stop.damping": "the end caps are rigid, end_stop.restitution says how it rebounds",
 }
 
 

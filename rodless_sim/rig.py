@@ -37,6 +37,23 @@ def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
     return np.clip(commands, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE)
 
 
+def starting_motion(
+    plant: Plant,
+    parameters: RigParameters,
+    position: float | None = None,
+    pressures: tuple[float, float] | None = None,
+) -> Motion:
+    """Return the state at rest that :meth:`Rig.reset` describes; raises as it does."""
+    if position is None:
+        position = parameters.number("cylinder.initial_position")
+    if not 0.0 <= position <= plant.cylinder.stroke:
+        raise ValueError(f"position {position!r} m refused: outside the stroke")
+    a, b = pressures or settled_pressures(plant, plant.valve.closed_voltage)
+    if not (0.0 < a < math.inf and 0.0 < b < math.inf):
+        raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be positive numbers")
+    return Motion(float(position), 0.0, float(a), float(b))
+
+
 class Rig:
     """A rig, stepped by hand: at rest, its chambers settled at the closed valve, until advanced.
 
@@ -110,16 +127,9 @@ class Rig:
             For a position outside the stroke, and pressures that are not positive.
 
         """
-        if position is None:
-            position = self._parameters.number("cylinder.initial_position")
-        if not 0.0 <= position <= self._plant.cylinder.stroke:
-            raise ValueError(f"position {position!r} m refused: outside the stroke")
-        closed = self._plant.valve.closed_voltage
-        pressures = pressures or settled_pressures(self._plant, closed)
-        if not all(0.0 < pressure < math.inf for pressure in pressures):
-            raise ValueError(f"pressures {pressures!r} Pa refused: must be positive numbers")
+        motion = starting_motion(self._plant, self._parameters, position, pressures)
         self._nanoseconds = 0
-        self._apply(closed, Motion(position, 0.0, *pressures), 0.0)
+        self._apply(self._plant.valve.closed_voltage, motion, 0.0)
         if self._sampling is not None:
             self._sampling.start()
         return self.state
@@ -244,17 +254,16 @@ def simulate(
     '9.1 mm'
 
     """
-    rig = Rig(parameters)
-    rig.reset(position, pressures)
+    plant = Plant.of(parameters)
     commands = applied_voltages(voltages)
     span = nanoseconds(period)
     rows, state, done, fault = run_open_loop(
-        rig.plant,
+        plant,
         commands,
-        rig.motion,
+        starting_motion(plant, parameters, position, pressures),
         span * SECONDS_PER_NANOSECOND,
         parameters.number("time.tolerance"),
     )
     if fault:
         raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state)
-    return trace(rig.plant, span, np.append(commands, commands[-1]), rows)
+    return trace(plant, span, np.append(commands, commands[-1]), rows)

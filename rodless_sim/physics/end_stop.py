@@ -1,14 +1,13 @@
-"""The end caps: rigid stops at both ends of the stroke, which the carriage strikes and rebounds from.
+"""The end caps: rigid stops at both ends of the stroke, from which the carriage rebounds.
 
-A cap is far stiffer than anything else on the rig: a slam compresses it by micrometres within some
-ten microseconds. A spring in its place would need a stiffness nobody knows, would let a large piston
-push past the stroke and eat the dead volume behind it, and costs steps at every slam. What is known
-of a cap is how much speed it leaves. The instant of contact is therefore located as an event, the
-velocity v becomes −e v there, and while the carriage rests on a cap any push into it is held. No
-state leaves the stroke, and no rebound gains energy.
+A cap is far stiffer than anything else on the rig. A spring in its place would need a stiffness
+that nobody knows, and would let a large piston push past the stroke until it has eaten the dead
+volume behind it. What matters is how much speed a cap leaves. The instant of contact is therefore
+located as an event, the velocity v becomes −e v there, and while the carriage rests on a cap any
+push into it is held. No state leaves the stroke, and no rebound gains energy.
 
-The default e is that of a damped spring of 2·10⁵ N/m and 300 N·s/m under 1 kg, a hard elastomer
-pad: with the damping ratio ζ = c/(2√(k m)) = 0.335 half a period of the contact leaves
+The default e is that of a hard elastomer pad, a spring k of 2·10⁵ N/m and a damper c of 300 N·s/m
+under 1 kg: its damping ratio is ζ = c/(2√(k m)) = 0.335, and half a period of the contact leaves
 e = exp(−π ζ/√(1 − ζ²)) = 0.33 of the speed.
 """
 

@@ -4,6 +4,7 @@ The equations change there, so the step is cut at that instant. It is found by r
 from the same rates with other lengths, so that it lies on the very curve the step follows.
 """
 
+import math
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
@@ -29,6 +30,9 @@ SMALLEST_GAP = 1e-13  # m
 MOST_TRIALS = 60
 MOST_HALVINGS = 40
 
+# The shortest part of a step that is tried.
+SHORTEST = 1e-12
+
 # How finely a step is searched for a stop that ends before the step does.
 PARTS = 8
 
@@ -52,11 +56,15 @@ class Bracket(NamedTuple):
 
 @kernel
 def guess(bracket: Bracket) -> float:
-    """Return the instant at which the value would be zero if it were a straight line."""
+    """Return the instant at which the value would be zero if it were a straight line.
+
+    Never the start of the step itself: a step cannot have no length.
+    """
     rise = bracket.value_after - bracket.value_before
     if rise == 0.0:
         return bracket.after
-    return bracket.after - bracket.value_after * (bracket.after - bracket.before) / rise
+    found = bracket.after - bracket.value_after * (bracket.after - bracket.before) / rise
+    return max(found, SHORTEST * max(bracket.before, bracket.after))
 
 
 @kernel
@@ -98,17 +106,21 @@ def stops_within(speed: float, rate: float, after: float, rate_after: float, ste
     """
     if after <= 0.0:
         return True
-    if speed == 0.0 or rate >= 0.0 or rate_after <= 0.0:
+    if speed == 0.0:
         return False
     first = step * rate
     second = 3.0 * (after - speed) - step * (2.0 * rate + rate_after)
     third = 2.0 * (speed - after) + step * (rate + rate_after)
-    # The curve is speed + first x + second x² + third x³; its slope changes sign from - to +.
+    # The curve is speed + first x + second x² + third x³; here is where its slope turns positive.
     discriminant = second * second - 3.0 * first * third
     if discriminant <= 0.0:
         return False
-    place = -first / (second + discriminant**0.5)
-    return speed + place * (first + place * (second + place * third)) < 0.0
+    curvature = second + math.sqrt(discriminant)
+    if curvature == 0.0:
+        return False
+    place = -first / curvature
+    lowest = speed + place * (first + place * (second + place * third))
+    return 0.0 < place < 1.0 and lowest < 0.0
 
 
 @kernel
@@ -163,7 +175,10 @@ def impact(
 ) -> Event:
     """Find where a sliding carriage strikes a cap that it has passed at ``until``."""
     bracket = Bracket(
-        0.0, gap_ahead(plant, state, direction), until.elapsed, gap_ahead(plant, until.state, direction)
+        0.0,
+        gap_ahead(plant, state, direction),
+        until.elapsed,
+        gap_ahead(plant, until.state, direction),
     )
     found, elapsed = state, 0.0
     if bracket.value_before > 0.0:
@@ -229,17 +244,17 @@ def breakaway(
         direction * net_force(plant, after) - limit,
     )
     found = after
-    if bracket.value_before > 0.0:
-        # Rounding put the start past the limit: the push may fall first and grow later.
+    if bracket.value_before >= 0.0:
+        # The push starts at the limit, or past it by rounding: it may fall first and grow later.
         for _ in range(MOST_HALVINGS // 2):
             time = 0.5 * bracket.after
             found, _ = sticking_step(plant, lands, state, a, b, time)
             value = direction * net_force(plant, found) - limit
-            if value <= 0.0:
+            if value < 0.0:
                 bracket = later_start(bracket, time, value)
                 break
             bracket = earlier_end(bracket, time, value)
-        if bracket.value_before > 0.0:
+        if bracket.value_before >= 0.0:
             return Event(found, direction, bracket.after)
     for _ in range(MOST_TRIALS):
         time = guess(bracket)

@@ -69,6 +69,7 @@ def simulation_error(fault: int, time: float, state: Motion) -> SimulationError:
     """Return the error for a fault in the sample period that began at ``time`` (s)."""
     what, advice = MEANING[fault]
     return SimulationError(
-        f"after {time:g} s: {what} (position {state.position:g} m, velocity {state.velocity:g} m/s, "
-        f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa); {advice}"
+        f"after {time:g} s: {what} (position {state.position:g} m, "
+        f"velocity {state.velocity:g} m/s, pressures {state.pressure_a:g} and "
+        f"{state.pressure_b:g} Pa); {advice}"
     )

@@ -1,9 +1,8 @@
 """Seal and guide friction, eqs. (28)-(29), in one of several forms: values for each direction.
 
 A form is one module of ``friction_forms`` with ``NAME``, ``MEANING``, its own ``PARAMETERS``, its
-constants ``of(parameters)``, and a kernel ``force(constants, side, speed)``: the
-:class:`~rodless_sim.physics.friction_forms.direction.Drag` on a carriage that slides, at speeds from
-0 up.
+constants ``of(parameters)``, and a kernel ``force(constants, side, speed)`` for speeds from 0 up:
+the :class:`~rodless_sim.physics.friction_forms.direction.Drag` on a carriage that slides.
 """
 
 from collections.abc import Callable

@@ -11,12 +11,12 @@ the rates f and their derivatives J solves three linear systems with the same ma
 Coefficients: Sandu, Verwer, Blom, Spee, Carmichael and Potra, *Benchmarking stiff ODE solvers for
 atmospheric chemistry problems II: Rosenbrock solvers*, Atmospheric Environment 31, 1997.
 
-The matrix is an arrowhead: every state changes with itself, with position and velocity, and only the
-acceleration with all of them. Each chamber is eliminated by :func:`leaf`, then the position, and the
-velocity is what remains. A further state that changes with itself and the carriage (a temperature, a
-bristle, a spool) is one more leaf here and one more term of the velocity's pivot; leaves that change
-with each other (temperature and pressure of one chamber) become one leaf of two states. A state that
-an option leaves out has no leaf and costs nothing.
+The matrix is an arrowhead: every state changes with itself, with position and velocity, and only
+the acceleration with all of them. Each chamber is eliminated by :func:`leaf`, then the position,
+and the velocity is what remains. A further state that changes with itself and the carriage (a
+bristle, a coupled mass) is one more leaf here and one more term of the velocity's pivot; states
+that change with each other (pressure and temperature of one chamber) are one leaf of two states. A
+state that an option leaves out has no leaf and costs nothing.
 """
 
 from typing import NamedTuple
@@ -96,6 +96,16 @@ def solved(matrix: Matrix, right: Motion) -> Motion:
 
 
 @kernel
+def error_size(error: Motion) -> float:
+    """Return the largest error in units of what counts as 1; NaN where one is no number."""
+    carriage = max(abs(error.position) / POSITION_ERROR, abs(error.velocity) / VELOCITY_ERROR)
+    air = max(abs(error.pressure_a), abs(error.pressure_b)) / PRESSURE_ERROR
+    # A maximum passes over what is not a number.
+    total = error.position + error.velocity + error.pressure_a + error.pressure_b
+    return max(carriage, air) + 0.0 * total
+
+
+@kernel
 def sliding_step(
     plant: Plant, lands: Lands, state: Motion, direction: int, first: Rates, step: float
 ) -> tuple[Motion, float]:
@@ -104,24 +114,19 @@ def sliding_step(
     Returns the state after ``step`` s and the size of its error.
     """
     matrix = eliminated(first, step)
-    u1 = solved(
-        matrix, Motion(first.velocity, first.acceleration, first.a.rate, first.b.rate)
-    )
+    u1 = solved(matrix, Motion(first.velocity, first.acceleration, first.a.rate, first.b.rate))
     later = rates(plant, lands, moved(state, u1, 1.0), direction)
     u2 = solved(matrix, moved(later, u1, C21 / step))
     u3 = solved(matrix, moved(moved(later, u1, C31 / step), u2, C32 / step))
     after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
-    size = max(
-        max(
-            abs(E1 * u1.position + E2 * u2.position + E3 * u3.position) / POSITION_ERROR,
-            abs(E1 * u1.velocity + E2 * u2.velocity + E3 * u3.velocity) / VELOCITY_ERROR,
-        ),
-        max(
-            abs(E1 * u1.pressure_a + E2 * u2.pressure_a + E3 * u3.pressure_a) / PRESSURE_ERROR,
-            abs(E1 * u1.pressure_b + E2 * u2.pressure_b + E3 * u3.pressure_b) / PRESSURE_ERROR,
-        ),
+    return after, error_size(
+        Motion(
+            E1 * u1.position + E2 * u2.position + E3 * u3.position,
+            E1 * u1.velocity + E2 * u2.velocity + E3 * u3.velocity,
+            E1 * u1.pressure_a + E2 * u2.pressure_a + E3 * u3.pressure_a,
+            E1 * u1.pressure_b + E2 * u2.pressure_b + E3 * u3.pressure_b,
+        )
     )
-    return after, size
 
 
 @kernel
@@ -152,10 +157,11 @@ def sticking_step(
 def next_step(step: float, error: float) -> float:
     """Return the step that should make an error of 0.6 where ``step`` made ``error``.
 
-    It grows at most fivefold and shrinks at most tenfold, as it does for an error that is no number.
+    It grows at most fivefold, and shrinks at most tenfold: so too for an error that is no number.
     """
     if error < 0.005:
         return 5.0 * step
     if not error < 600.0:
         return 0.1 * step
-    return 0.85 * step * error ** (-1.0 / 3.0)
+    shrinking: float = error ** (-1.0 / 3.0)
+    return 0.85 * step * shrinking

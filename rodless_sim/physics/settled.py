@@ -1,6 +1,7 @@
 """Chamber pressures of a held carriage once the flows through the valve balance."""
 
 from collections.abc import Callable
+from functools import lru_cache
 
 from scipy.optimize import brentq
 
@@ -11,6 +12,7 @@ from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
 ChamberFlow = Callable[[Plant, Lands, float], float]
 
 
+@lru_cache(maxsize=256)
 def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
     """Return P_a and P_b in Pa at which no net air enters either chamber at ``voltage`` (V).
 
