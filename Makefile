@@ -38,7 +38,7 @@ SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) config l
 # Per cent. Not in pyproject.toml: `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85
 
-.PHONY: demo experiments test bench lint clean
+.PHONY: demo experiments test test-fast bench lint clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -52,6 +52,10 @@ test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/python -m pytest \
 	--cov --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR)
+
+# For the edit-run loop: no nodes, nothing slow, no coverage.
+test-fast: test-tools
+	@$(VENV)/bin/python -m pytest -q -m "not ros and not slow"
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench

@@ -8,7 +8,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from rodless_base.ros.topics import RIG_TOPICS
+from rodless_base.topics import RIG_TOPICS
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))

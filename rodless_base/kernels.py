@@ -186,8 +186,8 @@ def total(
 
 
 def _joined(function: Kernel, what: str, functions: Sequence[Callable[..., object]]) -> Kernel:
-    # The linker tells compiled functions apart by name and types, across processes that share a
-    # cache too: each of these closures needs a name that no other has.
+    # A name of its own, for error messages and for the linker, which tells compiled functions apart
+    # by name and types.
     names = ", ".join(f"{member.__module__}.{member.__qualname__}" for member in functions)
     function.__qualname__ = f"{what}({names})"
     return cast(Kernel, numba.njit(error_model="numpy", forceinline=True)(function))

@@ -66,7 +66,7 @@ NODE = declare(
         0,
         "",
         "recorders to wait for: positions are listened to once valve/voltage has this many "
-        "subscribers and one more, and none of them loses a command",
+        "subscribers and one more, and none of them loses a command or a term",
         "interface",
         0,
         100,

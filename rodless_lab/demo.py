@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from rodless_base.constants import SUPPLY_PRESSURE
-from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_base.start import Stop
+from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_VOLTAGE
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.figures.step import save_step_picture
 from rodless_lab.runs.step_metrics import StepMetrics, step_metrics
@@ -27,8 +27,6 @@ TARGET = 0.058  # m
 PERIOD = 1e-3
 LEAD = 0.5
 DURATION = 6.0
-
-REFERENCE = "controller/reference"
 
 # How often the progress is shown, in wall-clock s.
 PROGRESS_PERIOD = 0.1

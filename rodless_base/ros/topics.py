@@ -1,23 +1,9 @@
-"""What goes between the nodes: topic names, queues and stamps."""
+"""Queues and stamps of the rig's topics, whose names are in :mod:`rodless_base.topics`."""
 
 from builtin_interfaces.msg import Time
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
-
-JOINT_STATES = "joint_states"
-VALVE_VOLTAGE = "valve/voltage"
-SETPOINT = "setpoint"
-
-# By field of Measurement, in the order they are published in, before joint_states.
-PRESSURES = {
-    "pressure_a": "chamber_a/pressure",
-    "pressure_b": "chamber_b/pressure",
-    "supply_pressure": "supply/pressure",
-}
-
-# What a bag of the rig holds.
-RIG_TOPICS = (JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)
 
 # Samples a slow reader, such as a recorder on a busy disk, may fall behind before it loses any.
 QUEUE_DEPTH = 1000

@@ -24,8 +24,9 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import send
-from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, SETPOINT, VALVE_VOLTAGE
+from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
+from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_control.controller_parameters import ControllerParameters, parameters_of_other_laws
 from rodless_control.loop import ControlLoop
 from rodless_control.node.inputs import Inputs

@@ -6,7 +6,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.measurement import Measurement
-from rodless_base.ros.topics import JOINT_STATES, PRESSURES, QUEUE_DEPTH, stamp_nanoseconds
+from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
+from rodless_base.topics import JOINT_STATES, PRESSURES
 from rodless_control.samples import Samples
 
 

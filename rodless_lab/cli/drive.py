@@ -5,8 +5,8 @@ import sys
 from collections.abc import Sequence
 
 from rodless_base.ros.process import without_ros_arguments
-from rodless_base.ros.topics import VALVE_VOLTAGE
 from rodless_base.start import Stop
+from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.session.driver import drive
 

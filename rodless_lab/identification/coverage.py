@@ -114,7 +114,7 @@ SUBJECTS = {
 def measured_run(
     parameters: RigParameters, voltages: Array, generator: np.random.Generator
 ) -> MeasuredRun:
-    """Run the rig open loop from 60 mm and return what its instruments, drawn anew, show."""
+    """Run the rig open loop from 60 mm and return what its instruments, chosen anew, show."""
     tools = Instruments.specimen(parameters, generator)
     trace = simulate(parameters, voltages, PERIOD, position=0.06)
     seen = read_trace(trace, parameters, generator, tools)

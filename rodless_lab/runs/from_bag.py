@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE
-from rodless_base.ros.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_VOLTAGE
+from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint

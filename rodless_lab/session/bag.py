@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.ros.topics import RIG_TOPICS, VALVE_VOLTAGE
+from rodless_base.topics import RIG_TOPICS, VALVE_VOLTAGE
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.session.observer import Observer

@@ -13,14 +13,9 @@ from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import send
-from rodless_base.ros.topics import (
-    JOINT_STATES,
-    LOSSLESS,
-    QUEUE_DEPTH,
-    VALVE_VOLTAGE,
-    stamp_nanoseconds,
-)
+from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.start import Stop
+from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 
 # How often, in wall-clock s, the driver polls whether it is heard.
 POLL_PERIOD = 0.02

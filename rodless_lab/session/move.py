@@ -8,11 +8,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
 from rodless_lab.session.track import MoveResult, Track
-
-REFERENCE = f"{CONTROLLER}/reference"
 
 # Wall-clock s, for the nodes to be found, and for their first or next message. Fast DDS takes up to
 # 3 s to match a topic, and diagnostics come once a second.

@@ -13,7 +13,7 @@ from types import TracebackType
 import yaml
 
 from rodless_base.parameter_file import preset_file
-from rodless_base.ros.topics import VALVE_VOLTAGE
+from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 

@@ -5,7 +5,7 @@ from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from rodless_base.ros.topics import JOINT_STATES, VALVE_VOLTAGE
+from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import ProcessPlan
 from rodless_lab.session.running_rig import CONTROLLER, PLANT

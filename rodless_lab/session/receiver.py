@@ -9,7 +9,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import TERMS, Received, Stamped, Unstamped
 

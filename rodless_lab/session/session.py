@@ -9,7 +9,7 @@ from types import TracebackType
 
 from std_msgs.msg import Float64
 
-from rodless_base.ros.topics import SETPOINT, VALVE_VOLTAGE
+from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls

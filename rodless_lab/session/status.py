@@ -10,7 +10,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
-from rodless_base.ros.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE, stamp_nanoseconds
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, RunningRig
 
@@ -101,7 +102,7 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
     for field, topic in PRESSURES.items():
         pressure = take(field, lambda message: message.fluid_pressure)
         observer.subscribe(FluidPressure, topic, pressure)
-    for name, topic in (("voltage", VALVE_VOLTAGE), ("reference", f"{CONTROLLER}/reference")):
+    for name, topic in (("voltage", VALVE_VOLTAGE), ("reference", REFERENCE)):
         observer.subscribe(Float64, topic, take(name, lambda message: message.data))
     observer.subscribe(JointState, JOINT_STATES, sample)
 

@@ -7,7 +7,7 @@ from std_msgs.msg import Header
 
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
 from rodless_base.measurement import Measurement
-from rodless_base.ros.topics import PRESSURES
+from rodless_base.topics import PRESSURES
 
 # The frame of each pressure, by field of Measurement: the place that its topic names.
 PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}

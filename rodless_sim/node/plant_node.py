@@ -23,14 +23,9 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import OnDemand, send
-from rodless_base.ros.topics import (
-    JOINT_STATES,
-    LOSSLESS,
-    PRESSURES,
-    QUEUE_DEPTH,
-    VALVE_VOLTAGE,
-)
+from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
+from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
 from rodless_sim.node import messages
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep

@@ -81,56 +81,55 @@ def test_a_kernel_that_calls_them_gives_the_same() -> None:
 
 
 PROBE = """
+from rodless_base import kernels
 from rodless_base.kernels import dispatch, kernel, total
 
 @kernel
-def {first}(constants, x): return constants * x
+def left(constants, x): {first}
 
 @kernel
-def {second}(constants, x): return constants + x
+def right(constants, x): {second}
 
-choose, add = dispatch([{first}, {second}]), total([{first}, {second}])
+choose, add = dispatch([left, right]), total([left, right])
 
 @kernel
 def outer(code, x): return choose(code, (3.0, 5.0), x) + 100.0 * add((3.0, 5.0), x)
 """
 ASK = (
-    "import json\nfrom rodless_probe import one, other\n"
-    "hits = lambda: sum(sum(m.outer.stats.cache_hits.values()) for m in (one, other))\n"
-    "found = [m.outer(c, 7.0) for m in (one, other) for c in (0, 1)]\n"
-    "print(json.dumps([found, hits()]))"
+    "import importlib, json, sys\n"
+    "modules = [importlib.import_module(f'rodless_probe.{name}') for name in sys.argv[1:]]\n"
+    "found = [module.outer(code, 7.0) for module in modules for code in (0, 1)]\n"
+    "hits = sum(sum(module.outer.stats.cache_hits.values()) for module in modules)\n"
+    "print(json.dumps([found, hits]))"
 )
 
 
 def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None:
-    """A second process takes both modules from the cache and mixes nothing up.
+    """What two processes have compiled, a third takes from the cache, and mixes nothing up.
 
-    The two join functions of the same types, in opposite order; the linker must keep them apart.
+    The two modules join functions of the same types, in opposite order: the linker must tell the
+    joined ones apart.
     """
+    times, plus = "return constants * x", "return constants + x"
     # A package of kernels beside a copy of the base: others are not cached.
-    (tmp_path / "rodless_base").mkdir()
+    base, probe = tmp_path / "rodless_base", tmp_path / "rodless_probe"
+    for folder in (base, probe):
+        folder.mkdir()
     for name in ("__init__.py", "kernels.py"):
-        shutil.copy(Path(kernels.__file__).parent / name, tmp_path / "rodless_base")
-    probe = tmp_path / "rodless_probe"
-    probe.mkdir()
+        shutil.copy(Path(kernels.__file__).parent / name, base)
     (probe / "__init__.py").touch()
-    (probe / "one.py").write_text(PROBE.format(first="times", second="plus"))
-    swapped = PROBE.format(first="plus", second="times")
-    swapped = swapped.replace("def plus(constants, x): return constants * x", "MARK")
-    swapped = swapped.replace(
-        "def times(constants, x): return constants + x",
-        "def times(constants, x): return constants * x",
-    ).replace("MARK", "def plus(constants, x): return constants + x")
-    (probe / "other.py").write_text(swapped)
+    for file, (first, second) in {"one": (times, plus), "other": (plus, times)}.items():
+        text = PROBE.format(first=first, second=second)
+        (probe / f"{file}.py").write_text(text, encoding="utf-8")
     environment = {
         **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
         "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
         "PYTHONPATH": str(tmp_path),
     }
-    answers = []
-    for _ in range(2):
+
+    def ask(*modules: str) -> list[object]:
         done = subprocess.run(
-            [sys.executable, "-c", ASK],
+            [sys.executable, "-c", ASK, *modules],
             env=environment,
             cwd=tmp_path,
             capture_output=True,
@@ -138,9 +137,12 @@ def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None
             check=False,
         )
         assert done.returncode == 0, done.stderr
-        answers.append(json.loads(done.stdout))
-    one = [21.0 + 100.0 * 33.0, 12.0 + 100.0 * 33.0]
-    # Constants stay with their place: 3 + x, 5 x.
-    other = [10.0 + 100.0 * 45.0, 35.0 + 100.0 * 45.0]
-    assert [found for found, _ in answers] == [one + other] * 2
-    assert [hits for _, hits in answers] == [0, 2]
+        answer: list[object] = json.loads(done.stdout)
+        return answer
+
+    # Chosen: 3 · 7 or 5 + 7, and 3 + 7 or 5 · 7; a hundred times their sum beside it.
+    one = [21.0 + 3300.0, 12.0 + 3300.0]
+    other = [10.0 + 4500.0, 35.0 + 4500.0]
+    assert ask("one") == [one, 0]
+    assert ask("other") == [other, 0]
+    assert ask("one", "other") == [one + other, 2]

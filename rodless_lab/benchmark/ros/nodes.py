@@ -12,7 +12,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.topics import JOINT_STATES, QUEUE_DEPTH, VALVE_VOLTAGE
+from rodless_base.ros.topics import QUEUE_DEPTH
+from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.benchmark.statistics import answer_times, milliseconds, statistics
 from rodless_lab.session.domain import own_domain
 from rodless_lab.session.observer import Observer

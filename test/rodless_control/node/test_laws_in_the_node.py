@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from node_process import StartNode
-from observer import Observer
+from running import StartProcess, until_it_says
 
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
 from rodless_lab.harness import RefusedError, RigSession
+from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command, write_parameters
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
@@ -219,7 +219,7 @@ def test_a_law_that_there_is_not_stops_the_node_with_one_line(
 
 
 def test_a_set_point_outside_the_travel_is_refused_and_counted(
-    observer: Observer, start_node: StartNode
+    observer: Observer, start_node: StartProcess
 ) -> None:
     """One line names value, limits and the way out; the counter of refusals grows."""
     from std_msgs.msg import Float64  # noqa: PLC0415
@@ -227,8 +227,9 @@ def test_a_set_point_outside_the_travel_is_refused_and_counted(
     with start_node("controller", {"reference.maximum": 0.1}, namespace="short") as controller:
         setpoints = observer.publisher(Float64, "/short/setpoint")
         setpoints.publish(Float64(data=0.15))
-        controller.until_it_says(
+        until_it_says(
+            controller,
             "set-point: 0.15 m refused, must be from reference.minimum (0 m) to "
-            "reference.maximum (0.1 m); change reference.maximum for another travel"
+            "reference.maximum (0.1 m); change reference.maximum for another travel",
         )
-        assert observer.count("/short/controller", "set-points refused", fresh=True) == 1
+        assert observer.counter("/short/controller", "set-points refused", fresh=True) == 1

@@ -17,7 +17,7 @@ from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import RigParameters, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
-from rodless_sim.physics.plant import piston_area
+from rodless_sim.physics.cylinder import piston_area
 
 RIG = RigParameters.preset("paper")
 SHEET = RigParameters(DATA_SHEET)

@@ -1,0 +1,16 @@
+"""A session's samples against what they are named after."""
+
+from dataclasses import fields
+
+from rodless_control import Pid
+from rodless_lab.session.samples import TERMS, Sample, Samples
+
+
+def test_telemetry_has_the_terms_of_the_pid() -> None:
+    """The session names the PID's terms as the law itself does, the reference first."""
+    assert ("reference", *Pid.TERMS) == TERMS
+
+
+def test_a_run_has_a_column_for_each_part_of_a_sample_and_each_term() -> None:
+    """Samples are the fields of one sample, the voltage, and the terms, in this order."""
+    assert tuple(field.name for field in fields(Samples)) == (*Sample._fields, "voltage", *TERMS)
