@@ -48,6 +48,8 @@ class Engine:
         """Take a command (V)."""
         with self._lock:
             self.command.receive(voltage, self.rig.nanoseconds)
+            if self._failure is not None:
+                self.command.reset()
 
     @property
     def failure(self) -> str | None:

@@ -37,6 +37,8 @@ UNSTABLE_SHARE = 0.25
 # this share of one, or it would jump the curve without having seen it.
 FALL = 2.5
 FALL_SHARE = 0.5
+# There an error in the speed grows until the fall is over: it may be smaller by this factor.
+FALL_ACCURACY = 10.0
 
 
 class Attempt(NamedTuple):
@@ -100,9 +102,11 @@ def sliding_attempt(
         step = UNSTABLE_SHARE / first.by_velocity
     after, error = sliding_step(plant, lands, state, direction, first, step)
     error /= tolerance
+    speed, speed_after = direction * state.velocity, direction * after.velocity
+    if may_fall(min(speed, speed_after), stribeck_velocity):
+        error *= FALL_ACCURACY
     if not error <= 1.0:
         return Attempt(state, direction, 0.0, next_step(step, error))
-    speed, speed_after = direction * state.velocity, direction * after.velocity
     rate = direction * first.acceleration
     stops = False
     if not cruises(speed, rate, speed_after, stribeck_velocity, step):

@@ -11,6 +11,8 @@ from rodless_control.references import Reference
 from rodless_lab import closed_loop
 from rodless_sim import Rig, RigParameters, simulate
 
+pytestmark = pytest.mark.slow
+
 PERIOD = 1e-3
 STEP = references.step(0.0, 0.058, at=0.5)
 SINE = references.sine(0.1, 0.02, 0.381, at=0.2)
@@ -86,6 +88,24 @@ def test_stiff_corners(changes: dict[str, object]) -> None:
     """Rigs that would need steps far below 20 µs, there and back: within 5 µm and 1 kPa."""
     voltages = np.repeat([6.0, 5.08, 3.5, 7.0], 250)
     position, pressure = errors(RigParameters(changes), voltages, 0.1, 4000)
-    print(position, pressure)
+    assert position < 1e-6
+    assert pressure < 100.0
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.33, 0.9, 1.0])
+def test_slams(restitution: float) -> None:
+    """A light, slippery carriage slammed from end to end: within 5 µm and 1 kPa after 0.3 s."""
+    parameters = RigParameters(
+        {
+            **friction(static=5.0, coulomb=5.0, viscous=50.0),
+            "cylinder.moving_mass": 0.05,
+            "end_stop.restitution": restitution,
+        }
+    )
+    voltages = np.repeat([10.0, 0.0], 150)
+    struck = simulate(parameters, voltages, PERIOD, 0.19)
+    assert np.count_nonzero(np.diff(np.sign(struck.velocity)) < 0.0) > 1 or restitution == 0.0
+    assert struck.position.max() > 0.199
+    position, pressure = errors(parameters, voltages, 0.19, 4000)
     assert position < 5e-6
     assert pressure < 1e3
