@@ -6,7 +6,7 @@ A class of arrays inherits :class:`Columns` and states the unit of each array be
 
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,24 @@ if TYPE_CHECKING:
 Array = npt.NDArray[Any]
 
 
+class Quantity(NamedTuple):
+    """An annotated field: ``name: Annotated[kind, unit, meaning]``, the meaning optional."""
+
+    name: str
+    unit: str
+    meaning: str = ""
+
+
+def quantities(kind: type) -> tuple[Quantity, ...]:
+    """Return the annotated fields of a class, in order, those of its base classes first."""
+    hints = get_type_hints(kind, include_extras=True)
+    return tuple(
+        Quantity(name, *hint.__metadata__)
+        for name, hint in hints.items()
+        if hasattr(hint, "__metadata__")
+    )
+
+
 class Columns:
     """A run whose arrays, all of one shape (n,), are columns of a table."""
 
@@ -28,12 +46,7 @@ class Columns:
 
     def units(self) -> dict[str, str]:
         """Return the unit of each column by name, such as ``m/s``; empty for none."""
-        hints = get_type_hints(type(self), include_extras=True)
-        return {
-            name: str(hint.__metadata__[0])
-            for name, hint in hints.items()
-            if hasattr(hint, "__metadata__")
-        }
+        return {quantity.name: quantity.unit for quantity in quantities(type(self))}
 
     def to_dataframe(self) -> "DataFrame":
         """Return the columns as a pandas data frame.

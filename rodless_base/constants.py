@@ -1,4 +1,4 @@
-"""Numbers and names that plant, controller and bench share; each is said here alone."""
+"""Numbers and names that plant, controller and lab share; each is said here alone."""
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 

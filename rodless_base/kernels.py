@@ -18,17 +18,19 @@ from numba.core.dispatcher import Dispatcher
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 Result = TypeVar("Result")
 
-_BASE = Path(__file__).parent
+_PACKAGES = Path(__file__).parents[1]
+
+# Kernels use constants and index named tuples that any file of these may define.
+_WHOLE = ("rodless_base", "rodless_sim", "rodless_control")
 
 
 def _kernel_sources() -> dict[Path, bytes]:
     """Return the sources that a kernel of this project can depend on."""
-    sources = {path: path.read_bytes() for path in sorted(_BASE.parent.glob("rodless_*/**/*.py"))}
-    # Kernels take constants and tuples from the base, too.
+    sources = {path: path.read_bytes() for path in sorted(_PACKAGES.glob("rodless_*/**/*.py"))}
     return {
         path: source
         for path, source in sources.items()
-        if b"rodless_base.kernels" in source or path.parent == _BASE
+        if path.relative_to(_PACKAGES).parts[0] in _WHOLE or b"rodless_base.kernels" in source
     }
 
 
@@ -63,7 +65,8 @@ def kernel(function: Kernel) -> Kernel:
     """Compile ``function`` on first call; later processes load it from the user's cache.
 
     Compiled code that calls it gets a copy of its body, so that a small function costs no call. A
-    function from outside this project is compiled anew in each process: nobody watches its sources.
+    function from outside this project is compiled in each process, because its sources are not in
+    the cache's digest.
     """
     return _compiled(function, keep=_is_in_digest(function))
 

@@ -130,7 +130,19 @@ class ParameterSet(Mapping[str, Value]):
 
     @classmethod
     def preset(cls: type[Set], name: str) -> Set:
-        """Read a preset that ships with the package: ``paper`` or ``calibrated``."""
+        """Read a preset that ships with the package: ``paper`` or ``calibrated``.
+
+        Raises
+        ------
+        ParameterError
+            For a name that is no preset; the text lists those there are.
+
+        Examples
+        --------
+        >>> from rodless_sim import RigParameters
+        >>> RigParameters.preset("calibrated")["friction.form"]
+        'saturating'
+        """
         try:
             found = cls.from_file(preset_file(name))
         except FileNotFoundError as error:
@@ -139,7 +151,27 @@ class ParameterSet(Mapping[str, Value]):
 
     @classmethod
     def from_file(cls: type[Set], path: str | Path) -> Set:
-        """Read this node's section of a ROS parameter file (YAML)."""
+        """Read this node's section of a ROS parameter file (YAML); what it leaves out is default.
+
+        Raises
+        ------
+        ParameterError
+            For a file that is none, and for names and values as for a set; the text begins with the
+            path.
+        OSError
+            Where the file cannot be read.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from rodless_sim import RigParameters
+        >>> text = "/rig/plant: {ros__parameters: {supply.pressure: 0.6e6}}"
+        >>> with TemporaryDirectory() as folder:
+        ...     path = Path(folder) / "rig.yaml"
+        ...     _ = path.write_text(text)
+        ...     RigParameters.from_file(path)["supply.pressure"]
+        600000.0
+        """
         try:
             found = cls(cls.own(read_parameter_file(path, cls.NODE)))
         except ValueError as error:
@@ -152,7 +184,24 @@ class ParameterSet(Mapping[str, Value]):
         return values
 
     def with_values(self: Set, changes: Mapping[str, object]) -> Set:
-        """Return a copy with all of ``changes`` made, or raise and change nothing."""
+        """Return a copy with all of ``changes`` made, checked as a whole; this set stays as it is.
+
+        Parameters
+        ----------
+        changes
+            New values by name, in the parameters' units.
+
+        Raises
+        ------
+        ParameterError
+            For a name, a value or a combination of values that cannot be; the text names it.
+
+        Examples
+        --------
+        >>> from rodless_sim import RigParameters
+        >>> RigParameters().with_values({"supply.pressure": 0.6e6})
+        RigParameters({'supply.pressure': 600000.0})
+        """
         changed = type(self)({**self._values, **changes})
         changed._origin = self._origin
         return changed
@@ -165,7 +214,21 @@ class ParameterSet(Mapping[str, Value]):
         """Raise :class:`ParameterError` where single good values contradict each other."""
 
     def number(self, name: str) -> float:
-        """Return a real-valued parameter as a float."""
+        """Return a real-valued parameter as a float, in its unit; true is 1.0.
+
+        Raises
+        ------
+        KeyError
+            For a name that is no parameter.
+        TypeError
+            For a parameter that is a text or has several numbers.
+
+        Examples
+        --------
+        >>> from rodless_sim import RigParameters
+        >>> RigParameters().number("cylinder.moving_mass") > 0.0
+        True
+        """
         value = self._values[name]
         if isinstance(value, str | tuple):
             raise TypeError(f"{name} is not a number")

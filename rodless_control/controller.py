@@ -1,4 +1,4 @@
-"""The protocol of control laws: what one is given at each sample, and what it answers.
+"""The interface of control laws: what each receives at a sample and returns.
 
 A :class:`Law` is plain Python. A :class:`CompiledLaw` is made of pure compiled functions, which run
 in one loop with the rig. Both serve ``rodless_lab.closed_loop`` and the controller node alike.
@@ -80,7 +80,7 @@ class Law:
                 "__doc__": f"The parameters of the law {cls.__name__}.",
                 "__module__": cls.__module__,
                 "DECLARATIONS": {**cls.PARAMETERS, **OUTPUT},
-                "LAW": f"{cls.__module__}:{cls.__qualname__}",
+                "LAW_NAME": f"{cls.__module__}:{cls.__qualname__}",
             }
             cls.Parameters = type(f"{cls.__name__}Parameters", (LawParameters,), content)
 
@@ -90,14 +90,29 @@ class Law:
         self.parameters: ParameterSet = given or self.Parameters(parameters)
 
     def configure(self, parameters: ParameterSet) -> None:
-        """Change the parameters while running; without a jump of the command where that can be."""
+        """Take other parameters while running, where possible without a jump of the command.
+
+        Called between two samples with a whole, valid set, which may leave everything as it was.
+        In the node, the new set is in force even if this raises: the valve closes until
+        ``~/reset`` or ``~/enable``, which make the law anew with that set.
+        """
         self.parameters = parameters
 
     def reset(self) -> None:
-        """Forget the run so far: called before the first sample of each run."""
+        """Forget the run so far.
+
+        Called before the first sample of each run: once the law is made, by ``~/reset`` and
+        ``~/enable``, and when the stamps of the samples run backwards. If this raises,
+        :meth:`update` is not called: the valve closes as for :meth:`configure`.
+        """
 
     def hold(self) -> None:
-        """Measurements were missing; the next sample comes after a gap."""
+        """Called when measurements were missing: the next sample follows a gap.
+
+        The node calls it once positions have stopped for ``controller.position_timeout``, and for
+        each sample with a value that is not finite; ``closed_loop`` never does. If this raises, the
+        valve closes as for :meth:`configure`.
+        """
 
     def update(
         self, measurement: Measurement, reference: ReferencePoint, interval: float
@@ -167,6 +182,8 @@ class CompiledLaw(Law):
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
+        if not hasattr(cls, "KERNELS"):
+            raise TypeError(f"{cls.__name__}: KERNELS is missing")
         for name in ("begin", "update"):
             if not is_kernel(getattr(cls.KERNELS, name)):
                 raise TypeError(
@@ -175,21 +192,32 @@ class CompiledLaw(Law):
                 )
 
     def __init__(self, parameters: Mapping[str, object] | None = None) -> None:
-        """Take values by name (default: all defaults) and compile; raises ParameterError."""
+        """Take values by name (default: all defaults) and compile.
+
+        Raises ParameterError, and TypeError where ``TERMS`` are not the command's.
+        """
         super().__init__(parameters)
         self.gains = self.KERNELS.gains_of(self.parameters)
         example = Measurement(0, 0.0)
         self._begin = specialise(self.KERNELS.begin, self.gains, example)
-        self._update = specialise(
-            self.KERNELS.update,
-            self.gains,
-            self._begin(self.gains, example),
-            example,
-            ReferencePoint(0.0),
-            0.0,
-        )
+        begun = self._begin(self.gains, example)
+        first_sample = (self.gains, begun, example, ReferencePoint(example.position), 0.0)
+        self._update = specialise(self.KERNELS.update, *first_sample)
+        _, command = self._update(*first_sample)
+        self._check_terms(command)
         self.memory: Any = None
         self._held = False
+
+    def _check_terms(self, command: object) -> None:
+        fields = getattr(command, "_fields", None)
+        # A subclass that updates in Python may answer with more than its kernel does.
+        if type(self).update is CompiledLaw.update and fields != ("voltage", *self.TERMS):
+            has = f"has the fields {', '.join(fields)}" if fields else "is no NamedTuple"
+            wanted = ", ".join(("voltage", *self.TERMS))
+            raise TypeError(
+                f"{type(self).__name__}: the command of KERNELS.update {has}, but must have "
+                f"voltage and TERMS: {wanted}"
+            )
 
     def configure(self, parameters: ParameterSet) -> None:
         """Change the parameters; :meth:`retuned` says what becomes of the memory."""
@@ -219,7 +247,7 @@ class CompiledLaw(Law):
         return command
 
     def resumed(self, begun: Any, before: Any) -> Any:  # noqa: ARG002
-        """Return the memory after a gap: ``begun`` anew, with what is kept from ``before`` it."""
+        """Return the memory after a gap: ``begun``, with what should survive of ``before``."""
         return begun
 
     def retuned(self, old: Any, memory: Any) -> Any:  # noqa: ARG002
@@ -227,7 +255,7 @@ class CompiledLaw(Law):
         return memory
 
 
-def numbers_of(law: Law, answer: object) -> tuple[float, ...]:
+def checked_answer(law: Law, answer: object) -> tuple[float, ...]:
     """Return voltage (V) and terms of an answer; raises LawError for what is no command."""
     values = answer if isinstance(answer, tuple) else (answer,)
     wanted = ("voltage", *law.TERMS)
@@ -235,8 +263,9 @@ def numbers_of(law: Law, answer: object) -> tuple[float, ...]:
         raise LawError(f"{law_name(law)} answered {answer!r}: must be {' and '.join(wanted)}")
     numbers = values
     if set(map(type, values)) != {float}:
-        if not all(isinstance(value, Real) for value in values):
-            raise LawError(f"{law_name(law)} answered {answer!r}: must be a number in V")
+        if not all(isinstance(value, Real) and not isinstance(value, bool) for value in values):
+            wanted_kind = "numbers" if law.TERMS else "a number in V"
+            raise LawError(f"{law_name(law)} answered {answer!r}: must be {wanted_kind}")
         numbers = tuple(map(float, values))
     if not math.isfinite(numbers[0]):
         raise LawError(f"{law_name(law)} answered {numbers[0]!r} V: must be a finite number")

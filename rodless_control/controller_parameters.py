@@ -1,16 +1,17 @@
-"""Everything the controller node can be told: its law's parameters and the groups around them."""
+"""All parameters of the controller node."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
 from rodless_control.controller import Law
-from rodless_control.laws import LAWS, law_class
-from rodless_control.parameters import NODE, OUTPUT, REFERENCE, LawParameters
+from rodless_control.laws import law_class, without_other_laws
+from rodless_control.parameters import NODE_PARAMETERS, OUTPUT, REFERENCE, LawParameters
 
-DEFAULT_LAW = str(NODE["controller.law"].default)
+DEFAULT_LAW = str(NODE_PARAMETERS["controller.law"].default)
 
 
 def _declarations(name: str, law: type[Law]) -> dict[str, Parameter]:
@@ -21,14 +22,14 @@ def _declarations(name: str, law: type[Law]) -> dict[str, Parameter]:
             f"controller.law: {name!r} refused: its TERMS {law.TERMS} must be identifiers, each "
             "once, and none of them reference"
         )
-    taken = law.PARAMETERS.keys() & {**OUTPUT, **NODE, **REFERENCE}.keys()
+    taken = law.PARAMETERS.keys() & {**OUTPUT, **NODE_PARAMETERS, **REFERENCE}.keys()
     if taken:
         raise ParameterError(
             f"controller.law: {name!r} refused: its parameter {min(taken)} is the node's own; "
             "choose another name"
         )
-    chosen = replace(NODE["controller.law"], default=name)
-    return {**law.PARAMETERS, **OUTPUT, **NODE, "controller.law": chosen, **REFERENCE}
+    chosen = replace(NODE_PARAMETERS["controller.law"], default=name)
+    return {**law.PARAMETERS, **OUTPUT, **NODE_PARAMETERS, "controller.law": chosen, **REFERENCE}
 
 
 class ControllerParameters(ParameterSet):
@@ -43,14 +44,25 @@ class ControllerParameters(ParameterSet):
     (0.05, 'pid')
     """
 
-    LAW: ClassVar[type[Law]] = law_class(DEFAULT_LAW)
-    DECLARATIONS: ClassVar[dict[str, Parameter]] = _declarations(DEFAULT_LAW, LAW)
+    LAW_CLASS: ClassVar[type[Law]] = law_class(DEFAULT_LAW)
+    DECLARATIONS: ClassVar[dict[str, Parameter]] = _declarations(DEFAULT_LAW, LAW_CLASS)
     NODE: ClassVar[str] = "controller"
 
     @staticmethod
     @cache
     def for_law(name: str) -> "type[ControllerParameters]":
-        """Return the node's set for the law that ``controller.law`` names; raises ParameterError.
+        """Return the node's set for one law.
+
+        Parameters
+        ----------
+        name
+            What ``controller.law`` names: a law of this package, or ``package.module:Class``.
+
+        Raises
+        ------
+        ParameterError
+            In one line: for a law that cannot be imported or is no ``Law``, for a parameter of the
+            law that has a name of the node's, and for ``TERMS`` that cannot be topics.
 
         Examples
         --------
@@ -62,15 +74,20 @@ class ControllerParameters(ParameterSet):
         law = law_class(name)
         content = {
             "__doc__": f"The controller node's parameters, with the law {name}.",
-            "LAW": law,
+            "LAW_CLASS": law,
             "DECLARATIONS": _declarations(name, law),
         }
         return type("ControllerParameters", (ControllerParameters,), content)
 
     def of_law(self) -> LawParameters:
         """Return what the law is given."""
-        kind = self.LAW.Parameters
+        kind = self.LAW_CLASS.Parameters
         return kind({name: self[name] for name in kind.DECLARATIONS})
+
+    @classmethod
+    def own(cls, values: Mapping[str, object]) -> dict[str, object]:
+        """Leave out what a file gives to other laws of this package."""
+        return without_other_laws(values, cls)
 
     def check_together(self) -> None:
         """Refuse another law, and what law, step or sine cannot have."""
@@ -113,11 +130,3 @@ class ControllerParameters(ParameterSet):
                 f"{what}: {position!r} m refused, must be from reference.minimum ({low:g} m) to "
                 f"reference.maximum ({high:g} m); change reference.{limit} for another travel"
             )
-
-
-def parameters_of_other_laws(names: set[str], parameters: type[ControllerParameters]) -> set[str]:
-    """Return those of ``names`` that belong to a law of this package which was not chosen."""
-    strange = names - parameters.DECLARATIONS.keys()
-    if not strange:
-        return set()
-    return strange & {name for law in LAWS for name in law_class(law).PARAMETERS}

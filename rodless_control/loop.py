@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
-from rodless_control.controller import law_name, numbers_of, output_limits
+from rodless_control.controller import LawError, checked_answer, law_name, output_limits
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.laws import make_law
 from rodless_control.setpoint import SetpointFollower
@@ -30,31 +30,38 @@ class ControlLoop:
     """One command per sample; time is the samples' own, in ns.
 
     The counters only grow, so that a fault stays visible after the loop has recovered. A law that
-    fails is not asked again until :meth:`reset`.
+    fails is not called again: :meth:`reset` makes it anew, with the parameters last given.
     """
 
     def __init__(self, parameters: ControllerParameters) -> None:
         """Wait for the first sample; raises ParameterError where the law cannot be made."""
         self.setpoints = SetpointFollower(parameters)
-        given = parameters.of_law()
-        self.law = make_law(parameters.LAW, given)
+        self._given = parameters.of_law()
+        self.law = make_law(parameters.LAW_CLASS, self._given)
         self.not_finite = self.lost = self.restarts = self.failures = 0
         self.failure: str | None = None
-        self._limits = output_limits(given)
+        self._limits = output_limits(self._given)
         self._last: int | None = None
         self._attempt(self.law.reset)
 
     def configure(self, parameters: ControllerParameters) -> None:
         """Change the parameters, without a jump in the command where the law can."""
         self.setpoints.configure(parameters)
-        given = parameters.of_law()
-        self._attempt(lambda: self.law.configure(given))
-        self._limits = output_limits(given)
+        self._given = parameters.of_law()
+        self._limits = output_limits(self._given)
+        if self.failure is None:
+            self._attempt(lambda: self.law.configure(self._given))
 
     def reset(self) -> None:
         """Forget the run so far, a failure too; the last set-point stays in force."""
-        self.failure = None
+        if self.failure is not None:
+            self.failure = None
+            # What a law keeps that has failed cannot be trusted, its parameters included.
+            self._attempt(self._make_law_anew)
         self._start_anew()
+
+    def _make_law_anew(self) -> None:
+        self.law = make_law(type(self.law), self._given)
 
     def _start_anew(self) -> None:
         self.setpoints.reset()
@@ -100,7 +107,7 @@ class ControlLoop:
         if self.failure is not None:
             return None
         numbers = self._attempt(
-            lambda: numbers_of(self.law, self.law.update(measurement, reference, interval))
+            lambda: checked_answer(self.law, self.law.update(measurement, reference, interval))
         )
         if numbers is None:
             return None
@@ -116,14 +123,25 @@ class ControlLoop:
         """Let the law act; whatever it raises is its failure and not the node's end."""
         try:
             return action()
+        except LawError as error:
+            self._fail(_in_one_line(error))
         except Exception as error:
-            self.failures += 1
-            self.failure = f"{law_name(self.law)} failed: {_in_one_line(error)}"
-            return None
+            self._fail(
+                f"{law_name(self.law)} failed: {type(error).__name__}: {_in_one_line(error)} "
+                f"({_place(error)})"
+            )
+        return None
+
+    def _fail(self, failure: str) -> None:
+        self.failures += 1
+        self.failure = failure
 
 
 def _in_one_line(error: Exception) -> str:
-    """Return kind, text and place of an error."""
-    text = " ".join(str(error).split())
+    return " ".join(str(error).split())
+
+
+def _place(error: Exception) -> str:
+    """Return file and line that an error comes from."""
     *_, place = extract_tb(error.__traceback__)
-    return f"{type(error).__name__}: {text} ({Path(place.filename).name}, line {place.lineno})"
+    return f"{Path(place.filename).name}, line {place.lineno}"

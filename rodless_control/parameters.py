@@ -43,7 +43,7 @@ OUTPUT = declare(
     ),
 )
 
-NODE = declare(
+NODE_PARAMETERS = declare(
     Parameter(
         "controller.law",
         "pid",
@@ -65,7 +65,7 @@ NODE = declare(
         "controller.recorders",
         0,
         "",
-        "recorders to wait for: positions are listened to once valve/voltage has this many "
+        "recorders to wait for: the node subscribes to positions once valve/voltage has this many "
         "subscribers and one more, and none of them loses a command or a term",
         "interface",
         0,
@@ -158,7 +158,7 @@ class LawParameters(ParameterSet):
     NODE: ClassVar[str] = "controller"
 
     # The law these parameters are for, as ``controller.law`` names it.
-    LAW: ClassVar[str] = ""
+    LAW_NAME: ClassVar[str] = ""
 
     def check_together(self) -> None:
         """Refuse limits that leave the neutral voltage outside."""
@@ -173,16 +173,19 @@ class LawParameters(ParameterSet):
 
     @classmethod
     def own(cls, values: Mapping[str, object]) -> dict[str, object]:
-        """Leave out what a file gives to the rest of the controller node, once it is checked."""
-        rest = {**NODE, **REFERENCE}
+        """Leave out what a file gives to the rest of the node, once checked, and to other laws."""
+        from rodless_control.laws import without_other_laws  # noqa: PLC0415  laws import this
+
+        rest = {**NODE_PARAMETERS, **REFERENCE}
         for name in values.keys() & rest.keys():
             rest[name].check(values[name])
-        return {name: value for name, value in values.items() if name not in rest}
+        own = {name: value for name, value in values.items() if name not in rest}
+        return without_other_laws(own, cls)
 
     @classmethod
     def unknown(cls, name: str) -> str:
         """Say that ``name`` is no parameter of the law, and whose it may be."""
-        if name in NODE or name in REFERENCE:
+        if name in NODE_PARAMETERS or name in REFERENCE:
             return (
                 f"{name}: belongs to the controller node, not to its law; use ControllerParameters"
             )

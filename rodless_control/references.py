@@ -22,7 +22,19 @@ Array = npt.NDArray[np.float64]
 
 
 class Reference(Protocol):
-    """Anything that can be sampled in plant time."""
+    """Anything that can be sampled in plant time, such as a class of your own.
+
+    Examples
+    --------
+    A ramp that never ends, at 10 mm/s:
+
+    >>> class Creep:
+    ...     def sample(self, time):
+    ...         return 0.01 * time, 0.01
+    >>> from rodless_control import Pid
+    >>> Creep().sample(2.0)
+    (0.02, 0.01)
+    """
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return position (m) and velocity (m/s) at ``time`` (s)."""

@@ -1,8 +1,12 @@
 """From set-points, as they arrive, to the reference the controller follows."""
 
+from rodless_base.parameters import ParameterError
 from rodless_control.controller import ReferencePoint
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.references import Constant, Move, Ramp, Reference, Sine, Step
+
+# The values of reference.type that take no set-points.
+FROM_PARAMETERS = ("step", "sine")
 
 
 class SetpointFollower:
@@ -10,7 +14,8 @@ class SetpointFollower:
 
     ``setpoint``, ``ramp`` and ``move`` hold the carriage where it is found until a set-point
     comes. One that comes during a ``move`` waits for its end, the latest winning: the jerk limit
-    could not be kept otherwise. ``step`` and ``sine`` come from the parameters alone.
+    could not be kept otherwise. ``step`` and ``sine`` come from the parameters alone: they refuse
+    set-points and forget the last one.
     """
 
     def __init__(self, parameters: ControllerParameters) -> None:
@@ -29,11 +34,23 @@ class SetpointFollower:
         old, self._parameters = self._parameters, parameters
         kind = parameters.text("reference.type")
         changed = any(parameters[n] != old[n] for n in parameters if n.startswith("reference."))
-        if kind != old.text("reference.type") or (changed and kind in ("step", "sine")):
+        if kind in FROM_PARAMETERS:
+            self._target = None
+        if kind != old.text("reference.type") or (changed and kind in FROM_PARAMETERS):
             self.reset()
 
     def receive(self, target: float) -> None:
-        """Take a set-point (m); raises ParameterError outside the travel of ``reference.*``."""
+        """Take a set-point (m).
+
+        Raises ParameterError outside the travel of ``reference.*``, and where ``reference.type``
+        takes no set-points.
+        """
+        kind = self._parameters.text("reference.type")
+        if kind in FROM_PARAMETERS:
+            raise ParameterError(
+                f"set-point: {target:g} m ignored, reference.type is {kind}; "
+                "set-points need setpoint, ramp or move"
+            )
         self._parameters.check_travel("set-point", target)
         self._target = self._pending = target
 
@@ -62,8 +79,6 @@ class SetpointFollower:
         return Constant(position)
 
     def _may_change(self, time: float) -> bool:
-        if self._parameters.text("reference.type") in ("step", "sine"):
-            return False
         current = self._reference
         return not isinstance(current, Move) or time >= current.at + current.duration
 

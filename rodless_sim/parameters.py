@@ -59,8 +59,10 @@ class RigParameters(ParameterSet):
 
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""
-        for thing in (air, valve, friction, cylinder):
-            thing.check(self)
+        sockets = (*valve_assembly.ASSEMBLIES, *friction.FORMS, *forces.FORCES)
+        for thing in (air, valve, friction, cylinder, *sockets):
+            if hasattr(thing, "check"):
+                thing.check(self)
         self._check_period()
 
     def _check_period(self) -> None:

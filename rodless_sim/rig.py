@@ -8,6 +8,7 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.kernels import specialise
 from rodless_base.measurement import Measurement
+from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import simulation_error
@@ -48,14 +49,18 @@ def starting_motion(
         position = parameters.number("cylinder.initial_position")
     if not 0.0 <= position <= plant.cylinder.stroke:
         raise ValueError(f"position {position!r} m refused: outside the stroke")
-    a, b = pressures or settled_pressures(plant, plant.valve.closed_voltage)
+    if pressures is None:
+        pressures = settled_pressures(plant, plant.valve.closed_voltage)
+    a, b = pressures
     if not (0.0 < a < math.inf and 0.0 < b < math.inf):
-        raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be positive numbers")
+        raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
     return Motion(float(position), 0.0, float(a), float(b))
 
 
 class Rig:
-    """A rig, stepped by hand: at rest, its chambers settled at the closed valve, until advanced.
+    """A rig advanced step by step.
+
+    It starts at rest, with the chambers settled at the closed valve.
 
     Parameters
     ----------
@@ -76,7 +81,16 @@ class Rig:
     """
 
     def __init__(self, parameters: RigParameters | None = None) -> None:
-        """Build the rig."""
+        """Build the rig.
+
+        Raises
+        ------
+        TypeError
+            For what is no :class:`RigParameters`, such as a dict. Each of those makes a rig: what
+            no rig has was refused when the set was made.
+        """
+        if not isinstance(parameters, RigParameters | None):
+            raise TypeError(f"{parameters!r} are no RigParameters: give RigParameters({{...}})")
         self._parameters = parameters or RigParameters()
         self._plant = Plant.of(self._parameters)
         self._sampling: Sampling | None = None
@@ -90,7 +104,24 @@ class Rig:
         return self._parameters
 
     def configure(self, parameters: RigParameters) -> None:
-        """Change the parameters; the carriage and the air in the chambers stay as they are."""
+        """Change the parameters; the carriage and the air in the chambers stay as they are.
+
+        Time and the command stay too. The noise of the instruments goes on, unless
+        ``sensors.seed`` is another.
+
+        Parameters
+        ----------
+        parameters
+            A whole set; :meth:`ParameterSet.with_values` of the one in force changes a few values.
+
+        Examples
+        --------
+        >>> from rodless_sim import Rig
+        >>> rig = Rig()
+        >>> rig.configure(rig.parameters.with_values({"supply.pressure": 0.7e6}))
+        >>> rig.parameters["supply.pressure"]
+        700000.0
+        """
         self._parameters = parameters
         self._plant = Plant.of(parameters)
         if self._sampling is not None:
@@ -124,7 +155,7 @@ class Rig:
         Raises
         ------
         ValueError
-            For a position outside the stroke, and pressures that are not positive.
+            For a position outside the stroke, and pressures that are not finite and positive.
 
         """
         motion = starting_motion(self._plant, self._parameters, position, pressures)
@@ -170,16 +201,7 @@ class Rig:
         """
         if self._sampling is None:
             self._sampling = Sampling(self._parameters)
-        motion = self._motion
-        return self._sampling.read(
-            Measurement(
-                self._nanoseconds,
-                motion.position,
-                motion.pressure_a,
-                motion.pressure_b,
-                self._plant.supply_pressure,
-            )
-        )
+        return self._sampling.read(true_measurement(self._plant, self._nanoseconds, self._motion))
 
     @property
     def nanoseconds(self) -> int:

@@ -1,17 +1,15 @@
 """A run of the rig as arrays, computed in one compiled loop."""
 
-from typing import TYPE_CHECKING, ClassVar
-
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.columns import Columns
+from rodless_base.columns import Columns, quantities
 from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.equations import Inflows, inflows
 from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import Motion, Quantity, State, quantities
+from rodless_sim.physics.state import Motion, State
 from rodless_sim.timing import sample_times
 
 Array = npt.NDArray[np.float64]
@@ -44,23 +42,24 @@ class Trace(Columns):
 
     """
 
-    QUANTITIES: ClassVar[tuple[Quantity, ...]] = quantities(State)
-
-    def __init_subclass__(cls) -> None:
-        """Add the annotated columns of a subclass to those of the state."""
-        cls.QUANTITIES = (*quantities(State), *quantities(cls))
+    # The state's fields, for type checkers.
+    time: Array
+    position: Array
+    velocity: Array
+    pressure_a: Array
+    pressure_b: Array
+    voltage: Array
+    force: Array
+    mass_flow_a: Array
+    mass_flow_b: Array
 
     def __init__(self, **columns: "Array") -> None:
         """Take the columns; raises TypeError."""
-        names = [quantity.name for quantity in self.QUANTITIES]
+        names = list(self.units())
         if columns.keys() != set(names):
             missing, unknown = set(names) - columns.keys(), columns.keys() - set(names)
             raise TypeError(f"columns missing: {sorted(missing)}, unknown: {sorted(unknown)}")
         vars(self).update((name, columns[name]) for name in names)
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Array: ...
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{name}: a trace cannot be changed")
@@ -71,13 +70,9 @@ class Trace(Columns):
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {len(self.time)} samples, {self.time[-1]:g} s"
 
-    def columns(self) -> "dict[str, Array]":
-        """Return the arrays by name."""
-        return {quantity.name: getattr(self, quantity.name) for quantity in self.QUANTITIES}
-
     def units(self) -> dict[str, str]:
-        """Return the unit of each column by name."""
-        return {quantity.name: quantity.unit for quantity in self.QUANTITIES}
+        """Return the unit of each column by name: those of the state, then a subclass's own."""
+        return {name: unit for name, unit, _ in quantities(State)} | super().units()
 
 
 # The plant's part of a recorded sample.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rodless_lab.session.observer import Observer
     from rodless_lab.session.processes import SessionProcesses
 
-# Whoever uses one of these has nodes or a DDS domain.
+# A test that uses one of these has nodes or a DDS domain.
 ROS_FIXTURES = {"domain", "rig_session", "compiled"}
 
 # What running processes have printed, by their name, so that a failing test can show it.

@@ -28,7 +28,13 @@ def close(first: str, second: str) -> bool:
     return abs(values[0] - values[1]) <= max(0.02 * abs(values[1]), 2.0 * last_digit)
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == "friction" else [])
+        for name in EXPERIMENTS
+    ],
+)
 def test_page_says_what_the_experiment_gives(name: str) -> None:
     """Text, table and remarks of the page are those of a fresh run, and every number holds."""
     result = EXPERIMENTS[name].run(Options())

@@ -18,6 +18,8 @@ import pytest
 
 from rodless_lab.session.domain import own_domain
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[1]
 PRODUCT = ["rodless_base", "rodless_sim", "rodless_control", "rodless_lab", "rodless_pytest"]
 PRESETS = {"paper.yaml", "calibrated.yaml"}

@@ -7,6 +7,9 @@ from typing import Any
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.publisher import Publisher
 
+# What /diagnostics calls messages that send() has lost.
+LOST = "messages lost to a stopped subscriber"
+
 # How long (s) a reader that has stopped reading may hold a lossless publisher back.
 READER_TIMEOUT = 5.0
 
@@ -40,13 +43,18 @@ class OnDemand:
         self._publisher = publisher
         self._message = message
         self.subscribers = 0
+        self.lost = 0  # messages, to a stopped subscriber
 
     def poll(self) -> int:
         """Look up and return the number of subscribers."""
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
 
-    def publish(self, *values: object) -> None:
-        """Send the message of ``values`` to the subscribers of the last poll, if any."""
-        if self.subscribers:
-            send(self._publisher, self._message(*values))
+    def publish(self, *values: object) -> bool:
+        """Send the message of ``values`` to the subscribers of the last poll, if any.
+
+        Returns False, and counts it in ``lost``, where it is lost as in :func:`send`.
+        """
+        sent = not self.subscribers or send(self._publisher, self._message(*values))
+        self.lost += not sent
+        return sent

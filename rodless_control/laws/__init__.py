@@ -1,6 +1,7 @@
 """The control laws, one per module, by the names that ``controller.law`` takes."""
 
 import importlib
+from collections.abc import Mapping
 
 from rodless_base.parameters import ParameterError, ParameterSet
 from rodless_control.controller import Law
@@ -53,7 +54,19 @@ def make_law(law: type[Law], parameters: ParameterSet) -> Law:
 
 def law_with(parameters: LawParameters) -> Law:
     """Return the law that a set of parameters belongs to, with these; raises ParameterError."""
-    return make_law(law_class(parameters.LAW), parameters)
+    return make_law(law_class(parameters.LAW_NAME), parameters)
+
+
+def without_other_laws(
+    values: Mapping[str, object], parameters: type[ParameterSet]
+) -> dict[str, object]:
+    """Leave out what other laws of this package are given: what ``parameters`` do not declare.
+
+    A preset tunes the laws of this package, whichever is chosen.
+    """
+    others = {name for law in LAWS for name in law_class(law).PARAMETERS}
+    others -= parameters.DECLARATIONS.keys()
+    return {name: value for name, value in values.items() if name not in others}
 
 
 def _refused(name: str, reason: str) -> ParameterError:

@@ -66,7 +66,7 @@ PARAMETERS = declare(
         "controller.error_dead_band",
         6e-5,
         "m",
-        "error within which the integrator holds, so that a stuck carriage is left in peace",
+        "error within which the integrator holds, so that a carriage at rest is not disturbed",
         TUNED,
         0.0,
         0.1,
@@ -123,7 +123,7 @@ class PidParameters(LawParameters):
     """
 
     DECLARATIONS: ClassVar[dict[str, Parameter]] = {**PARAMETERS, **OUTPUT}
-    LAW: ClassVar[str] = "pid"
+    LAW_NAME: ClassVar[str] = "pid"
 
 
 class Gains(NamedTuple):

@@ -26,18 +26,18 @@ from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import send
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
-from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
-from rodless_control.controller_parameters import ControllerParameters, parameters_of_other_laws
+from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
+from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.loop import ControlLoop
 from rodless_control.node.inputs import Inputs
 from rodless_control.node.telemetry import Telemetry
-from rodless_control.parameters import NODE
+from rodless_control.parameters import NODE_PARAMETERS
 
-# How often, in wall-clock seconds, the node looks whether positions still come.
+# How often, in wall-clock seconds, the node checks whether positions still come.
 WATCH_PERIOD = 0.02
 
 # How long the last command may take to arrive; less than Ctrl-C promises.
-LAST_WORD = Duration(seconds=0.5)
+LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
 
 # What is said with the failure of a law.
 CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
@@ -47,7 +47,7 @@ class ControllerNode:
     """The law of ``controller.law`` on the rig's samples, commanding ``valve/voltage``."""
 
     def __init__(self, **node_options: object) -> None:
-        """Listen; raises ParameterError for parameters that are no controller's."""
+        """Start; raises ParameterError for parameters that are no controller's."""
         self.node = Node(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
@@ -67,29 +67,27 @@ class ControllerNode:
         self._reported: str | None = None
         self._stamp = 0
         self._bad_setpoints = 0
+        self._lost_messages = 0
+        self._ready = False
         self._make_interface()
-        self.node.get_logger().info(self._ready_line())
+        self.node.get_logger().info(self._started_line())
 
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
-        if self._may_speak_unasked:
+        if self._may_publish_unprompted:
             self._command_neutral()
             # Destroyed at once, the publisher would take the message with it.
-            self._voltage.wait_for_all_acked(LAST_WORD)
+            self._voltage.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
         self.node.destroy_node()
 
     def _parameters_of_law(self) -> type[ControllerParameters]:
-        """Return the node's set for the law it is given; what other laws are given is left out.
-
-        A preset, for one, tunes the laws of this package, whichever is chosen.
-        """
-        declared = NODE["controller.law"]
-        given = self.node.get_parameters_by_prefix("")
-        name = declared.default
-        if declared.name in given:
-            name = declared.check(given[declared.name].value)
+        """Return the node's set for the law it is given; what other laws are given is left out."""
+        declared = NODE_PARAMETERS["controller.law"]
+        parameters = self.node.get_parameters_by_prefix("")
+        given = {name: parameter.value for name, parameter in parameters.items()}
+        name = declared.check(given.get(declared.name, declared.default))
         kind = ControllerParameters.for_law(str(name))
-        others = parameters_of_other_laws(set(given), kind)
+        others = given.keys() - kind.own(given).keys()
         for other in others:
             self.node.undeclare_parameter(other)
         if others:
@@ -111,6 +109,22 @@ class ControllerNode:
         self.node.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
         self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
 
+    @property
+    def _law_and_reference(self) -> str:
+        values = self._parameters.values
+        law, reference = values.text("controller.law"), values.text("reference.type")
+        return f"law {law}, reference {reference}"
+
+    def _started_line(self) -> str:
+        topic = self.node.resolve_topic_name(JOINT_STATES)
+        return f"started: {self._law_and_reference}; waiting for positions on {topic}"
+
+    def _report_ready(self) -> None:
+        """Say once, when the first position has been answered, what to do next."""
+        if not self._ready:
+            self._ready = True
+            self.node.get_logger().info(self._ready_line())
+
     def _ready_line(self) -> str:
         kind = self._parameters.values.text("reference.type")
         where = self.node.get_namespace()
@@ -120,8 +134,7 @@ class ControllerNode:
             if kind in ("step", "sine")
             else f"move it with a set-point on {self._setpoint.topic_name}: rodless move 58{option}"
         )
-        law = self._parameters.values.text("controller.law")
-        return f"ready: {law}, reference.type {kind}; {next_step}"
+        return f"ready: {self._law_and_reference}; {next_step}"
 
     def _configure(self, values: ControllerParameters) -> None:
         self._loop.configure(values)
@@ -136,11 +149,12 @@ class ControllerNode:
             self._command_neutral()
             self._report_failure()
         else:
-            send(self._voltage, Float64(data=output.voltage))
-            self._telemetry.publish(output)
+            self._command(output.voltage)
+            self._lost_messages += self._telemetry.publish(output)
+            self._report_ready()
 
     def _report_failure(self) -> None:
-        """Say once why the law is not asked any more."""
+        """Say once why the law is not called any more."""
         failure = self._loop.failure
         if failure is not None and failure != self._reported:
             self.node.get_logger().error(f"{failure}; {CLOSED_BY_FAILURE}")
@@ -178,27 +192,30 @@ class ControllerNode:
         return bool(self.node.get_parameter("use_sim_time").value)
 
     @property
-    def _may_speak_unasked(self) -> bool:
-        """Whether to send commands that no sample asked for; a lock-step plant counts them."""
+    def _may_publish_unprompted(self) -> bool:
+        """Whether to send commands without a sample; a lock-step plant counts them."""
         timeout = self._parameters.values.number("controller.position_timeout")
         return timeout > 0.0 and not self._simulated
 
     def _now(self) -> int:
         return int(self.node.get_clock().now().nanoseconds) if self._simulated else monotonic_ns()
 
-    def _listen_once_heard(self) -> None:
-        """Take the first sample only when its answer will reach everybody who waits for it."""
+    def _subscribe_once_matched(self) -> None:
+        """Take the first sample only when its answer will reach everybody who waits for it.
+
+        Then the plant and the recorders are matched with the publisher of commands.
+        """
         recorders = self._parameters.values.number("controller.recorders")
-        if not self._inputs.listening and self._voltage.get_subscription_count() > recorders:
-            self._inputs.listen()
+        if not self._inputs.subscribed and self._voltage.get_subscription_count() > recorders:
+            self._inputs.subscribe()
 
     def _watch(self) -> None:
         self._telemetry.poll()
-        self._listen_once_heard()
+        self._subscribe_once_matched()
         if self._arrived:
             self._arrival, self._arrived = self._now(), False
         elif self._arrival is None:
-            if self._may_speak_unasked:
+            if self._may_publish_unprompted:
                 self._command_neutral()
         elif self._positions_are_missing(self._now() - self._arrival):
             self._arrival = None
@@ -214,8 +231,10 @@ class ControllerNode:
         return 0.0 < timeout * NANOSECONDS_PER_SECOND < silence
 
     def _command_neutral(self) -> None:
-        neutral = self._parameters.values.number("controller.neutral_voltage")
-        send(self._voltage, Float64(data=neutral))
+        self._command(self._parameters.values.number("controller.neutral_voltage"))
+
+    def _command(self, voltage: float) -> None:
+        self._lost_messages += not send(self._voltage, Float64(data=voltage))
 
     def _publish_diagnostics(self) -> None:
         loop, inputs = self._loop, self._inputs
@@ -226,6 +245,7 @@ class ControllerNode:
             "set-points refused": self._bad_setpoints,
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
+            "messages lost to a stopped subscriber": self._lost_messages,
         }
         if loop.law.USES_PRESSURES:
             faults["samples without all pressures"] = inputs.incomplete

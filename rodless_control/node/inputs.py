@@ -1,4 +1,4 @@
-"""What the controller node listens to: positions, and pressures of the same stamp where wanted."""
+"""The controller node's subscriptions: positions, and pressures of the same stamp where wanted."""
 
 from collections.abc import Callable
 
@@ -6,9 +6,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.measurement import Measurement
+from rodless_base.ros.joint import joint_position
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES
-from rodless_control.samples import Samples
+from rodless_control.stamp_synchronizer import StampSynchronizer
 
 
 class Inputs:
@@ -22,18 +23,18 @@ class Inputs:
         self._joint = joint
         self._take = take
         self._pressures = PRESSURES if pressures else {}
-        self._samples = Samples(["position", *self._pressures])
+        self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
         self.without_joint = 0
-        self.listening = False
+        self.subscribed = False
 
     @property
     def incomplete(self) -> int:
         """Samples dropped because a message of theirs never came."""
-        return self._samples.incomplete
+        return self._synchronizer.incomplete
 
-    def listen(self) -> None:
+    def subscribe(self) -> None:
         """Subscribe, to positions last: a plant that starts with them has then seen the others."""
-        self.listening = True
+        self.subscribed = True
         for field, topic in self._pressures.items():
             self._node.create_subscription(
                 FluidPressure, topic, self._pressure_taker(field), QUEUE_DEPTH
@@ -48,14 +49,14 @@ class Inputs:
 
     def _take_joint(self, message: JointState) -> None:
         """Take the carriage's position; a message without it counts as no sample at all."""
-        joint = self._joint()
-        if joint not in message.name or len(message.position) != len(message.name):
+        position = joint_position(message, self._joint())
+        if position is None:
             self.without_joint += 1
-            return
-        self._put("position", message, float(message.position[message.name.index(joint)]))
+        else:
+            self._put("position", message, position)
 
     def _put(self, field: str, message: FluidPressure | JointState, value: float) -> None:
         stamp = stamp_nanoseconds(message.header.stamp)
-        measurement: Measurement | None = self._samples.put(field, stamp, value)
+        measurement: Measurement | None = self._synchronizer.put(field, stamp, value)
         if measurement is not None:
             self._take(measurement)

@@ -1,4 +1,4 @@
-"""The controller's insides on topics of their own, for plotting."""
+"""Internal signals of the controller as topics, for plotting."""
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -22,15 +22,14 @@ class Telemetry:
         }
 
     def poll(self) -> None:
-        """Look up who listens."""
+        """Look up which signals have subscribers."""
         for publisher in self._publishers.values():
             publisher.poll()
 
-    def publish(self, output: Output) -> None:
-        """Publish to those who listen."""
-        self._publishers[REFERENCE].publish(output.reference)
-        for name, value in output.terms.items():
-            self._publishers[name].publish(value)
+    def publish(self, output: Output) -> int:
+        """Publish what has subscribers; return how many messages were lost."""
+        values = {REFERENCE: output.reference, **output.terms}
+        return sum(not self._publishers[name].publish(value) for name, value in values.items())
 
 
 def _message(value: float) -> Float64:

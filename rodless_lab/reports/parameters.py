@@ -1,9 +1,10 @@
 """The parameter tables of the docs, from the declarations."""
 
+from rodless_base.columns import quantities
 from rodless_base.parameters import Parameter, ParameterSet, Value
 from rodless_control import ControllerParameters
 from rodless_sim import RigParameters, State
-from rodless_sim.physics.state import Motion, quantities
+from rodless_sim.physics.state import Motion
 
 INTRODUCTION = """# Parameters
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
-from rodless_base.kernels import kernel, linked, unlinked
+from rodless_base.kernels import linked, unlinked
 from rodless_base.measurement import Measurement
 from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.controller import (
@@ -19,15 +19,15 @@ from rodless_control.controller import (
     Kernels,
     Law,
     LawError,
+    checked_answer,
     law_name,
-    numbers_of,
     output_limits,
 )
 from rodless_control.laws import law_with
 from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference, sampled
 from rodless_sim import RigParameters, Trace
-from rodless_sim.instruments.instruments import Instruments, Lags, read_rig
+from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, are_ideal, instruments_and_noise
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import simulation_error
@@ -60,26 +60,40 @@ class ClosedLoopTrace(Trace):
     Position, pressures and force are as the instruments of ``sensors.*`` read them, the rest is
     true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones. ``terms`` holds the law's
     TERMS by name, one entry per sample.
+
+    :meth:`columns`, and so what is saved, has the terms too, behind the other columns. Their units
+    are empty, since a law does not state them. A term that equals the column of its name, such as
+    the PID's ``error``, is left out; one that differs becomes ``term_<name>``.
     """
 
     reference: Annotated[Array, "m", "reference for the position"]
     error: Annotated[Array, "m", "reference less the position read"]
 
     terms: Mapping[str, Array] = MappingProxyType({})
+    _term_columns: Mapping[str, Array] = MappingProxyType({})
 
     def with_terms(self, terms: Mapping[str, Array]) -> "ClosedLoopTrace":
         """Return the same run with the law's terms, one entry per sample each."""
-        run = ClosedLoopTrace(**self.columns())
+        own = self._own_columns()
+        run = ClosedLoopTrace(**own)
         vars(run)["terms"] = MappingProxyType(dict(terms))
+        vars(run)["_term_columns"] = {
+            f"term_{name}" if name in own else name: values
+            for name, values in terms.items()
+            if name not in own or not np.array_equal(values, own[name], equal_nan=True)
+        }
         return run
 
+    def columns(self) -> dict[str, Array]:
+        """Return the arrays by name, the law's terms last."""
+        return {**self._own_columns(), **self._term_columns}
 
-@kernel
-def truth(plant: Plant, stamp: int, state: Motion) -> Measurement:
-    """Return what instruments without errors would read at ``stamp`` (ns)."""
-    return Measurement(
-        stamp, state.position, state.pressure_a, state.pressure_b, plant.supply_pressure
-    )
+    def units(self) -> dict[str, str]:
+        """Return the unit of each column by name; empty for the law's terms."""
+        return {**super().units(), **dict.fromkeys(self._term_columns, "")}
+
+    def _own_columns(self) -> dict[str, Array]:
+        return {name: getattr(self, name) for name in super().units()}
 
 
 def begin(gains: Any, measurement: Measurement) -> Any:
@@ -154,7 +168,7 @@ def plain_loop(law: Law) -> Callable[..., LoopResult]:
     """Return the loop in Python, around a law in Python."""
 
     def begin_plain(_gains: None, _measurement: Measurement) -> None:
-        law.reset()
+        """Keep no memory: the law does."""
 
     def update_plain(
         _gains: None,
@@ -166,7 +180,7 @@ def plain_loop(law: Law) -> Callable[..., LoopResult]:
         # A law divides by zero as it does in the node: numpy's numbers would go on with infinity.
         reference = ReferencePoint(float(reference.position), float(reference.velocity))
         try:
-            return None, numbers_of(law, law.update(measurement, reference, interval))
+            return None, checked_answer(law, law.update(measurement, reference, interval))
         except LawError as error:
             raise LawError(f"at {measurement.time:g} s: {error}") from error
 
@@ -188,7 +202,7 @@ def as_law(law: AnyLaw) -> Law:
     if isinstance(law, type) and issubclass(law, Law):
         return law()
     if isinstance(law, ControllerParameters):
-        return law.LAW(law.of_law())
+        return law.LAW_CLASS(law.of_law())
     if isinstance(law, LawParameters):
         return law_with(law)
     if callable(law) and not isinstance(law, type):
@@ -197,6 +211,13 @@ def as_law(law: AnyLaw) -> Law:
         f"{law!r} is no control law: give a Law, a law's parameters, or a function "
         "(measurement, reference) -> voltage in V"
     )
+
+
+def limits_of(law: Law) -> tuple[float, float]:
+    """Return the lowest and the highest command in V; raises TypeError for a law without."""
+    if not hasattr(law, "parameters"):
+        raise TypeError(f"{law_name(law)}: __init__ must call super().__init__()")
+    return output_limits(law.parameters)
 
 
 def closed_loop(
@@ -235,7 +256,7 @@ def closed_loop(
     ParameterError
         For parameters that are no law's.
     TypeError
-        For what is no law.
+        For what is no law, and for a law whose ``__init__`` did not call its base class's.
     SimulationError
         Where the motion leaves what a rig can do.
 
@@ -270,7 +291,7 @@ def closed_loop(
         instruments,
         np.zeros(shape) if are_ideal(instruments) else generator.standard_normal(shape),
         gains,
-        output_limits(getattr(chosen, "parameters", None) or chosen.Parameters()),
+        limits_of(chosen),
         references,
         starting_motion(plant, rig_parameters, position),
         rig_parameters.number("time.tolerance"),

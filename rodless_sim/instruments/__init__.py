@@ -1,1 +1,1 @@
-"""The rig's instruments: what they make of the true state."""
+"""The rig's instruments: models that turn true values into readings."""

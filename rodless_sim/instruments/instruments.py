@@ -1,8 +1,8 @@
-"""The rig's instruments: what they make of a true run. Section 2 and Table 1 of the paper.
+"""The rig's instruments: models that turn true values into readings.
 
 Position KTC-V1-200, pressure MIK-P300, a volume-flow meter for sections 3.2 and 3.5, and the
-16-bit converter all of them are read by. Ideal until the ``sensors.*`` parameters say otherwise,
-each by itself, and then no wider than its range;
+16-bit converter all of them are read by: section 2 and Table 1 of the paper. Ideal until the
+``sensors.*`` parameters say otherwise, each by itself, and then no wider than its range;
 :data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``).
 """
 
@@ -19,7 +19,9 @@ from rodless_base.parameter_file import preset_directory, read_parameter_file
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.instruments.transmitter import Transmitter, followed, read
 from rodless_sim.physics.cylinder import piston_area
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
+from rodless_sim.physics.state import Motion
 from rodless_sim.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -176,6 +178,17 @@ class Lags(NamedTuple):
 
     true: Measurement
     late: Measurement
+
+
+def true_measurement(plant: Plant, stamp: int, state: Motion) -> Measurement:
+    """Return what instruments without errors would read at ``stamp`` (ns)."""
+    return Measurement(
+        stamp, state.position, state.pressure_a, state.pressure_b, plant.supply_pressure
+    )
+
+
+# The same for compiled loops: from Python it would unpack the whole plant in each call.
+truth = kernel(true_measurement)
 
 
 @kernel

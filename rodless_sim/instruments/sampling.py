@@ -56,7 +56,7 @@ class Sampling:
         self._noise = self._generator.standard_normal(NOISE_CHANNELS)
 
     def read(self, true: Measurement) -> Measurement:
-        """Return what is read where ``true`` is the case.
+        """Return the readings of the true values ``true``.
 
         Another stamp than before is the next sample, with noise of its own; at one stamp the same
         is read.

@@ -1,4 +1,4 @@
-"""One instrument: what it makes of a true value. Table 1 of the paper."""
+"""One instrument: a model that turns a true value into a reading. Table 1 of the paper."""
 
 import math
 from typing import NamedTuple
@@ -41,9 +41,10 @@ class Transmitter(NamedTuple):
 
 @kernel
 def followed(behind: float, before: float, true: float, period: float, lag: float) -> float:
-    """Return where a first-order lag is that was ``behind`` a ``period`` ago, at ``before`` then.
+    """Return the output of a first-order lag one ``period`` later.
 
-    The true value is constant between samples; without a lag it is ``true`` at once.
+    ``behind`` was its output and ``before`` its input, which is constant between samples. Without a
+    lag the output is ``true`` at once.
     """
     if lag <= 0.0:
         return true

@@ -1,4 +1,4 @@
-"""The rig, its command and its samples: what every way of keeping time shares."""
+"""The rig, its command and its samples: what each time keeper (Realtime or Lockstep) shares."""
 
 import threading
 from collections.abc import Callable

@@ -100,7 +100,7 @@ class PaceNews:
             self._good += 1
             if self._good == GOOD_REPORTS:
                 self.behind = False
-                return f"plant time keeps up again, {pace.lag:.3f} s late by now"
+                return f"plant time keeps up again; total lag {pace.lag:.3f} s"
         return None
 
     def _falls_behind(self, pace: Pace) -> str:

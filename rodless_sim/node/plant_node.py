@@ -22,7 +22,7 @@ from rodless_base.ros.diagnostics import (
 )
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import OnDemand, send
+from rodless_base.ros.publish import LOST, OnDemand, send
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
@@ -30,7 +30,7 @@ from rodless_sim.node import messages
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.pace import Pace, PaceMeter, PaceNews
-from rodless_sim.node.ready import ready_line
+from rodless_sim.node.ready import all_listen, ready_line
 from rodless_sim.node.realtime import POLL_PERIOD, Realtime
 from rodless_sim.node.simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.parameters import RigParameters
@@ -40,7 +40,7 @@ from rodless_sim.timing import nanoseconds
 
 
 class TimeKeeper(Simulation, Protocol):
-    """A way of keeping time: :class:`Realtime` or :class:`Lockstep`."""
+    """A time keeper (Realtime or Lockstep)."""
 
     @property
     def overruns(self) -> int:
@@ -97,6 +97,7 @@ class PlantNode:
             self.node.create_publisher, qos_profile=LOSSLESS if lockstep else QUEUE_DEPTH
         )
         self._joint_states = publisher(JointState, JOINT_STATES)
+        self._samples_lost = 0
         self._pressures = {
             field: OnDemand(publisher(FluidPressure, topic), messages.pressure)
             for field, topic in PRESSURES.items()
@@ -139,10 +140,11 @@ class PlantNode:
         """Whether everybody listens whom the run must not start without."""
         recorders = int(self._parameters.values.number("time.recorders"))
         lockstep = self._parameters.values.text("time.mode") == "lockstep"
-        others = min([publisher.poll() for publisher in self._on_demand])
-        if not recorders and not lockstep:
-            return True
-        return others >= recorders and self._joint_states.get_subscription_count() > recorders
+        # In real time without recorders, too: this polls whom the first sample goes to.
+        listening = all_listen(
+            self._joint_states.get_subscription_count, self._on_demand, recorders
+        )
+        return listening or not (recorders or lockstep)
 
     def _commanders(self) -> int:
         return int(self.node.count_publishers(self._commands.topic_name))
@@ -189,7 +191,8 @@ class PlantNode:
             value = getattr(measurement, field)
             self._pressures[field].publish(value, self._pressure_variance, frame, time)
         area = self._engine.rig.plant.cylinder.piston_area
-        send(self._joint_states, messages.joint_state(measurement, state.velocity, area))
+        message = messages.joint_state(measurement, state.velocity, area)
+        self._samples_lost += not send(self._joint_states, message)
 
     def _publish_diagnostics(self) -> None:
         command = self._engine.command
@@ -198,10 +201,11 @@ class PlantNode:
             "commands not finite": command.not_finite,
             "commands clamped": command.clamped,
             "overruns": self._time.overruns,
+            LOST: self._samples_lost + sum(publisher.lost for publisher in self._on_demand),
         }
+        pace = self._take_pace()
         level, message = self._judge(faults)
         flow = self._engine.rig.free_air_flow * 6e4
-        pace = self._take_pace()
         self._diagnostics.publish(
             diagnostic(
                 self.node,
@@ -230,12 +234,17 @@ class PlantNode:
         return pace
 
     def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
-        """Level and message: an error now, a warning for past faults, or all well."""
+        """Level and message: an error now, a warning for now or for past faults, or all well."""
         if self._time.problem is not None:
             return ERROR, self._time.problem
         seen = [name for name, count in faults.items() if count]
+        since_start = ["since start: " + ", ".join(seen)] if seen else []
+        if self._time.paused:
+            return (WARN if seen else OK), "; ".join(["paused", *since_start])
+        if self._pace_news.behind:
+            return WARN, "; ".join(["plant time falls behind", *since_start])
         if seen:
-            return WARN, "since start: " + ", ".join(seen)
+            return WARN, since_start[0]
         if not self._engine.command.received:
             return OK, "waiting for commands, valve closed"
         return OK, "ended" if self._engine.ended else "running"

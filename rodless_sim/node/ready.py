@@ -1,6 +1,27 @@
-"""What the plant says once it is ready: how it runs, and what it waits for."""
+"""Whom the plant waits for, and what it says once it is ready."""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
 
 from rodless_sim.parameters import RigParameters
+
+
+class Polled(Protocol):
+    """A publisher whose subscribers are counted when it is polled."""
+
+    def poll(self) -> int:
+        """Count the subscribers."""
+
+
+def all_listen(samples: Callable[[], int], others: Sequence[Polled], recorders: int) -> bool:
+    """Poll ``others``; return whether ``recorders`` hear everything, and one more the samples.
+
+    ``samples`` counts the subscribers of the samples.
+    """
+    # First: subscriptions that match between two counts must not hide behind an older one.
+    listeners = samples()
+    fewest = min([publisher.poll() for publisher in others])
+    return listeners > recorders and fewest >= recorders
 
 
 def ready_line(values: RigParameters, samples: str, commands: str) -> str:

@@ -7,7 +7,7 @@ from rclpy.node import Node
 
 
 class Simulation(Protocol):
-    """What the services steer: a way of keeping plant time."""
+    """What the services steer: the plant's time keeper."""
 
     @property
     def paused(self) -> bool:

@@ -1,7 +1,8 @@
 """The forces on the carriage besides those of the air and of friction.
 
 Each is one module with ``PARAMETERS``, its constants ``of(parameters)``, and a kernel
-``force(constants, state)`` that returns a :class:`~rodless_sim.physics.force.Force`.
+``force(constants, state)`` that returns a :class:`~rodless_sim.physics.force.Force`. Where a module
+has ``check(parameters)``, that raises ParameterError for values that contradict each other.
 """
 
 from collections.abc import Callable

@@ -2,7 +2,9 @@
 
 A form is one module of ``friction_forms`` with ``NAME``, ``MEANING``, its own ``PARAMETERS``, its
 constants ``of(parameters)``, and a kernel ``force(constants, side, speed)`` for speeds from 0 up:
-the :class:`~rodless_sim.physics.friction_forms.direction.Drag` on a carriage that slides.
+the :class:`~rodless_sim.physics.friction_forms.direction.Drag` on a carriage that slides. Where it
+has ``check(parameters)``, that raises ParameterError for values that contradict each other,
+whichever form is in use.
 """
 
 from collections.abc import Callable

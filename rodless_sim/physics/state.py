@@ -1,31 +1,14 @@
 """The rig's states, each with unit and meaning: traces, records and docs follow from this list."""
 
-from typing import Annotated, NamedTuple, TypeVar, get_type_hints
+from typing import Annotated, NamedTuple, TypeVar
 
+from rodless_base.columns import quantities
 from rodless_base.kernels import kernel
 
 Position = Annotated[float, "m", "position of the carriage, 0 at chamber A's end"]
 Velocity = Annotated[float, "m/s", "velocity of the carriage, positive toward chamber B's end"]
 PressureA = Annotated[float, "Pa", "absolute pressure in chamber A"]
 PressureB = Annotated[float, "Pa", "absolute pressure in chamber B"]
-
-
-class Quantity(NamedTuple):
-    """An annotated field: ``name: Annotated[float, unit, meaning]``."""
-
-    name: str
-    unit: str
-    meaning: str
-
-
-def quantities(kind: type) -> tuple[Quantity, ...]:
-    """Return the annotated fields of a class, in order."""
-    hints = get_type_hints(kind, include_extras=True)
-    return tuple(
-        Quantity(name, *hint.__metadata__)
-        for name, hint in hints.items()
-        if hasattr(hint, "__metadata__")
-    )
 
 
 Kind = TypeVar("Kind", bound=type)

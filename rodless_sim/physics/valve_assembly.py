@@ -3,7 +3,9 @@
 An assembly is one module of ``valve_assemblies`` with ``NAME``, ``MEANING``, its own
 ``PARAMETERS``, its constants ``of(parameters)``, and two kernels: the openings ``lands(constants,
 air, valve, voltage)``, and the :class:`~rodless_sim.physics.flow.Flow` past each edge beside that
-of its orifice, ``gap(constants, air, edge, pressure_1, pressure_2)``.
+of its orifice, ``gap(constants, air, edge, pressure_1, pressure_2)``. Where it has
+``check(parameters)``, that raises ParameterError for values that contradict each other, whichever
+assembly is in use.
 """
 
 from collections.abc import Callable

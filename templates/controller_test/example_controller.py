@@ -16,7 +16,7 @@ class ExampleController(Node):
     """Proportional control: volts per metre of error around the closed valve."""
 
     def __init__(self) -> None:
-        """Listen to positions and set-points, in m."""
+        """Subscribe to positions and set-points, in m."""
         super().__init__("example_controller")
         self.gain = self.declare_parameter("gain", 100.0).value  # V/m
         self.target: float | None = None

@@ -120,6 +120,7 @@ ASK = (
 )
 
 
+@pytest.mark.slow
 def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None:
     """What two processes have compiled, a third takes from the cache, and mixes nothing up.
 

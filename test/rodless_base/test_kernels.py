@@ -1,5 +1,6 @@
 """Compiled kernels: kept between processes, and never kept too long."""
 
+import inspect
 import json
 import math
 import os
@@ -7,13 +8,23 @@ import shutil
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import numba
+import numpy as np
 import pytest
 
+import rodless_base
+import rodless_sim
 from rodless_base import kernels
 from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
+from rodless_control.laws.pid import Gains, Memory
+from rodless_sim import RigParameters
+from rodless_sim.instruments.instruments import Instruments
+from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.plant import Plant
 
 INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
 IMPORT = "from rodless_base.kernels import kernel\n"
@@ -97,6 +108,7 @@ def probe(tmp_path: Path) -> Probe:
     return Probe(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_second_process_reuses_the_result_until_a_source_changes(
     probe: Probe, tmp_path: Path
 ) -> None:
@@ -110,6 +122,67 @@ def test_a_second_process_reuses_the_result_until_a_source_changes(
     assert probe.ask(**cache) == (23.0, 0)
 
 
+PLANT = (
+    "from rodless_sim import RigParameters\n"
+    "from rodless_sim.instruments.instruments import truth\n"
+    "from rodless_sim.physics.plant import Plant\nfrom rodless_sim.physics.state import Motion\n"
+    "plant = Plant.of(RigParameters({'supply.pressure': 6e5, 'atmosphere.pressure': 1e5}))\n"
+    "read = truth(plant, 0, Motion(0.1, 0.0, 2e5, 3e5))\n"
+    "print(read.supply_pressure, sum(truth.stats.cache_hits.values()))"
+)
+
+
+def test_a_field_that_moves_in_a_named_tuple_gives_another_cache(tmp_path: Path) -> None:
+    """Two pressures of Plant change places, in a file without kernels: none is taken for another.
+
+    Compiled code finds fields by their place, and to numba the type is the same.
+    """
+    for package in (rodless_base, rodless_sim):
+        source = Path(package.__file__).parent
+        shutil.copytree(source, tmp_path / source.name)
+    config = Path(rodless_base.__file__).parents[1] / "config"
+    if config.is_dir():
+        shutil.copytree(config, tmp_path / "config")
+    others = os.pathsep.join([str(tmp_path), *(path for path in sys.path if path)])
+    variables = environment(PYTHONPATH=others, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    assert output(PLANT, variables, tmp_path).split() == ["600000.0", "0"]
+    assert output(PLANT, variables, tmp_path).split() == ["600000.0", "1"]
+    file = tmp_path / "rodless_sim" / "physics" / "plant.py"
+    text = file.read_text(encoding="utf-8")
+    supply, ambient = (f"    {name}_pressure: float  # Pa" for name in ("supply", "ambient"))
+    assert text.count(supply) == text.count(ambient) == 1
+    swapped = text.replace(supply, "@").replace(ambient, supply).replace("@", ambient)
+    file.write_text(swapped, encoding="utf-8")
+    assert output(PLANT, variables, tmp_path).split() == ["600000.0", "0"]
+
+
+def named_tuples(thing: object) -> Iterator[type]:
+    """All named tuples that ``thing``, a value or a type, is made of."""
+    if isinstance(thing, tuple):
+        for item in thing:
+            yield from named_tuples(item)
+        thing = type(thing)
+    for part in get_args(thing):
+        yield from named_tuples(part)
+    if isinstance(thing, type) and hasattr(thing, "_fields"):
+        yield thing
+        for hint in get_type_hints(thing).values():
+            yield from named_tuples(hint)
+
+
+def test_the_cache_depends_on_every_named_tuple_that_kernels_take() -> None:
+    """A change of any of their files gives another cache."""
+    plant = Plant.of(RigParameters())
+    instruments = Instruments.specimen(RigParameters(), np.random.default_rng(1))
+    found = set(named_tuples((plant, instruments, Lands, Gains, Memory, ReferencePoint)))
+    found |= {Measurement}
+    names = {kind.__name__ for kind in found}
+    assert {"Air", "Edge", "Friction", "Direction", "Transmitter", "Plant", "Memory"} <= names
+    watched = {path.resolve() for path in kernels._KERNEL_SOURCES}
+    assert {kind for kind in found if Path(inspect.getfile(kind)).resolve() not in watched} == set()
+
+
+@pytest.mark.slow
 def test_results_are_kept_in_the_user_s_cache(probe: Probe, tmp_path: Path) -> None:
     """XDG_CACHE_HOME is where they go, nothing is written beside the sources."""
     where = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / "user")}

@@ -189,11 +189,15 @@ class Moody(Law):
         return self.answer
 
 
+def moody_parameters(values: dict[str, object] | None = None) -> ControllerParameters:
+    """Return a node's set with a moody law."""
+    return type("Set", (ControllerParameters,), {"LAW_CLASS": Moody})(values)
+
+
 @pytest.fixture
 def moody() -> ControlLoop:
     """Return a loop around a moody law that has answered one sample."""
-    parameters = type("Set", (ControllerParameters,), {"LAW": Moody})
-    loop = ControlLoop(parameters({"controller.maximum_voltage": 5.5}))
+    loop = ControlLoop(moody_parameters({"controller.maximum_voltage": 5.5}))
     output = loop.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
     assert output is not None
     assert (output.reference, output.voltage, output.terms) == (0.05, 5.5, {"mood": 1.0})
@@ -203,11 +207,15 @@ def moody() -> ControlLoop:
 @pytest.mark.parametrize(
     ("answer", "complaint"),
     [
-        (KeyError("x"), "KeyError: 'x'"),
-        (RuntimeError("two\nlines"), "RuntimeError: two lines"),
-        (None, "LawError: law Moody answered None"),
-        (5.0, "LawError: law Moody answered 5.0: must be voltage and mood"),
-        (Moody.Answer(math.nan, 1.0), "LawError: law Moody answered nan V"),
+        (KeyError("x"), r"law Moody failed: KeyError: 'x' \(test_control_loop.py, line \d+\)"),
+        (RuntimeError("two\nlines"), r"law Moody failed: RuntimeError: two lines \(.*\)"),
+        (None, "law Moody answered None: must be voltage and mood"),
+        (5.0, r"law Moody answered 5\.0: must be voltage and mood"),
+        (Moody.Answer(math.nan, 1.0), "law Moody answered nan V: must be a finite number"),
+        (
+            Moody.Answer(True, 1.0),
+            r"law Moody answered Answer\(voltage=True, mood=1\.0\): must be numbers",
+        ),
     ],
 )
 def test_a_law_that_fails_is_not_asked_again_until_reset(
@@ -217,10 +225,7 @@ def test_a_law_that_fails_is_not_asked_again_until_reset(
     moody.law.answer = answer  # type: ignore[attr-defined]
     for k in range(1, 4):
         assert moody.sample(Measurement(k * MILLISECOND, 0.05, 1e5, 1e5, 6e5)) is None
-    assert moody.failure is not None
-    assert moody.failure.startswith("law Moody failed: ")
-    assert complaint in moody.failure
-    assert "\n" not in moody.failure
+    assert re.fullmatch(complaint, moody.failure or "")
     assert moody.failures == 1
     moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
     assert moody.failure is not None, "a reset of the plant is none of the controller"
@@ -237,10 +242,47 @@ def test_a_law_may_fail_wherever_it_is_asked(moody: ControlLoop) -> None:
     moody.hold()
     place = r"\(test_control_loop\.py, line \d+\)"
     assert re.fullmatch(rf"law Moody failed: RuntimeError: no hold {place}", moody.failure or "")
+    moody.reset()
     moody.law.configure = None  # type: ignore[assignment,method-assign]
-    moody.configure(ControllerParameters())
+    moody.configure(moody_parameters())
     assert moody.failures == 2
     assert "TypeError" in (moody.failure or "")
+
+
+@pytest.mark.parametrize("already_failed", [False, True])
+def test_parameters_in_force_are_those_last_given_even_where_the_law_refused_them(
+    moody: ControlLoop, already_failed: bool
+) -> None:
+    """After a failure, in configure() or before it, a reset makes the law with the new limits."""
+    if already_failed:
+        moody.law.answer = RuntimeError()  # type: ignore[attr-defined]
+        assert moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5)) is None
+    else:
+        moody.law.configure = None  # type: ignore[assignment,method-assign]
+    moody.configure(moody_parameters({"controller.maximum_voltage": 5.2}))
+    assert moody.failures == 1
+    failed = moody.law
+    moody.reset()
+    assert moody.law is not failed
+    assert moody.law.parameters["controller.maximum_voltage"] == 5.2
+    output = moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
+    assert output is not None
+    assert output.voltage == 5.2
+
+
+def test_a_law_that_cannot_be_made_anew_stays_failed(moody: ControlLoop) -> None:
+    """Its failure says so, and it is not called."""
+    moody.law.answer = RuntimeError()  # type: ignore[attr-defined]
+    moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5))
+    failed = moody.law
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Moody, "__init__", None)
+        moody.reset()
+        assert moody.law is failed
+        assert re.match(r"law Moody failed: ParameterError: .* refused: Moody", moody.failure or "")
+        assert moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5)) is None
+    moody.reset()
+    assert moody.sample(Measurement(0, 0.05, 1e5, 1e5, 6e5)) is not None
 
 
 def test_a_pressure_that_is_not_finite_counts_where_the_law_uses_pressures(

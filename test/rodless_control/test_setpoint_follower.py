@@ -95,19 +95,16 @@ def test_moves_in_a_row_keep_the_acceleration_limit() -> None:
 
 
 def test_a_step_comes_from_the_parameters() -> None:
-    """Position and set-points do not matter to it."""
+    """The position does not matter to it."""
     found = follower("step", start=0.01, target=0.06, at=0.5)
-    found.receive(0.1)
     assert found.sample(0.0, 0.03) == (0.01, 0.0)
     assert found.sample(0.499, 0.03) == (0.01, 0.0)
-    found.receive(0.1)
     assert found.sample(0.5, 0.03) == (0.06, 0.0)
 
 
 def test_a_sine_comes_from_the_parameters() -> None:
     """It waits at its centre for its start and then swings: a quarter of 0.5 Hz takes 0.5 s."""
     found = follower("sine", centre=0.08, amplitude=0.03, frequency=0.5, at=2.0)
-    found.receive(0.1)
     assert found.sample(0.0, 0.0) == (0.08, 0.0)
     assert found.sample(2.5, 0.0)[0] == pytest.approx(0.11, rel=1e-14)
     assert found.sample(3.5, 0.0)[0] == pytest.approx(0.05, rel=1e-14)
@@ -187,6 +184,27 @@ def test_a_set_point_that_no_rig_could_reach_is_refused(target: float) -> None:
     assert found.sample(0.0, 0.0) == (0.058, 0.0)
     found.reset()
     assert found.sample(0.0, 0.0) == (0.058, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["sine", "step"])
+def test_a_set_point_that_would_not_be_followed_is_refused(kind: str) -> None:
+    """The line says why; neither it nor the one before it is gone to when the type changes."""
+    found = follower()
+    found.receive(0.02)
+    found.sample(0.0, 0.0)
+    found.configure(parameters(kind))
+    during = found.sample(1.0, 0.0)
+    with pytest.raises(ParameterError) as refusal:
+        found.receive(0.1)
+    assert str(refusal.value) == (
+        f"set-point: 0.1 m ignored, reference.type is {kind}; "
+        "set-points need setpoint, ramp or move"
+    )
+    assert found.sample(1.0, 0.0) == during
+    found.configure(parameters("setpoint"))
+    assert found.sample(2.0, 0.07) == found.sample(3.0, 0.09) == (0.07, 0.0)
+    found.receive(0.1)
+    assert found.sample(4.0, 0.07) == (0.1, 0.0)
 
 
 def test_a_refusal_names_limits_and_the_way_out() -> None:

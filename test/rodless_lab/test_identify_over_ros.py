@@ -10,6 +10,8 @@ from rodless_lab.bags.reader import read_bag
 from rodless_lab.session.observer import TIMEOUT
 from rodless_sim import RigParameters
 
+pytestmark = pytest.mark.slow
+
 HIDDEN = {
     "friction.forward.static": 31.0,
     "friction.forward.coulomb": 13.5,

@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rodless_base.columns import quantities
 from rodless_base.measurement import Measurement
 from rodless_lab import ClosedLoopTrace
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_sim import Rig, RigParameters, State, Trace, simulate
 from rodless_sim.node import messages
-from rodless_sim.physics.state import Motion, quantities
+from rodless_sim.physics.state import Motion
 from rodless_sim.trace import COLUMNS
 
 NAMES = [quantity.name for quantity in quantities(State)]
@@ -38,13 +39,15 @@ def test_a_trace_has_the_columns_of_the_list() -> None:
 
 def test_a_closed_loop_adds_its_own_columns() -> None:
     """Behind those of the state, with units of their own; the state's trace has none of them."""
-    assert [quantity.name for quantity in ClosedLoopTrace.QUANTITIES] == [
-        *NAMES,
-        "reference",
-        "error",
-    ]
-    assert {quantity.unit for quantity in ClosedLoopTrace.QUANTITIES[-2:]} == {"m"}
-    assert [quantity.name for quantity in Trace.QUANTITIES] == NAMES
+    own = {"reference": np.ones(21), "error": np.zeros(21)}
+    run = ClosedLoopTrace(**RUN.columns(), **own)
+    assert list(run.columns()) == [*NAMES, *own]
+    assert run.units() == {**RUN.units(), "reference": "m", "error": "m"}
+
+
+def test_type_checkers_know_the_columns_of_a_trace() -> None:
+    """The annotations of Trace are the state's fields, in their order, and nothing else."""
+    assert list(Trace.__annotations__) == NAMES
 
 
 def test_a_record_begins_with_all_that_is_integrated() -> None:

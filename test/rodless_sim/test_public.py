@@ -2,11 +2,12 @@
 
 import doctest
 import pydoc
+from collections.abc import Callable
 
 import pytest
 
 import rodless_sim
-from rodless_sim import Rig, State, Trace, simulate
+from rodless_sim import Rig, RigParameters, State, Trace, simulate
 
 # Lines of a terminal.
 SCREEN = 24
@@ -18,8 +19,9 @@ def page(thing: object) -> str:
 
 
 def test_dir_shows_what_is_public() -> None:
-    """Everything in __all__ is there."""
-    assert set(rodless_sim.__all__) <= set(dir(rodless_sim))
+    """dir() lists the names of __all__ and no others, and each is there."""
+    assert dir(rodless_sim) == sorted(rodless_sim.__all__)
+    assert all(hasattr(rodless_sim, name) for name in rodless_sim.__all__)
     assert len(rodless_sim.__all__) >= 6
 
 
@@ -34,6 +36,24 @@ def test_every_public_object_has_an_example_that_runs(name: str) -> None:
     assert result.attempted > 0
     assert result.failed == 0
     assert ">>> " in page(thing)
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        Rig.configure,
+        RigParameters.preset,
+        RigParameters.from_file,
+        RigParameters.with_values,
+        RigParameters.number,
+    ],
+)
+def test_methods_for_beginners_have_examples_that_run(method: Callable[..., object]) -> None:
+    """What help() of each shows gives what it says."""
+    (test,) = doctest.DocTestFinder(recurse=False).find(method, method.__name__)
+    result = doctest.DocTestRunner().run(test)
+    assert result.attempted > 0
+    assert result.failed == 0
 
 
 @pytest.mark.parametrize("thing", [simulate, Rig, Trace, Rig.advance, Rig.reset, Rig.read])

@@ -70,6 +70,31 @@ def test_reset_outside_the_stroke_is_refused(position: float) -> None:
     assert rig.state == before
 
 
+@pytest.mark.parametrize("pressures", [(math.nan, 1e5), (2e5, math.inf), (0.0, 1e5), (2e5, -1.0)])
+def test_pressures_that_no_chamber_has_are_refused(pressures: tuple[float, float]) -> None:
+    """NaN, infinity, zero and below: refused by value, in one line, and the rig stays as it is."""
+    rig = driven_rig()
+    before = rig.state
+    with pytest.raises(ValueError, match=r"^pressures .* Pa refused: must be finite and positive$"):
+        rig.reset(0.1, pressures)
+    assert rig.state == before
+    with pytest.raises(ValueError, match=repr(pressures[1])):
+        simulate(RigParameters(), [5.0], 1e-3, pressures=pressures)
+
+
+def test_reset_takes_pressures_as_any_pair_of_numbers() -> None:
+    """A tuple of integers and an array of NumPy start the same run."""
+    starts = [Rig().reset(0.1, pair) for pair in ((300_000, 200_000), np.array([3e5, 2e5]))]
+    assert starts[0] == starts[1]
+    assert (starts[0].pressure_a, starts[0].pressure_b) == (3e5, 2e5)
+
+
+def test_a_rig_of_no_parameters_is_refused() -> None:
+    """A dict is no set of parameters: the error says what to give."""
+    with pytest.raises(TypeError, match=r"are no RigParameters: give RigParameters\({\.\.\.}\)$"):
+        Rig({"supply.pressure": 6e5})  # type: ignore[arg-type]
+
+
 def test_configure_keeps_the_state() -> None:
     """New parameters take hold without moving carriage, air or time; the next step feels them."""
     rig = driven_rig()

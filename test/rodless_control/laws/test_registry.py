@@ -5,7 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from rodless_control import ControllerParameters, Law, ParameterError, Pid, PidParameters
+from rodless_control import (
+    ControllerParameters,
+    Law,
+    Measurement,
+    ParameterError,
+    Pid,
+    PidParameters,
+    ReferencePoint,
+)
 from rodless_control.laws import LAWS, law_class, law_with, make_law
 
 Write = Callable[[str, str], None]
@@ -25,6 +33,10 @@ class Mine(Law):
 class Stubborn(Law):
     def __init__(self):
         super().__init__()
+
+
+class Namesake(Law):
+    PARAMETERS = declare(Parameter("controller.kp", 1.0, "", "of the same name", "none"))
 
 
 class Greedy(Law):
@@ -81,6 +93,10 @@ def test_parameters_know_their_law() -> None:
         ("", "must be pid or package.module:Class"),
         ("nowhere_at_all:Law", "No module named 'nowhere_at_all'"),
         ("broken_laws:Law", "importing broken_laws failed: ZeroDivisionError: division by zero"),
+        (
+            "empty_laws:Empty",
+            "importing empty_laws failed: TypeError: Empty: KERNELS is missing",
+        ),
         ("my_laws:Missing", "has no Missing"),
         ("my_laws:NOTHING", "NOTHING is not a subclass of rodless_control.Law"),
         ("my_laws:Twofold", "must be identifiers, each once"),
@@ -93,6 +109,10 @@ def test_what_is_no_law_is_refused_in_one_line(module: Write, name: str, complai
     """The line names controller.law, what was given, and what is wrong with it."""
     module("my_laws", MINE)
     module("broken_laws", "1 / 0\n")
+    module(
+        "empty_laws",
+        "from rodless_control import CompiledLaw\nclass Empty(CompiledLaw):\n    TERMS = ()\n",
+    )
     with pytest.raises(ParameterError) as refusal:
         ControllerParameters.for_law(name)
     text = str(refusal.value)
@@ -125,3 +145,54 @@ def test_a_law_of_ones_own_brings_its_parameters(module: Write) -> None:
     }
     with pytest.raises(ParameterError, match=r"mine\.gain"):
         kind({"mine.gain": -1.0})
+
+
+def test_presets_and_files_tune_the_laws_of_the_package_only(module: Write, tmp_path: Path) -> None:
+    """A law of one's own takes the defaults from a preset, from which the PID has its gains.
+
+    What a law of one's own calls as the PID does stays its own; a misspelt name is still refused.
+    """
+    module("my_laws", MINE)
+    law = law_class("my_laws:Mine")
+    assert law.Parameters.preset("paper") == law.Parameters()
+    kind = ControllerParameters.for_law("my_laws:Mine")
+    assert kind.preset("paper") == kind()
+    path = tmp_path / "mine.yaml"
+    text = "/**/controller:\n  ros__parameters:\n    controller: {kp: 7.0, ki: 3.0}\n"
+    path.write_text(text, encoding="utf-8")
+    for chosen in (
+        law_class("my_laws:Namesake").Parameters,
+        ControllerParameters.for_law("my_laws:Namesake"),
+    ):
+        assert chosen.from_file(path)["controller.kp"] == 7.0
+        assert "controller.ki" not in chosen.from_file(path)
+    path.write_text(text.replace("kp", "kP"), encoding="utf-8")
+    for refused in (law.Parameters, kind):
+        with pytest.raises(ParameterError, match=r"controller\.kP: no such parameter"):
+            refused.from_file(path)
+
+
+def test_a_compiled_law_whose_terms_are_not_its_command_s_cannot_be_made() -> None:
+    """The error names the fields there are and those there must be, before anything runs."""
+    for terms in ((), ("error", "p", "i", "d"), Pid.TERMS[::-1]):
+        wrong = type("Wrong", (Pid,), {"TERMS": terms})
+        with pytest.raises(TypeError) as refusal:
+            wrong()
+        assert str(refusal.value) == (
+            "Wrong: the command of KERNELS.update has the fields voltage, error, p, i, d, "
+            f"feedforward, but must have voltage and TERMS: {', '.join(('voltage', *terms))}"
+        )
+        with pytest.raises(ParameterError, match=r"Wrong\(parameters\) failed: TypeError: Wrong"):
+            make_law(wrong, PidParameters())
+
+
+def test_a_subclass_that_updates_in_python_may_have_other_terms() -> None:
+    """Its kernel's command is not its answer."""
+
+    class Louder(Pid):
+        TERMS = ("volume",)
+
+        def update(self, *sample: object) -> tuple[float, float]:
+            return super().update(*sample).voltage, 11.0  # type: ignore[arg-type]
+
+    assert Louder().update(Measurement(0, 0.05), ReferencePoint(0.05), 0.0) == (5.08, 11.0)

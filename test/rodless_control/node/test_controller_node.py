@@ -28,7 +28,7 @@ class Bench:
     """A controller whose plant is the test, beside the same control law without ROS."""
 
     def __init__(self, observer: Observer) -> None:
-        """Wait until the controller listens."""
+        """Start to publish and to collect."""
         self.observer = observer
         self.commands: list[Float64] = observer.collect(Float64, "/valve/voltage")
         self.references: list[Float64] = observer.collect(Float64, "/controller/reference")
@@ -84,7 +84,7 @@ class Bench:
 
 @pytest.fixture(scope="module")
 def bench(observer: Observer, start_node: StartProcess) -> Iterator[Bench]:
-    """Run a controller that hears only the test."""
+    """Run a controller whose plant is the test."""
     with start_node("controller", PATIENT):
         yield Bench(observer)
 
@@ -125,9 +125,7 @@ def test_telemetry_is_what_the_command_is_made_of(bench: Bench) -> None:
     """Reference and error in m, the terms in V, one of each per sample, as the law has them."""
     terms = ("reference", "error", "p", "i", "d", "feedforward")
     records = {term: bench.observer.collect(Float64, f"{NODE}/{term}") for term in terms}
-    bench.observer.wait(
-        lambda: bench.command_for(0.0) and all(records.values()), "somebody to listen"
-    )
+    bench.observer.wait(lambda: bench.command_for(0.0) and all(records.values()), "telemetry")
     bench.restart()
     for messages in records.values():
         messages.clear()
@@ -301,14 +299,17 @@ def test_reset_forgets_the_integral_and_keeps_the_setpoint(bench: Bench) -> None
 def test_without_any_position_the_valve_is_kept_closed(
     observer: Observer, start_node: StartProcess
 ) -> None:
-    """A controller that hears no plant says so, and commands 5.08 V over and over."""
-    with start_node("controller", namespace="alone"):
+    """A controller without a plant says so, and commands 5.08 V over and over."""
+    with start_node("controller", namespace="alone") as controller:
         commands = observer.collect(Float64, "/alone/valve/voltage")
         observer.more(commands, 10)
         status = observer.diagnostic("/alone/controller")
         assert status.level == DiagnosticStatus.ERROR
         assert status.message == "no position: valve closed"
         assert {command.data for command in commands} == {NEUTRAL}
+        started = "started: law pid, reference setpoint; waiting for positions on"
+        assert f"{started} /alone/joint_states\n" in controller.output
+        assert "ready: " not in controller.output
 
 
 def test_the_last_command_of_a_controller_that_ends_closes_the_valve(

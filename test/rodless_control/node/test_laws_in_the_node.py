@@ -20,6 +20,8 @@ from rodless_lab.session.processes import node_command, write_parameters
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
+pytestmark = pytest.mark.ros
+
 DURATION = 0.6
 STEP = {
     "reference.type": "step",
@@ -186,7 +188,8 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
         rig.set_parameters("controller", {"mine.healthy": True})
         rig.enable_controller()
         rig.run_for(0.1)
-        assert rig.samples().voltage[-5:-1].tolist() == [5.2] * 4
+        voltage = rig.samples().voltage
+        assert voltage[np.isfinite(voltage)][-4:].tolist() == [5.2] * 4
         output = rig.outputs["controller"]
         with pytest.raises(RefusedError, match=r"mine\.healthy: 3 refused"):
             rig.set_parameters("controller", {"mine.healthy": 3})
@@ -216,6 +219,19 @@ def test_a_law_that_there_is_not_stops_the_node_with_one_line(
         r"No module named 'no_such_module'; put its folder on PYTHONPATH",
         done.stderr.splitlines()[-1],
     )
+
+
+def test_a_set_point_is_refused_and_counted_while_a_sine_runs(
+    observer: Observer, start_node: StartProcess
+) -> None:
+    """One line names the value and the reason; the counter of refusals grows."""
+    from std_msgs.msg import Float64  # noqa: PLC0415
+
+    with start_node("controller", {"reference.type": "sine"}, namespace="busy") as controller:
+        setpoints = observer.publisher(Float64, "/busy/setpoint")
+        setpoints.publish(Float64(data=0.1))
+        until_it_says(controller, "set-point: 0.1 m ignored, reference.type is sine")
+        assert observer.counter("/busy/controller", "set-points refused", fresh=True) == 1
 
 
 def test_a_set_point_outside_the_travel_is_refused_and_counted(

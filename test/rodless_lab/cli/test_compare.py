@@ -20,7 +20,8 @@ from rodless_sim import RigParameters, State, Trace, simulate
 def record(path: Path, run: Trace, target: float | None = None, late: float = 0.0) -> Path:
     """Write a run as a bag, begun ``late`` s earlier on the clock, with a set-point at 0.2 s."""
     measured = run_of_trace(
-        type(run)(**{**run.columns(), "time": run.time + late}), SUPPLY_PRESSURE
+        Trace(**{**{name: getattr(run, name) for name in FIELDS}, "time": run.time + late}),
+        SUPPLY_PRESSURE,
     )
     return rig_bag.write(path, measured, setpoint=target and (0.2 + late, target))
 

@@ -16,6 +16,7 @@ FORWARD = (5.26, 5.28, 5.30, 5.34, 5.40, 5.50)
 REVERSE = (4.90, 4.86, 4.80, 4.70, 4.60, 4.50)
 
 
+@pytest.mark.slow
 def test_another_friction_comes_back() -> None:
     """A rig with other friction than Table 2 is identified within 3 % by the same campaign."""
     hidden = {

@@ -19,6 +19,8 @@ from rodless_sim import RigParameters, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
 from rodless_sim.physics.cylinder import piston_area
 
+pytestmark = pytest.mark.slow
+
 RIG = RigParameters.preset("paper")
 SHEET = RigParameters(DATA_SHEET)
 

@@ -13,6 +13,8 @@ from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.parameter_writer import Finding, parameter_text
 from rodless_sim import ParameterError, RigParameters
 
+pytestmark = pytest.mark.slow
+
 
 def intervals(text: str) -> dict[str, tuple[float, float]]:
     """Read what the comments say of each parameter: (low, high)."""

@@ -16,6 +16,8 @@ from rodless_lab.identification.coverage import (
 )
 from rodless_lab.identification.friction.run import identify_friction
 
+pytestmark = pytest.mark.slow
+
 # Median half width over the truth. F_s and F_c carry the bias of the pressure sensors: 0.5 % of
 # 1 MPa on each side of the piston is up to 4.9 N, however long one measures.
 FRICTION_WIDTHS = {

@@ -55,6 +55,7 @@ def claimed(environment: dict[str, str]) -> int:
     return int(environment["ROS_DOMAIN_ID"])
 
 
+@pytest.mark.ros
 def test_a_domain_comes_with_what_keeps_it_on_this_machine() -> None:
     """The environment names the domain, loopback only, and DDS settings that DDS understands."""
     with own_domain() as environment:
@@ -72,6 +73,7 @@ def test_a_domain_comes_with_what_keeps_it_on_this_machine() -> None:
         assert node.stdout + node.stderr == ""
 
 
+@pytest.mark.ros
 def test_settings_that_dds_does_not_understand_would_be_seen(tmp_path: Path) -> None:
     """With a setting misspelt, the same node complains, which the test above would notice."""
     with own_domain() as environment:

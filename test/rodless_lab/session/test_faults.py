@@ -112,7 +112,7 @@ def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartSe
 
 
 def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
-    """Sample 0 comes again, and nobody waits for samples of a plant that was killed."""
+    """Sample 0 comes again, and a wait for samples of a killed plant ends at once."""
     rig = rig_session("lockstep", controller=None)
     rig.drive(5.6)
     rig.run_until(0.02)
@@ -124,7 +124,7 @@ def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
     assert np.array_equal(rig.samples(0).position[:20], rig.samples(1).position[:20])
 
 
-def test_whoever_waits_learns_of_a_node_that_dies_by_itself(rig_session: StartSession) -> None:
+def test_a_wait_ends_when_a_node_dies_by_itself(rig_session: StartSession) -> None:
     """The wait ends at once, whatever it was for."""
     rig = rig_session(plant=SLOW)
     os.kill(rig.pids["controller"], signal.SIGKILL)

@@ -28,7 +28,7 @@ def node(observer: Observer) -> Iterator[Node]:
 
 
 def test_a_wait_returns_what_it_found_or_says_what_it_waited_for(observer: Observer) -> None:
-    """The value of the condition comes back; in vain it takes the time given, no longer."""
+    """The value of the condition comes back; otherwise it takes the time given."""
     values = iter([0, 0, 7])
     assert observer.wait(lambda: next(values), "a number") == 7
     start = time.monotonic()

@@ -176,7 +176,7 @@ def test_the_controller_can_be_switched_off_and_reset(rig_session: StartSession)
 
 
 def test_waiting_ends_and_says_for_what(rig_session: StartSession) -> None:
-    """A wait in vain names what was waited for and shows what the nodes have printed."""
+    """A wait that times out names what was waited for and shows what the nodes have printed."""
     rig = rig_session()
     with pytest.raises(WaitTimeoutError, match="waiting for the moon") as caught:
         rig.run_until(lambda _: False, "the moon", timeout=0.2)

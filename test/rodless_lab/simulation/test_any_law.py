@@ -150,6 +150,81 @@ def test_the_terms_of_a_law_come_with_the_run() -> None:
     assert np.ptp(terms["p"]) > 1.0
 
 
+def test_the_terms_of_a_law_are_saved_with_the_run(tmp_path: Path) -> None:
+    """The CSV has them behind the columns, without units; the PID's error is the run's own."""
+    found = run(PidParameters(), duration=0.1)
+    found.save(tmp_path / "run.csv")
+    units, names, *rows = (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()
+    assert names.endswith(",mass_flow_b,reference,error,p,i,d,feedforward")
+    assert units.endswith(",kg/s,m,m,,,,")
+    table = np.array([[float(value) for value in row.split(",")] for row in rows])
+    saved = dict(zip(names.split(","), table.T, strict=True))
+    for name, values in found.terms.items():
+        assert np.array_equal(saved[name], values), name
+    assert np.ptp(saved["p"]) > 1.0
+    again = found.with_terms({"q": saved["p"]})
+    assert list(again.columns())[-3:] == ["reference", "error", "q"]
+    assert found.with_terms({}).columns().keys() == found.columns().keys() - {*"pid", "feedforward"}
+
+
+class Estimate(NamedTuple):
+    """A command with the law's own idea of the velocity."""
+
+    voltage: float
+    velocity: float
+
+
+def test_a_term_that_differs_from_the_column_of_its_name_is_saved_beside_it() -> None:
+    """The true velocity stays what it is; the law's estimate gets a name of its own."""
+
+    class Estimating(Law):
+        TERMS = ("velocity",)
+
+        def update(self, measurement: Measurement, *_: object) -> Estimate:
+            return Estimate(5.4, measurement.position)
+
+    found = run(Estimating(), RigParameters(), 0.2)
+    columns = found.columns()
+    assert list(columns)[-1] == "term_velocity"
+    assert found.units()["term_velocity"] == ""
+    assert np.array_equal(columns["term_velocity"], found.position)
+    assert np.array_equal(columns["velocity"], found.velocity)
+    assert not np.array_equal(found.velocity, found.position)
+
+
+def test_a_law_is_reset_once_before_a_run() -> None:
+    """Whether it runs in Python or compiled."""
+
+    def counted(kind: type[Law]) -> int:
+        resets = []
+
+        class Counting(kind):  # type: ignore[misc, valid-type]
+            def reset(self) -> None:
+                resets.append(None)
+                super().reset()
+
+        run(Counting(), duration=0.01)
+        return len(resets)
+
+    assert [counted(kind) for kind in (Pid, StepwisePid)] == [1, 1]
+
+
+def test_a_law_that_forgot_its_base_class_is_refused() -> None:
+    """Without parameters nobody knows its limits: the error says what to write."""
+
+    class Forgetful(Law):
+        def __init__(self) -> None:
+            self.gain = 1.0
+
+        def update(self, *_: object) -> float:
+            return 5.08
+
+    expected = r"^law Forgetful: __init__ must call super\(\).__init__\(\)$"
+    for law in (Forgetful, Forgetful()):
+        with pytest.raises(TypeError, match=expected):
+            run(law)
+
+
 def test_a_law_is_given_what_the_instruments_read() -> None:
     """Position and pressures are those of the run, the supply has noise; time, reference too."""
     law = Spied()

@@ -155,5 +155,5 @@ def test_keeping_up_again_is_said_once_when_it_lasts() -> None:
     assert news.hear(paced(0.9)) is None
     said = [news.hear(paced(1.0, 0.25)) for _ in range(GOOD_REPORTS + 5)]
     assert [k for k, line in enumerate(said) if line] == [GOOD_REPORTS - 1]
-    assert "keeps up again, 0.250 s late by now" in str(said[GOOD_REPORTS - 1])
+    assert "keeps up again; total lag 0.250 s" in str(said[GOOD_REPORTS - 1])
     assert not news.behind

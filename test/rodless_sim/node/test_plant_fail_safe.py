@@ -48,10 +48,10 @@ def test_without_a_command_nothing_moves(plant: PausedPlant) -> None:
     status = plant.diagnostic()
     if plant.count("overruns"):
         assert status.level == DiagnosticStatus.WARN
-        assert status.message == "since start: overruns"
+        assert status.message == "paused; since start: overruns"
     else:
         assert status.level == DiagnosticStatus.OK
-        assert "waiting for commands" in status.message
+        assert status.message == "paused"
 
 
 def test_silence_closes_the_valve_after_the_timeout_in_plant_time(plant: PausedPlant) -> None:

@@ -1,9 +1,9 @@
-"""What the plant says of itself once it is ready."""
+"""Whom the plant waits for, and what it says of itself once it is ready."""
 
 import pytest
 
 from rodless_sim import RigParameters
-from rodless_sim.node.ready import ready_line
+from rodless_sim.node.ready import all_listen, ready_line
 
 
 @pytest.mark.parametrize(
@@ -36,3 +36,43 @@ def test_the_line_says_mode_rate_supply_and_what_is_waited_for(
 ) -> None:
     """Pressures are gauge, topics as they are resolved."""
     assert ready_line(RigParameters(changes), "/a/joint_states", "/a/valve/voltage") == expected
+
+
+class Subscriptions:
+    """Subscriptions of one process, which match all at once when ``count`` is called a time."""
+
+    def __init__(self, match_after: int) -> None:
+        self._match_after = match_after
+        self._calls = 0
+        self.known = 0
+
+    def count(self) -> int:
+        """How many there are on any one of the topics."""
+        self._calls += 1
+        return int(self._calls > self._match_after)
+
+    def poll(self) -> int:
+        """The same, kept as a publisher does that sends on demand."""
+        self.known = self.count()
+        return self.known
+
+
+@pytest.mark.parametrize("match_after", range(4))
+def test_sample_0_goes_out_when_every_publisher_knows_its_subscribers(match_after: int) -> None:
+    """A controller that matches between two counts is not sent positions without pressures."""
+    subscriptions = Subscriptions(match_after)
+    while not all_listen(subscriptions.count, [subscriptions], recorders=0):
+        pass
+    assert subscriptions.known == 1
+
+
+@pytest.mark.parametrize(
+    ("samples", "others", "recorders", "expected"),
+    [(1, 0, 0, True), (0, 1, 0, False), (2, 1, 1, True), (1, 1, 1, False), (2, 0, 1, False)],
+)
+def test_recorders_hear_everything_and_one_more_the_samples(
+    samples: int, others: int, recorders: int, expected: bool
+) -> None:
+    """Each topic has as many subscribers as recorders, the samples have one more."""
+    publisher = Subscriptions(0 if others else 1)
+    assert all_listen(lambda: samples, [publisher], recorders) == expected

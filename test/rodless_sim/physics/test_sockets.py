@@ -14,7 +14,7 @@ import rodless_sim
 
 COULOMB = """
 from rodless_base.kernels import kernel
-from rodless_base.parameters import Parameter, declare
+from rodless_base.parameters import Parameter, ParameterError, declare
 from rodless_sim.physics.friction_forms.direction import Drag
 
 NAME = "coulomb"
@@ -22,6 +22,11 @@ MEANING = "the same force at any speed"
 PARAMETERS = declare(
     Parameter("friction.dry", 20.0, "N", "force at any speed", "test", 0.0, 1e3)
 )
+
+
+def check(parameters):
+    if parameters.number("friction.dry") > 50.0:
+        raise ParameterError("friction.dry: above what this seal bears")
 
 
 def of(parameters):
@@ -35,7 +40,7 @@ def force(constants, side, speed):
 
 ORIFICE = """
 from rodless_base.kernels import kernel
-from rodless_base.parameters import Parameter, declare
+from rodless_base.parameters import Parameter, ParameterError, declare
 from rodless_sim.physics.flow import Flow
 from rodless_sim.physics.lands import Edge, Lands
 
@@ -44,6 +49,11 @@ MEANING = "an orifice alone, its area in proportion to the voltage"
 PARAMETERS = declare(
     Parameter("valve.area_gain", 1e-7, "m²/V", "area per volt", "test", 0.0, 1e-5)
 )
+
+
+def check(parameters):
+    if parameters.number("valve.area_gain") == 0.0:
+        raise ParameterError("valve.area_gain: the valve never opens")
 
 
 def of(parameters):
@@ -64,12 +74,17 @@ def gap(constants, air, edge, pressure_1, pressure_2):
 TILT = """
 import math
 from rodless_base.kernels import kernel
-from rodless_base.parameters import Parameter, declare
+from rodless_base.parameters import Parameter, ParameterError, declare
 from rodless_sim.physics.force import Force
 
 PARAMETERS = declare(
     Parameter("rail.tilt", 0.0, "rad", "tilt of the rail, B's end up", "test", -1.6, 1.6)
 )
+
+
+def check(parameters):
+    if parameters.number("rail.tilt") > parameters.number("cylinder.moving_mass"):
+        raise ParameterError("rail.tilt: too steep for this carriage")
 
 
 def of(parameters):
@@ -130,15 +145,15 @@ def extended(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def found(folder: Path, **parameters: object) -> dict[str, list[float]]:
-    """What the extended plant gives, as plain Python."""
+def started(folder: Path, **parameters: object) -> "subprocess.CompletedProcess[str]":
+    """Run the program on the extended plant, as plain Python."""
     environment = {
         **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
         "NUMBA_DISABLE_JIT": "1",
         "PYTHONPATH": os.pathsep.join([str(folder), *(path for path in sys.path if path)]),
     }
     values = {name.replace("__", "."): value for name, value in parameters.items()}
-    done = subprocess.run(
+    return subprocess.run(
         [sys.executable, "-c", PROGRAM, json.dumps(values)],
         env=environment,
         cwd=folder,
@@ -146,6 +161,11 @@ def found(folder: Path, **parameters: object) -> dict[str, list[float]]:
         text=True,
         check=False,
     )
+
+
+def found(folder: Path, **parameters: object) -> dict[str, list[float]]:
+    """What the extended plant gives."""
+    done = started(folder, **parameters)
     assert done.returncode == 0, done.stderr
     result: dict[str, list[float]] = json.loads(done.stdout)
     return result
@@ -174,3 +194,21 @@ def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(exte
     # Choked: 0.684731 P S / sqrt(R T).
     assert after["valve"][1] == pytest.approx(0.684731 * 7e5 * 2e-7 / 291.9826, rel=1e-5)
     assert after["valve"] != before["valve"]
+
+
+@pytest.mark.parametrize(
+    ("values", "refusal"),
+    [
+        ({"friction__dry": 60.0}, "friction.dry: above what this seal bears"),
+        ({"valve__area_gain": 0.0}, "valve.area_gain: the valve never opens"),
+        ({"rail__tilt": 1.5}, "rail.tilt: too steep for this carriage"),
+    ],
+    ids=["friction form", "assembly", "force"],
+)
+def test_a_new_module_may_refuse_values(
+    extended: Path, values: dict[str, object], refusal: str
+) -> None:
+    """Its check() is called with the whole set, and its error comes out as it is."""
+    done = started(extended, cylinder__moving_mass=1.0, **values)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith(f"ParameterError: {refusal}")

@@ -1,4 +1,4 @@
-"""Messages put together to measurements by their stamp."""
+"""Messages combined to measurements by their stamp."""
 
 import itertools
 import math
@@ -7,12 +7,16 @@ import random
 import pytest
 
 from rodless_control import Measurement
-from rodless_control.samples import CAPACITY, Samples
+from rodless_control.stamp_synchronizer import StampSynchronizer
+
+CAPACITY = 100
 
 FIELDS = ("position", "pressure_a", "pressure_b", "supply_pressure")
 
 
-def sample(samples: Samples, stamp: int, fields: tuple[str, ...] = FIELDS) -> list[Measurement]:
+def sample(
+    samples: StampSynchronizer, stamp: int, fields: tuple[str, ...] = FIELDS
+) -> list[Measurement]:
     """Put all readings of one stamp, each its stamp plus its place, and return what they give."""
     found = [samples.put(field, stamp, stamp + FIELDS.index(field)) for field in fields]
     return [measurement for measurement in found if measurement is not None]
@@ -25,7 +29,7 @@ def expected(stamp: int) -> Measurement:
 
 def test_a_position_alone_is_a_measurement_without_pressures() -> None:
     """Where only positions are wanted each one counts at once, and its pressures are NaN."""
-    found = Samples(["position"]).put("position", 7, 0.05)
+    found = StampSynchronizer(["position"], CAPACITY).put("position", 7, 0.05)
     assert found is not None
     assert found[:2] == (7, 0.05)
     assert all(map(math.isnan, found[2:]))
@@ -34,7 +38,7 @@ def test_a_position_alone_is_a_measurement_without_pressures() -> None:
 @pytest.mark.parametrize("order", [*itertools.permutations(FIELDS)])
 def test_any_order_of_topics_gives_one_measurement(order: tuple[str, ...]) -> None:
     """The last of the four readings completes it, whichever that is, and no other."""
-    samples = Samples(FIELDS)
+    samples = StampSynchronizer(FIELDS, CAPACITY)
     assert [samples.put(field, 5, FIELDS.index(field)) for field in order[:3]] == [None] * 3
     assert samples.put(order[3], 5, FIELDS.index(order[3])) == Measurement(5, 0, 1, 2, 3)
     assert samples.incomplete == 0
@@ -45,7 +49,7 @@ def test_topics_may_lag_behind_each_other() -> None:
     generator = random.Random(3)
     for _ in range(50):
         topics = {field: list(range(30)) for field in FIELDS}
-        samples, found = Samples(FIELDS), []
+        samples, found = StampSynchronizer(FIELDS, CAPACITY), []
         while topics:
             field = generator.choice(sorted(topics))
             stamp = topics[field].pop(0)
@@ -61,7 +65,7 @@ def test_a_sample_that_lacks_a_pressure_is_dropped_with_the_next_complete_one() 
 
     Their pressures do not turn up in a later measurement.
     """
-    samples = Samples(FIELDS)
+    samples = StampSynchronizer(FIELDS, CAPACITY)
     assert sample(samples, 1, FIELDS[:3]) == sample(samples, 2, FIELDS[:3]) == []
     assert samples.incomplete == 0
     assert sample(samples, 3) == [expected(3)]
@@ -72,7 +76,7 @@ def test_a_sample_that_lacks_a_pressure_is_dropped_with_the_next_complete_one() 
 @pytest.mark.parametrize("first", FIELDS)
 def test_a_reset_of_the_plant_starts_a_new_run(first: str) -> None:
     """Stamps from 0 again, topic by topic, while the old run's last messages still arrive."""
-    samples = Samples(FIELDS)
+    samples = StampSynchronizer(FIELDS, CAPACITY)
     for stamp in range(3):
         assert sample(samples, stamp) == [expected(stamp)]
     others = tuple(field for field in FIELDS if field != first)
@@ -83,9 +87,9 @@ def test_a_reset_of_the_plant_starts_a_new_run(first: str) -> None:
     assert samples.incomplete == 1
 
 
-def test_readings_of_two_runs_never_meet() -> None:
+def test_readings_of_two_runs_are_never_combined() -> None:
     """An old run's reading at the same stamp does not complete a sample of the new run."""
-    samples = Samples(["position", "pressure_a"])
+    samples = StampSynchronizer(["position", "pressure_a"], CAPACITY)
     samples.put("pressure_a", 0, 100.0)
     samples.put("pressure_a", 1, 101.0)
     samples.put("position", 0, 0.0)
@@ -99,7 +103,7 @@ def test_readings_of_two_runs_never_meet() -> None:
 
 def test_the_same_sample_again_is_a_measurement_again() -> None:
     """A lock-step plant offers a sample anew to a controller that has lost its answer."""
-    samples = Samples(FIELDS)
+    samples = StampSynchronizer(FIELDS, CAPACITY)
     assert sample(samples, 0) == sample(samples, 0) == [expected(0)]
     assert sample(samples, 1) == [expected(1)]
     assert samples.incomplete == 0
@@ -107,7 +111,7 @@ def test_the_same_sample_again_is_a_measurement_again() -> None:
 
 def test_memory_is_bounded_and_it_recovers() -> None:
     """A topic that never comes holds back no more than the capacity, and may then begin."""
-    samples = Samples(FIELDS)
+    samples = StampSynchronizer(FIELDS, CAPACITY)
     for stamp in range(10 * CAPACITY):
         assert sample(samples, stamp, FIELDS[:3]) == []
         assert len(samples._waiting) <= CAPACITY
@@ -119,7 +123,7 @@ def test_memory_is_bounded_and_it_recovers() -> None:
 
 def test_runs_that_were_miscounted_are_found_again() -> None:
     """A topic that missed the reset altogether works again once the capacity is used up."""
-    samples = Samples(["position", "pressure_a"])
+    samples = StampSynchronizer(["position", "pressure_a"], CAPACITY)
     samples.put("position", 5, 0.0)
     found = []
     for stamp in range(2 * CAPACITY):

@@ -1,27 +1,29 @@
-"""Messages of several topics, put together to measurements by their stamp."""
+"""Messages of several topics, combined to measurements by their stamp."""
 
 from collections.abc import Iterable
 
 from rodless_base.measurement import Measurement
 
-# Samples that may wait for some of their messages: what the queues of the topics hold.
-CAPACITY = 1000
-
 # Run and stamp (ns): a plant that is reset counts its time from 0 again.
 Key = tuple[int, int]
 
 
-class Samples:
+class StampSynchronizer:
     """Measurements of which every one of ``fields`` has come, in whatever order topics arrive.
 
-    Each topic is in order of its own. One whose stamps run backwards has gone on to the next run of
-    the plant, and messages of two runs never meet. A sample that lacks a message when a later one
-    is complete never will be: it is dropped and counted in ``incomplete``.
+    Messages of one topic arrive in order. A stamp that runs backwards starts the plant's next run;
+    messages of different runs are never combined. When a later sample completes, earlier incomplete
+    ones are dropped and counted, in ``incomplete``.
     """
 
-    def __init__(self, fields: Iterable[str]) -> None:
-        """Wait for ``fields`` of :class:`Measurement`, besides the stamp."""
+    def __init__(self, fields: Iterable[str], capacity: int) -> None:
+        """Wait for ``fields`` of :class:`Measurement`, besides the stamp.
+
+        At most ``capacity`` samples wait for some of their messages: what the queues of the topics
+        hold.
+        """
         self.incomplete = 0
+        self._capacity = capacity
         self._latest = dict.fromkeys(fields, (0, -1))
         self._waiting: dict[Key, dict[str, float]] = {}
 
@@ -35,7 +37,7 @@ class Samples:
         if len(readings) == len(self._latest):
             self._drop(other for other in list(self._waiting) if other < key)
             return Measurement(stamp, **self._waiting.pop(key))
-        if len(self._waiting) > CAPACITY:
+        if len(self._waiting) > self._capacity:
             self._start_over_with(field, stamp, value)
         return None
 

@@ -1,0 +1,13 @@
+"""One joint of a JointState."""
+
+from sensor_msgs.msg import JointState
+
+
+def joint_position(message: JointState, name: str) -> float | None:
+    """Return the position (m) of the joint ``name``, or None where the message has none.
+
+    Positions that are not as many as the names belong to no joint for certain.
+    """
+    if name not in message.name or len(message.position) != len(message.name):
+        return None
+    return float(message.position[message.name.index(name)])

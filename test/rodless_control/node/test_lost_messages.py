@@ -1,0 +1,58 @@
+"""Messages that a stopped subscriber keeps from being sent are counted."""
+
+from collections.abc import Iterator
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.impl.implementation_singleton import rclpy_implementation
+
+from rodless_base.measurement import Measurement
+from rodless_base.ros import publish
+from rodless_control.node.controller_node import ControllerNode
+from rodless_lab.session.observer import Observer
+
+NAME = "/lossy/controller"
+
+
+class Blocked:
+    """A publisher whose queue is full and stays so."""
+
+    def publish(self, _message: object) -> None:
+        """Fail as rclpy does then."""
+        raise rclpy_implementation.RCLError("Failed to publish: the queue is full")
+
+    def get_subscription_count(self) -> int:
+        """One that has stopped."""
+        return 1
+
+
+@pytest.fixture
+def controller(observer: Observer) -> Iterator[ControllerNode]:
+    """Return a controller that nothing spins, in the test's own process."""
+    controller = ControllerNode(context=observer.context, namespace="/lossy")
+    yield controller
+    controller.node.destroy_node()
+
+
+def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
+    observer: Observer, controller: ControllerNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three samples lose a command and a reference each; one that gets through loses nothing."""
+    monkeypatch.setattr(publish, "READER_TIMEOUT", 0.0)
+    reference = controller._telemetry._publishers["reference"]
+    for k in range(4):
+        if k == 1:
+            monkeypatch.setattr(controller, "_voltage", Blocked())
+            monkeypatch.setattr(reference, "_publisher", Blocked())
+            reference.poll()
+        controller._take_sample(Measurement(k * 1_000_000, 0.05))
+    controller._watch()
+
+    def published() -> bool:
+        controller._publish_diagnostics()
+        return NAME in observer.diagnostics
+
+    observer.wait(published, "diagnostics")
+    assert observer.diagnostics[NAME].level == DiagnosticStatus.WARN
+    assert "messages lost to a stopped subscriber" in observer.diagnostics[NAME].message
+    assert observer.counter(NAME, "messages lost to a stopped subscriber") == 6

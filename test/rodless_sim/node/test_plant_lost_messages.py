@@ -1,0 +1,51 @@
+"""What a stopped subscriber has missed shows in the plant's diagnostics."""
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.context import Context
+
+from rodless_base.ros import publish
+from rodless_base.ros.process import make_executor
+from rodless_lab.session.observer import Observer
+from rodless_sim.node import plant_node
+
+LOST = "messages lost to a stopped subscriber"
+
+
+@pytest.fixture
+def context(domain: dict[str, str]) -> Iterator[Context]:  # noqa: ARG001  sets the environment
+    """Return a context of the test's own."""
+    own = Context()
+    rclpy.init(context=own)
+    yield own
+    rclpy.try_shutdown(context=own)
+
+
+@pytest.mark.parametrize("module", [plant_node, publish], ids=["samples", "pressures and clock"])
+def test_lost_messages_are_a_fault(
+    observer: Observer, context: Context, monkeypatch: pytest.MonkeyPatch, module: object
+) -> None:
+    """They are counted, of all topics, and the warning stays."""
+    lost = []
+    monkeypatch.setattr(module, "send", lambda *_: bool(lost.append(None)))
+    observer.collect(plant_node.Clock, "/clock")
+    plant = plant_node.PlantNode(context=context)
+    executor = make_executor(context)
+    executor.add_node(plant.node)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
+    spinning.start()
+    try:
+        observer.wait(lambda: len(lost) > 10, "messages")
+        before = len(lost)
+        status = observer.diagnostic("/plant", fresh=True)
+        assert before <= observer.counter("/plant", LOST) <= len(lost)
+        assert status.level == DiagnosticStatus.WARN
+        assert LOST in status.message
+    finally:
+        executor.shutdown()
+        spinning.join()
+        plant.close()
