@@ -5,6 +5,7 @@ uncompiled original, and ``NUMBA_DISABLE_JIT=1`` runs all of them uncompiled.
 """
 
 import hashlib
+import operator
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -63,10 +64,20 @@ _CACHE_DIRECTORY = _cache_directory()
 def kernel(function: Kernel) -> Kernel:
     """Compile ``function`` on first call; later processes load it from the user's cache.
 
-    A function from outside this project is compiled in each process, because its sources are not in
+    Compiled code that calls it gets a copy of its body, so that a small function costs no call. A
+    function from outside this project is compiled in each process, because its sources are not in
     the cache's digest.
     """
     return _compiled(function, keep=_is_in_digest(function))
+
+
+def outlined_kernel(function: Kernel) -> Kernel:
+    """:func:`kernel` for what runs long, and for what is rare inside something quick.
+
+    It stays a function of its own, and a call from Python releases the GIL. Compiled code sets up
+    all the variables of a function whenever it is called; what is rare would cost in every call.
+    """
+    return _compiled(function, keep=_is_in_digest(function), outlined=True)
 
 
 def is_kernel(function: object) -> bool:
@@ -76,6 +87,8 @@ def is_kernel(function: object) -> bool:
 
 def linked(function: Kernel, **kernels: Callable[..., object]) -> Kernel:
     """Compile a copy of ``function`` that calls ``kernels`` by the names they are given as.
+
+    It is an :func:`outlined_kernel`.
 
     The copy is kept between processes where all of ``kernels`` are. numba keeps no function that
     takes others as arguments.
@@ -87,7 +100,8 @@ def linked(function: Kernel, **kernels: Callable[..., object]) -> Kernel:
     )
     copy = unlinked(function, **kernels)
     copy.__qualname__ = name
-    return _compiled(copy, keep=all(map(_is_in_digest, [function, *plain])))
+    keep = all(map(_is_in_digest, [function, *plain]))
+    return _compiled(copy, keep, outlined=True)
 
 
 def unlinked(function: Kernel, **functions: Callable[..., object]) -> Kernel:
@@ -96,11 +110,12 @@ def unlinked(function: Kernel, **functions: Callable[..., object]) -> Kernel:
     return cast(Kernel, FunctionType(function.__code__, scope, function.__name__))
 
 
-def _compiled(function: Kernel, keep: bool) -> Kernel:
+def _compiled(function: Kernel, keep: bool, outlined: bool = False) -> Kernel:
+    options = {"nogil": True} if outlined else {"forceinline": True}
     others = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = _CACHE_DIRECTORY
     try:
-        return cast(Kernel, numba.njit(cache=keep, error_model="numpy")(function))
+        return cast(Kernel, numba.njit(cache=keep, error_model="numpy", **options)(function))
     finally:
         numba.config.CACHE_DIR = others
 
@@ -141,23 +156,34 @@ def dispatch(functions: Sequence[Callable[..., Result]]) -> Callable[..., Result
     return _joined(choose, "dispatch", functions)
 
 
-def total(functions: Sequence[Callable[..., float]]) -> Callable[..., float]:
+def total(
+    functions: Sequence[Callable[..., Result]],
+    zero: Any = 0.0,
+    plus: Callable[[Any, Any], Any] = operator.add,
+) -> Callable[..., Result]:
     """Return one kernel for the sum of several.
 
     ``kernel(constants, *arguments)`` is the sum of ``functions[k](constants[k], *arguments)`` over
-    all k, ``constants`` as :func:`dispatch` takes them.
+    all k, ``constants`` as :func:`dispatch` takes them; ``zero`` where there are none. ``plus`` is
+    a kernel that adds two.
     """
+    if not functions:
+
+        def nothing(constants: tuple[Any, ...], *arguments: Any) -> Any:  # noqa: ARG001
+            return zero
+
+        return _joined(nothing, "total", functions)
     *others, last = functions
     if not others:
 
-        def only(constants: tuple[Any, ...], *arguments: Any) -> float:
+        def only(constants: tuple[Any, ...], *arguments: Any) -> Result:
             return last(constants[0], *arguments)
 
         return _joined(only, "total", functions)
-    before = total(others)
+    before = total(others, zero, plus)
 
-    def add(constants: tuple[Any, ...], *arguments: Any) -> float:
-        return before(constants[:-1], *arguments) + last(constants[-1], *arguments)
+    def add(constants: tuple[Any, ...], *arguments: Any) -> Any:
+        return plus(before(constants[:-1], *arguments), last(constants[-1], *arguments))
 
     return _joined(add, "total", functions)
 
@@ -167,4 +193,4 @@ def _joined(function: Kernel, what: str, functions: Sequence[Callable[..., objec
     # by name and types.
     names = ", ".join(f"{member.__module__}.{member.__qualname__}" for member in functions)
     function.__qualname__ = f"{what}({names})"
-    return cast(Kernel, numba.njit(error_model="numpy")(function))
+    return cast(Kernel, numba.njit(error_model="numpy", forceinline=True)(function))

@@ -107,10 +107,12 @@ class ParameterSet(Mapping[str, Value]):
     """Values for every parameter a class declares; immutable, always valid as a whole.
 
     Subclasses give ``DECLARATIONS`` (the parameters), ``NODE`` (whose section of a parameter
-    file is read) and may override :meth:`check_together`.
+    file is read) and ``REPLACED`` (what replaces each parameter there was once), and may override
+    :meth:`check_together`.
     """
 
     DECLARATIONS: ClassVar[dict[str, Parameter]] = {}
+    REPLACED: ClassVar[dict[str, str]] = {}
     NODE: ClassVar[str] = ""
 
     def __init__(self, values: Mapping[str, object] | None = None) -> None:
@@ -272,6 +274,8 @@ class ParameterSet(Mapping[str, Value]):
     @classmethod
     def unknown(cls, name: str) -> str:
         """Say that ``name`` is no parameter, and which one may have been meant."""
+        if name in cls.REPLACED:
+            return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         return f"{name}: no such parameter{hint}"

@@ -1,6 +1,7 @@
 """Reference trajectories: position and velocity at a time, ``sample(time) -> (m, m/s)``.
 
-All raise ValueError for a number that is not finite.
+Where a trajectory has ``samples(times)``, shape (n,) to (n, 2), that gives many at once, with the
+same bits. All raise ValueError for a number that is not finite.
 
 Examples
 --------
@@ -11,6 +12,13 @@ Examples
 import math
 from dataclasses import dataclass, fields
 from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.kernels import outlined_kernel
+
+Array = npt.NDArray[np.float64]
 
 
 class Reference(Protocol):
@@ -30,6 +38,36 @@ class Reference(Protocol):
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return position (m) and velocity (m/s) at ``time`` (s)."""
+
+
+def sampled(reference: Reference, times: Array) -> Array:
+    """Return position (m) and velocity (m/s) at ``times`` (s), shape (n,), as shape (n, 2)."""
+    at_once = getattr(reference, "samples", None)
+    if at_once is not None:
+        return np.ascontiguousarray(at_once(times), dtype=np.float64)
+    points = [reference.sample(time) for time in times.tolist()]
+    return np.array(points, dtype=np.float64).reshape(-1, 2)
+
+
+def _points(position: Array | float, velocity: Array | float, times: Array) -> Array:
+    """Return both as columns, one row for each of ``times``."""
+    found = np.empty((len(times), 2))
+    found[:, 0], found[:, 1] = position, velocity
+    return found
+
+
+@outlined_kernel
+def _sine_samples(centre: float, amplitude: float, rate: float, at: float, times: Array) -> Array:
+    # numpy's sine need not have the bits of math's.
+    found = np.empty((times.size, 2))
+    for k in range(times.size):
+        if times[k] < at:
+            found[k, 0], found[k, 1] = centre, 0.0
+        else:
+            angle = rate * (times[k] - at)
+            found[k, 0] = centre + amplitude * math.sin(angle)
+            found[k, 1] = amplitude * rate * math.cos(angle)
+    return found
 
 
 @dataclass(frozen=True)
@@ -53,6 +91,10 @@ class Constant(_Finite):
         """Return the position and no velocity."""
         return self.position, 0.0
 
+    def samples(self, times: Array) -> Array:
+        """Return :meth:`sample` at each of ``times``."""
+        return _points(self.position, 0.0, times)
+
 
 @dataclass(frozen=True)
 class Step(_Finite):
@@ -65,6 +107,10 @@ class Step(_Finite):
     def sample(self, time: float) -> tuple[float, float]:
         """Return the position on this side of the step; the jump itself has no velocity."""
         return (self.before if time < self.at else self.after), 0.0
+
+    def samples(self, times: Array) -> Array:
+        """Return :meth:`sample` at each of ``times``."""
+        return _points(np.where(times < self.at, self.before, self.after), 0.0, times)
 
 
 @dataclass(frozen=True)
@@ -91,6 +137,19 @@ class Ramp(_Finite):
         velocity = math.copysign(self.velocity, distance)
         return self.start + velocity * elapsed, velocity
 
+    def samples(self, times: Array) -> Array:
+        """Return :meth:`sample` at each of ``times``."""
+        distance = self.target - self.start
+        elapsed = times - self.at
+        velocity = math.copysign(self.velocity, distance)
+        before, after = elapsed < 0.0, elapsed * self.velocity >= abs(distance)
+        position = np.where(after, self.target, self.start + velocity * elapsed)
+        return _points(
+            np.where(before, self.start, position),
+            np.where(before | after, 0.0, velocity),
+            times,
+        )
+
 
 @dataclass(frozen=True)
 class Sine(_Finite):
@@ -111,6 +170,11 @@ class Sine(_Finite):
             self.centre + self.amplitude * math.sin(angle),
             self.amplitude * rate * math.cos(angle),
         )
+
+    def samples(self, times: Array) -> Array:
+        """Return :meth:`sample` at each of ``times``."""
+        rate = 2.0 * math.pi * self.frequency
+        return _sine_samples(self.centre, self.amplitude, rate, self.at, times)
 
 
 @dataclass(frozen=True)
@@ -155,6 +219,28 @@ class Move(_Finite):
             if elapsed <= 0.0:
                 return self.start + side * position, side * velocity
         return self.target, 0.0
+
+    def samples(self, times: Array) -> Array:
+        """Return :meth:`sample` at each of ``times``."""
+        elapsed = times - self.at
+        before = elapsed <= 0.0
+        side = math.copysign(1.0, self.target - self.start)
+        position, velocity = np.zeros(len(times)), np.zeros(len(times))
+        acceleration = np.zeros(len(times))
+        for jerk, duration in self._phases():
+            t = np.clip(elapsed, 0.0, duration)
+            position += t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0))
+            velocity += t * (acceleration + t * jerk / 2.0)
+            acceleration += t * jerk
+            elapsed = elapsed - t
+        after = ~before & (elapsed > 0.0)
+        return _points(
+            np.where(
+                before, self.start, np.where(after, self.target, self.start + side * position)
+            ),
+            np.where(before | after, 0.0, side * velocity),
+            times,
+        )
 
     def _phases(self) -> tuple[tuple[float, float], ...]:
         """Jerk and duration of the seven phases, in the direction of the move."""

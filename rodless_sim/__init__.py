@@ -2,11 +2,20 @@
 
 from rodless_base.parameters import ParameterError
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig, simulate
 from rodless_sim.trace import Trace
 
-__all__ = ["ParameterError", "Rig", "RigParameters", "State", "Trace", "simulate"]
+__all__ = [
+    "ParameterError",
+    "Rig",
+    "RigParameters",
+    "SimulationError",
+    "State",
+    "Trace",
+    "simulate",
+]
 
 
 def __dir__() -> list[str]:

@@ -1,6 +1,5 @@
 """The plant's parameters: what each physical thing declares, and what ties several together."""
 
-import math
 from typing import ClassVar
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
@@ -8,11 +7,7 @@ from rodless_base.parameters import Parameter, ParameterError, ParameterSet, col
 from rodless_sim import timing
 from rodless_sim.instruments import instruments
 from rodless_sim.node import command
-from rodless_sim.physics import air, cylinder, forces, friction, valve, valve_assembly
-
-# An explicit inner step follows a rate of change (1/s) faithfully while step x rate stays below
-# this; a combination of values beyond it is refused instead of integrated badly.
-MAXIMUM_STEP_TIMES_RATE = 0.7
+from rodless_sim.physics import air, cylinder, end_stop, forces, friction, valve, valve_assembly
 
 DECLARATIONS = collect(
     air.PARAMETERS,
@@ -20,11 +15,18 @@ DECLARATIONS = collect(
     valve.PARAMETERS,
     command.PARAMETERS,
     cylinder.PARAMETERS,
+    end_stop.PARAMETERS,
     forces.PARAMETERS,
     friction.PARAMETERS,
     instruments.PARAMETERS,
     timing.PARAMETERS,
 )
+
+REPLACED = {
+    "time.inner_step": "time.tolerance bounds the error instead: leave this out",
+    "end_stop.stiffness": "the end caps are rigid, end_stop.restitution says how it rebounds",
+    "end_stop.damping": "the end caps are rigid, end_stop.restitution says how it rebounds",
+}
 
 
 class RigParameters(ParameterSet):
@@ -52,23 +54,19 @@ class RigParameters(ParameterSet):
     """
 
     DECLARATIONS: ClassVar[dict[str, Parameter]] = DECLARATIONS
+    REPLACED: ClassVar[dict[str, str]] = REPLACED
     NODE: ClassVar[str] = "plant"
 
     def check_together(self) -> None:
-        """Refuse combinations that no rig has, or that the inner step cannot follow."""
+        """Refuse combinations that no rig has."""
         sockets = (*valve_assembly.ASSEMBLIES, *friction.FORMS, *forces.FORCES)
         for thing in (air, valve, friction, cylinder, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()
-        self._check_step()
 
     def _check_period(self) -> None:
-        period, step = self.number("time.period"), self.number("time.inner_step")
-        if step > period:
-            raise ParameterError(
-                f"time.inner_step: {step:g} s refused, longer than time.period ({period:g} s)"
-            )
+        period = self.number("time.period")
         timeout = self.number("valve.command_timeout")
         if period > timeout:
             raise ParameterError(
@@ -80,27 +78,3 @@ class RigParameters(ParameterSet):
             raise ParameterError(
                 f"time.period: {period!r} s refused, not a whole number of nanoseconds"
             )
-
-    def _check_step(self) -> None:
-        step = self.number("time.inner_step")
-        for what, rate in self._rates().items():
-            if rate * step > MAXIMUM_STEP_TIMES_RATE:
-                raise ParameterError(
-                    f"{what}: changes within {1e6 / rate:.3g} µs, too fast for time.inner_step "
-                    f"{step:g} s; choose at most {MAXIMUM_STEP_TIMES_RATE / rate:.2g} s"
-                )
-
-    def _rates(self) -> dict[str, float]:
-        """Fastest rates of change of the mechanics in 1/s, by the parameter to blame."""
-        mass = self.number("cylinder.moving_mass")
-        rates = {
-            "end_stop.stiffness": math.sqrt(self.number("end_stop.stiffness") / mass),
-            "end_stop.damping": self.number("end_stop.damping") / mass,
-        }
-        for side in ("forward", "reverse"):
-            name = f"friction.{side}"
-            drop = self.number(f"{name}.static") - self.number(f"{name}.coulomb")
-            slope = math.sqrt(2.0 / math.e) * drop / self.number(f"{name}.stribeck_velocity")
-            rates[f"{name}.viscous"] = self.number(f"{name}.viscous") / mass
-            rates[f"{name}.stribeck_velocity"] = slope / mass
-        return rates

@@ -11,12 +11,13 @@ from rodless_base.measurement import Measurement
 from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.faults import simulation_error
 from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_pressures
 from rodless_sim.physics.state import Motion, State
-from rodless_sim.timing import division
+from rodless_sim.timing import nanoseconds
 from rodless_sim.trace import Trace, run_open_loop, trace
 
 
@@ -25,6 +26,35 @@ def applied_voltage(voltage: float) -> float:
     if not math.isfinite(voltage):
         raise ValueError(f"voltage {voltage!r} refused: not a finite number")
     return min(max(voltage, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
+
+
+def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
+    """Return :func:`applied_voltage` of each of ``voltages``; raises ValueError for none."""
+    commands = np.asarray(voltages, dtype=np.float64).ravel()
+    if not commands.size:
+        raise ValueError("no voltages given")
+    if not np.isfinite(commands).all():
+        applied_voltage(float(commands[~np.isfinite(commands)][0]))
+    return np.clip(commands, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE)
+
+
+def starting_motion(
+    plant: Plant,
+    parameters: RigParameters,
+    position: float | None = None,
+    pressures: tuple[float, float] | None = None,
+) -> Motion:
+    """Return the state at rest that :meth:`Rig.reset` describes; raises as it does."""
+    if position is None:
+        position = parameters.number("cylinder.initial_position")
+    if not 0.0 <= position <= plant.cylinder.stroke:
+        raise ValueError(f"position {position!r} m refused: outside the stroke")
+    if pressures is None:
+        pressures = settled_pressures(plant, plant.valve.closed_voltage)
+    a, b = pressures
+    if not (0.0 < a < math.inf and 0.0 < b < math.inf):
+        raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
+    return Motion(float(position), 0.0, float(a), float(b))
 
 
 class Rig:
@@ -65,7 +95,7 @@ class Rig:
         self._plant = Plant.of(self._parameters)
         self._sampling: Sampling | None = None
         rest = Motion(0.0, 0.0, 0.0, 0.0)
-        self._advance = specialise(advance_at_voltage, self._plant, 0.0, rest, 0, 0.0)
+        self._advance = specialise(advance_at_voltage, self._plant, 0.0, rest, 0.0, 1.0)
         self.reset()
 
     @property
@@ -96,13 +126,17 @@ class Rig:
         self._plant = Plant.of(parameters)
         if self._sampling is not None:
             self._sampling.configure(parameters)
-        self._apply(self._voltage, self._motion, 0, 0.0)
+        self._apply(self._voltage, self._motion, 0.0)
 
-    def _apply(self, voltage: float, motion: Motion, steps: int, step: float) -> None:
-        self._voltage = voltage
-        self._motion, self._flow_a, self._flow_b = self._advance(
-            self._plant, voltage, motion, steps, step
+    def _apply(self, voltage: float, motion: Motion, period: float) -> None:
+        tolerance = self._parameters.number("time.tolerance")
+        after, flow_a, flow_b, fault = self._advance(
+            self._plant, voltage, motion, period, tolerance
         )
+        if fault:
+            raise simulation_error(fault, self._nanoseconds * SECONDS_PER_NANOSECOND, after)
+        self._voltage, self._motion = voltage, after
+        self._flow_a, self._flow_b = flow_a, flow_b
 
     def reset(
         self, position: float | None = None, pressures: tuple[float, float] | None = None
@@ -124,16 +158,9 @@ class Rig:
             For a position outside the stroke, and pressures that are not finite and positive.
 
         """
-        if position is None:
-            position = self._parameters.number("cylinder.initial_position")
-        if not 0.0 <= position <= self._plant.cylinder.stroke:
-            raise ValueError(f"position {position!r} m refused: outside the stroke")
-        closed = self._plant.valve.closed_voltage
-        a, b = settled_pressures(self._plant, closed) if pressures is None else pressures
-        if not (0.0 < a < math.inf and 0.0 < b < math.inf):
-            raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
+        motion = starting_motion(self._plant, self._parameters, position, pressures)
         self._nanoseconds = 0
-        self._apply(closed, Motion(position, 0.0, float(a), float(b)), 0, 0.0)
+        self._apply(self._plant.valve.closed_voltage, motion, 0.0)
         if self._sampling is not None:
             self._sampling.start()
         return self.state
@@ -155,11 +182,13 @@ class Rig:
         ------
         ValueError
             For a voltage that is not finite or a duration that is not positive.
+        SimulationError
+            Where the motion leaves what a rig can do; the rig stays as it was before.
 
         """
         applied = applied_voltage(voltage)
-        span, steps, step = division(duration, self._parameters.number("time.inner_step"))
-        self._apply(applied, self._motion, steps, step)
+        span = nanoseconds(duration)
+        self._apply(applied, self._motion, span * SECONDS_PER_NANOSECOND)
         self._nanoseconds += span
         return self.state
 
@@ -236,6 +265,8 @@ def simulate(
     ------
     ValueError
         For no voltages, and as :meth:`Rig.advance` and :meth:`Rig.reset`.
+    SimulationError
+        As :meth:`Rig.advance`.
 
     Examples
     --------
@@ -245,11 +276,16 @@ def simulate(
     '9.1 mm'
 
     """
-    rig = Rig(parameters)
-    rig.reset(position, pressures)
-    commands = np.array([applied_voltage(float(v)) for v in np.asarray(voltages).ravel()])
-    if not commands.size:
-        raise ValueError("no voltages given")
-    span, steps, step = division(period, parameters.number("time.inner_step"))
-    rows, _ = run_open_loop(rig.plant, commands, rig.motion, steps, step)
-    return trace(rig.plant, span, np.append(commands, commands[-1]), rows)
+    plant = Plant.of(parameters)
+    commands = applied_voltages(voltages)
+    span = nanoseconds(period)
+    rows, state, done, fault = run_open_loop(
+        plant,
+        commands,
+        starting_motion(plant, parameters, position, pressures),
+        span * SECONDS_PER_NANOSECOND,
+        parameters.number("time.tolerance"),
+    )
+    if fault:
+        raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state)
+    return trace(plant, span, np.append(commands, commands[-1]), rows)

@@ -1,7 +1,6 @@
-"""Plant time: integer nanoseconds, and inner steps that divide a period exactly."""
+"""Plant time: integer nanoseconds."""
 
 import math
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -30,13 +29,13 @@ PARAMETERS = declare(
         fixed=True,
     ),
     Parameter(
-        "time.inner_step",
-        20e-6,
-        "s",
-        "longest integration step; the step used divides the period",
+        "time.tolerance",
+        1.0,
+        "",
+        "error of an integration step, in units of 10 nm, 10 µm/s and 2 Pa",
         "interface",
-        1e-7,
-        1e-4,
+        1e-3,
+        1e3,
         fixed=True,
     ),
     Parameter(
@@ -102,19 +101,3 @@ def nanoseconds(duration: float) -> int:
 def sample_times(count: int, period: int) -> npt.NDArray[np.float64]:
     """Return the times in s, shape (count,), of samples ``period`` ns apart, the first at 0."""
     return np.asarray(np.arange(count) * period * SECONDS_PER_NANOSECOND, dtype=np.float64)
-
-
-def inner_steps(span: int, longest: float) -> tuple[int, float]:
-    """Divide ``span`` (ns) into the fewest equal steps no longer than ``longest`` (s).
-
-    Returns their number and their length in seconds.
-    """
-    steps = max(1, math.ceil(span / (longest * NANOSECONDS_PER_SECOND) - 1e-9))
-    return steps, span * SECONDS_PER_NANOSECOND / steps
-
-
-@lru_cache(maxsize=64)
-def division(duration: float, longest: float) -> tuple[int, int, float]:
-    """Return ``duration`` (s) in ns, and its :func:`inner_steps`; raises as :func:`nanoseconds`."""
-    span = nanoseconds(duration)
-    return span, *inner_steps(span, longest)

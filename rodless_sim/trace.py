@@ -4,9 +4,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns, quantities
-from rodless_base.kernels import kernel
-from rodless_sim.physics.lands import Lands
-from rodless_sim.physics.motion import advance, chamber_flows
+from rodless_base.kernels import kernel, outlined_kernel
+from rodless_sim.physics.equations import Inflows, inflows
+from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion, State
@@ -81,25 +81,32 @@ STATES = len(Motion._fields)
 
 
 @kernel
-def record(plant: Plant, lands: Lands, state: Motion, row: Array) -> None:
-    """Write one sample with the valve at its openings ``lands`` into ``row``: ``COLUMNS``."""
+def record(state: Motion, flows: Inflows, row: Array) -> None:
+    """Write one sample into ``row``: ``COLUMNS``."""
     for k in range(STATES):
         row[k] = state[k]
-    row[STATES], row[STATES + 1] = chamber_flows(plant, lands, state)
+    row[STATES], row[STATES + 1] = flows.a.mass_flow, flows.b.mass_flow
 
 
-@kernel
+@outlined_kernel
 def run_open_loop(
-    plant: Plant, voltages: Array, state: Motion, steps: int, step: float
-) -> tuple[Array, Motion]:
-    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``steps`` inner steps; rows 0 to n."""
+    plant: Plant, voltages: Array, state: Motion, period: float, tolerance: float
+) -> tuple[Array, Motion, int, int]:
+    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``period`` s.
+
+    Returns rows 0 to n, the last state, how many voltages were applied, and the fault at which that
+    ended, as :func:`advance` returns it.
+    """
     rows = np.empty((voltages.size + 1, len(COLUMNS)))
     for k in range(voltages.size):
         lands = openings(plant, voltages[k])
-        record(plant, lands, state, rows[k])
-        state = advance(plant, lands, state, steps, step)
-    record(plant, lands, state, rows[-1])
-    return rows, state
+        flows = inflows(plant, lands, state)
+        record(state, flows, rows[k])
+        state, fault = advance_from(plant, lands, state, flows, period, tolerance)
+        if fault != 0:
+            return rows, state, k, fault
+    record(state, inflows(plant, openings(plant, voltages[-1]), state), rows[-1])
+    return rows, state, voltages.size, 0
 
 
 def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:

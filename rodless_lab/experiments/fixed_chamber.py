@@ -27,10 +27,6 @@ END_VOLTAGE, VENTING_VOLTAGE = 0.0, 4.4
 END_TIME, SETTLING_TIME, VENTING_TIME = 2.0, 60.0, 6.0
 PERIOD = 2e-3
 
-# Chambers of a held piston change over a tenth of a second at the fastest; the default step is for
-# friction.
-INNER_STEP = 50e-6
-
 # How far the chambers have come once Fig. 18 is "stable".
 DONE = 0.95
 WITHIN = Limits(0.0, 3.0, "another program of these equations had settled within 3 s")
@@ -239,7 +235,6 @@ def chamber_run(position: float, supply: float, runner: Runner) -> ChamberRun:
             "cylinder.locked": True,
             "cylinder.initial_position": position,
             "valve.closed_voltage": CLOSED_VOLTAGE,
-            "time.inner_step": INNER_STEP,
         }
     )
     before = round((END_TIME + SETTLING_TIME) / PERIOD)

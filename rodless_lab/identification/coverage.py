@@ -61,14 +61,14 @@ def hidden_friction(generator: np.random.Generator) -> tuple[RigParameters, Valu
         truth[f"friction.{side}.coulomb"] = coulomb
         truth[f"friction.{side}.stribeck_velocity"] = generator.uniform(1.3e-3, 4e-3)
         truth[f"friction.{side}.viscous"] = generator.uniform(3500.0, 5500.0)
-    return _rig({**truth, SUPPLY: _supply(generator)}), truth
+    return KNOWN.with_values({**truth, SUPPLY: _supply(generator)}), truth
 
 
 def hidden_chambers(generator: np.random.Generator) -> tuple[RigParameters, Values]:
     """Draw dead volumes, gap height and supply pressure."""
     truth = {name: generator.uniform(8e-6, 30e-6) for name in VOLUMES}
     truth |= {GAP: generator.uniform(4e-6, 8e-6), SUPPLY: _supply(generator)}
-    return _rig(truth), truth
+    return KNOWN.with_values(truth), truth
 
 
 def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]:
@@ -82,15 +82,11 @@ def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]
     amplitude = np.where(np.arange(9) % 3, 1.0, truth[AREA_FACTOR])
     area = tuple((amplitude * KNOWN.numbers(AREA)).tolist())
     values = {name: value for name, value in truth.items() if name != AREA_FACTOR}
-    return _rig({**values, AREA: area}), truth
+    return KNOWN.with_values({**values, AREA: area}), truth
 
 
 def _supply(generator: np.random.Generator) -> float:
     return absolute(float(generator.uniform(0.4e6, 0.6e6)))
-
-
-def _rig(values: Mapping[str, object]) -> RigParameters:
-    return KNOWN.with_values({**values, "time.inner_step": 4e-5})
 
 
 def _friction(run: MeasuredRun) -> Mapping[str, Estimate]:

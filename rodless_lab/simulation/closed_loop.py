@@ -25,18 +25,24 @@ from rodless_control.controller import (
 )
 from rodless_control.laws import law_with
 from rodless_control.parameters import LawParameters
-from rodless_control.references import Reference
-from rodless_sim import Rig, RigParameters, Trace
+from rodless_control.references import Reference, sampled
+from rodless_sim import RigParameters, Trace
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
-from rodless_sim.instruments.sampling import NOISE_CHANNELS, instruments_and_noise
-from rodless_sim.physics.motion import advance
+from rodless_sim.instruments.sampling import NOISE_CHANNELS, are_ideal, instruments_and_noise
+from rodless_sim.physics.equations import inflows
+from rodless_sim.physics.faults import simulation_error
+from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion
-from rodless_sim.timing import division, nanoseconds
+from rodless_sim.rig import starting_motion
+from rodless_sim.timing import nanoseconds, sample_times
 from rodless_sim.trace import COLUMNS, record, trace
 
 Array = npt.NDArray[np.float64]
+
+# Rows, commands, number of samples done, fault and last state of a run.
+LoopResult = tuple[Array, Array, int, int, Motion]
 
 # What closed_loop takes for a law.
 AnyLaw = (
@@ -110,17 +116,17 @@ def run_closed_loop(
     limits: tuple[float, float],
     references: Array,
     state: Motion,
-    steps: int,
-    step: float,
+    tolerance: float,
     period: int,
     columns: int,
-) -> tuple[Array, Array, int]:
+) -> LoopResult:
     """Control ``state`` along ``references`` (shape (n, 2): m, m/s), one row per sample.
 
     ``noise``, shape (n, 4), are what the instruments' noise is made of, ``period`` is in ns and
-    ``limits`` in V. Returns the rows of :func:`rodless_sim.trace.record` as read;
-    the commands, shape (n, columns): the voltage, within ``limits``, and the law's terms; and the
-    number of samples done: fewer than n where the law's voltage was not finite.
+    ``limits`` in V. Returns the rows of :func:`rodless_sim.trace.record` as read; the commands,
+    shape (n, columns): the voltage, within ``limits``, and the law's terms; the number of samples
+    done: fewer than n where the law's voltage was not finite, or where the motion ended with the
+    fault that comes next; and the last state.
     """
     rows = np.empty((len(references), len(COLUMNS)))
     commands = np.empty((len(references), columns))
@@ -128,31 +134,37 @@ def run_closed_loop(
     lags = Lags(true, true)
     read, _ = read_rig(instruments, lags, true, noise[0])
     memory = begin(gains, read)
+    seconds = period * SECONDS_PER_NANOSECOND
     for k in range(len(references)):
-        since = 0.0 if k == 0 else period * SECONDS_PER_NANOSECOND
+        since = 0.0 if k == 0 else seconds
         read, lags = read_rig(instruments, lags, truth(plant, k * period, state), noise[k])
         reference = ReferencePoint(references[k, 0], references[k, 1])
         memory, command = update(gains, memory, read, reference, since)
         for column in range(columns):
             commands[k, column] = command[column]
         if not math.isfinite(command[0]):
-            return rows, commands, k
+            return rows, commands, k, 0, state
         voltage = min(max(command[0], limits[0]), limits[1])
         commands[k, 0] = voltage
         lands = openings(plant, voltage)
-        record(plant, lands, state, rows[k])
+        flows = inflows(plant, lands, state)
+        record(state, flows, rows[k])
         rows[k, 0], rows[k, 2], rows[k, 3] = read.position, read.pressure_a, read.pressure_b
-        state = advance(plant, lands, state, steps, step)
-    return rows, commands, len(references)
+        # A run ends with its last sample: nobody sees what comes after it.
+        if k + 1 < len(references):
+            state, fault = advance_from(plant, lands, state, flows, seconds, tolerance)
+            if fault != 0:
+                return rows, commands, k, fault, state
+    return rows, commands, len(references), 0, state
 
 
 @cache
-def compiled_loop(kernels: Kernels) -> Callable[..., tuple[Array, Array, int]]:
+def compiled_loop(kernels: Kernels) -> Callable[..., LoopResult]:
     """Return the loop compiled together with a law."""
     return linked(run_closed_loop, begin=kernels.begin, update=kernels.update)
 
 
-def plain_loop(law: Law) -> Callable[..., tuple[Array, Array, int]]:
+def plain_loop(law: Law) -> Callable[..., LoopResult]:
     """Return the loop in Python, around a law in Python."""
 
     def begin_plain(_gains: None, _measurement: Measurement) -> None:
@@ -175,7 +187,7 @@ def plain_loop(law: Law) -> Callable[..., tuple[Array, Array, int]]:
     return unlinked(run_closed_loop, begin=begin_plain, update=update_plain)
 
 
-def loop_of(law: Law) -> tuple[Callable[..., tuple[Array, Array, int]], Any]:
+def loop_of(law: Law) -> tuple[Callable[..., LoopResult], Any]:
     """Return the loop around a law, and the gains it takes; compiled where the law is."""
     # A subclass that updates in Python wants to be asked there.
     if isinstance(law, CompiledLaw) and type(law).update is CompiledLaw.update:
@@ -245,6 +257,8 @@ def closed_loop(
         For parameters that are no law's.
     TypeError
         For what is no law, and for a law whose ``__init__`` did not call its base class's.
+    SimulationError
+        Where the motion leaves what a rig can do.
 
     Examples
     --------
@@ -264,33 +278,34 @@ def closed_loop(
     """
     chosen = as_law(law)
     chosen.reset()
-    rig = Rig(rig_parameters)
-    rig.reset(position)
-    span, steps, step = division(period, rig_parameters.number("time.inner_step"))
+    plant = Plant.of(rig_parameters)
+    span = nanoseconds(period)
     count = round(nanoseconds(duration) / span) + 1
-    times = [k * span * SECONDS_PER_NANOSECOND for k in range(count)]
-    references = np.array([reference.sample(time) for time in times])
-    instruments, noise = instruments_and_noise(rig_parameters)
+    times = sample_times(count, span)
+    references = sampled(reference, times)
+    instruments, generator = instruments_and_noise(rig_parameters)
+    shape = (count, NOISE_CHANNELS)
     run, gains = loop_of(chosen)
-    rows, commands, done = run(
-        rig.plant,
+    rows, commands, done, fault, state = run(
+        plant,
         instruments,
-        noise.standard_normal((count, NOISE_CHANNELS)),
+        np.zeros(shape) if are_ideal(instruments) else generator.standard_normal(shape),
         gains,
         limits_of(chosen),
         references,
-        rig.motion,
-        steps,
-        step,
+        starting_motion(plant, rig_parameters, position),
+        rig_parameters.number("time.tolerance"),
         span,
         1 + len(chosen.TERMS),
     )
+    if fault:
+        raise simulation_error(fault, float(times[done]), state)
     if done < count:
         raise LawError(
             f"at {times[done]:g} s: {law_name(chosen)} answered {commands[done, 0]!s} V: "
             "must be a finite number"
         )
-    return _traced(rig.plant, span, rows, commands, references[:, 0].copy(), chosen.TERMS)
+    return _traced(plant, span, rows, commands, references[:, 0].copy(), chosen.TERMS)
 
 
 def _traced(

@@ -2,8 +2,8 @@
 
 Position KTC-V1-200, pressure MIK-P300, a volume-flow meter for sections 3.2 and 3.5, and the
 16-bit converter all of them are read by: section 2 and Table 1 of the paper. Ideal until the
-``sensors.*`` parameters say otherwise; :data:`DATA_SHEET` holds those of the instruments the paper
-names (``config/sensors``).
+``sensors.*`` parameters say otherwise, each by itself, and then no wider than its range;
+:data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``).
 """
 
 from types import MappingProxyType
@@ -147,10 +147,12 @@ class Instruments(NamedTuple):
 
         number = parameters.number
         bits = int(number("sensors.converter_bits"))
+        # A longer cylinder has a longer sensor.
+        position_range = max(POSITION_RANGE, number("cylinder.stroke"))
         position = Transmitter(
-            POSITION_RANGE,
+            position_range,
             offset=within(number("sensors.position_repeatability")),
-            nonlinearity=within(number("sensors.position_linearity") * POSITION_RANGE),
+            nonlinearity=within(number("sensors.position_linearity") * position_range),
             noise=number("sensors.position_noise"),
             bits=bits,
         )

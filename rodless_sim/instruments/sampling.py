@@ -6,7 +6,7 @@ from rodless_base.kernels import specialise
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterSet
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig
-from rodless_sim.instruments.transmitter import Transmitter
+from rodless_sim.instruments.transmitter import is_ideal
 
 # Random numbers for each sample: position, chambers A and B, supply.
 NOISE_CHANNELS = 4
@@ -16,6 +16,11 @@ def instruments_and_noise(parameters: ParameterSet) -> tuple[Instruments, np.ran
     """Return the instruments that ``sensors.seed`` stands for, and the generator of their noise."""
     generator = np.random.default_rng(int(parameters.number("sensors.seed")))
     return Instruments.specimen(parameters, generator), generator
+
+
+def are_ideal(instruments: Instruments) -> bool:
+    """Whether position and pressures are read without errors."""
+    return all(is_ideal(tool) for tool in instruments[:NOISE_CHANNELS])
 
 
 class Sampling:
@@ -40,9 +45,7 @@ class Sampling:
     def _take(self, parameters: ParameterSet) -> None:
         self._parameters = parameters
         self._instruments, _ = instruments_and_noise(parameters)
-        self._ideal = all(
-            tool == Transmitter(tool.span) for tool in self._instruments[:NOISE_CHANNELS]
-        )
+        self._ideal = are_ideal(self._instruments)
 
     def start(self) -> None:
         """Begin anew: what is read next is sample 0, its lags settled."""

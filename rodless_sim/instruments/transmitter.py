@@ -10,9 +10,12 @@ from rodless_base.kernels import kernel
 
 Array = npt.NDArray[np.float64]
 
-# Volts that stand for nothing and for the range, and the converter's input range.
+# Volts that stand for nothing and for the range, those at which the output saturates (NAMUR NE 43:
+# 3.8 and 20.5 mA of 4-20 mA), and the converter's input range.
 OUTPUT_LOW = 1.0
 OUTPUT_SPAN = 4.0
+LOWEST_OUTPUT = 0.95
+HIGHEST_OUTPUT = 5.125
 CONVERTER_SPAN = 20.0
 
 
@@ -59,9 +62,37 @@ def lagged(values: Array, period: float, lag: float) -> Array:
 
 
 @kernel
+def is_ideal(instrument: Transmitter) -> bool:
+    """Whether the instrument shows the true value: it has no error, and then no range either."""
+    return (
+        instrument.offset == 0.0
+        and instrument.gain_error == 0.0
+        and instrument.nonlinearity == 0.0
+        and instrument.noise == 0.0
+        and instrument.lag == 0.0
+        and instrument.bits == 0
+    )
+
+
+@kernel
+def saturated(value: float, span: float) -> float:
+    """Limit a value to what the output can say; what is not a number stays none."""
+    lowest = (LOWEST_OUTPUT - OUTPUT_LOW) / OUTPUT_SPAN * span
+    highest = (HIGHEST_OUTPUT - OUTPUT_LOW) / OUTPUT_SPAN * span
+    if value < lowest:
+        return lowest
+    if value > highest:
+        return highest
+    return value
+
+
+@kernel
 def converted(value: float, span: float, bits: int) -> float:
-    """Round to the steps of a converter of ``bits`` over ±10 V; 305 µV for 16 bits."""
-    if bits <= 0:
+    """Round to the steps of a converter of ``bits`` over ±10 V; 305 µV for 16 bits.
+
+    What is not a finite number stays as it is.
+    """
+    if bits <= 0 or not math.isfinite(value):
         return value
     step = CONVERTER_SPAN / 2.0**bits
     volts = OUTPUT_LOW + OUTPUT_SPAN / span * value
@@ -74,10 +105,13 @@ def read(instrument: Transmitter, true: float, late: float, noise: float) -> flo
 
     ``noise`` is a standard normal number.
     """
+    if is_ideal(instrument):
+        return true
     seen = late * (1.0 + instrument.gain_error) + instrument.offset
-    seen += instrument.nonlinearity * math.sin(2.0 * math.pi * true / instrument.span)
+    if instrument.nonlinearity != 0.0:
+        seen += instrument.nonlinearity * math.sin(2.0 * math.pi * true / instrument.span)
     seen += instrument.noise * noise
-    return converted(seen, instrument.span, instrument.bits)
+    return converted(saturated(seen, instrument.span), instrument.span, instrument.bits)
 
 
 @kernel

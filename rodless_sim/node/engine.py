@@ -2,11 +2,13 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.measurement import Measurement
 from rodless_sim.node.command import CommandInput
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
 
@@ -18,17 +20,20 @@ class Engine:
     """A rig that steps by one period at a time and hands out each sample.
 
     Everything happens under one lock, the handing out too: a reset cannot overtake the sample
-    before it.
+    before it. Where the simulation fails, the valve closes and nothing is handed out until a reset.
     """
 
     def __init__(self, parameters: RigParameters, publish: Publish) -> None:
         """Build, compile and settle the rig; nothing is handed out yet."""
         self._publish = publish
         self._lock = threading.RLock()
+        self._failure: str | None = None
         self._period = parameters.number("time.period")
         self._duration = round(parameters.number("time.duration") * NANOSECONDS_PER_SECOND)
         self.rig = Rig(parameters)
-        self.rig.advance(self.rig.state.voltage, self._period)
+        # What fails here is said when it is stepped.
+        with suppress(SimulationError):
+            self.rig.advance(self.rig.state.voltage, self._period)
         self.rig.read()
         self.rig.reset()
         self.command = CommandInput(*_command_settings(parameters))
@@ -43,6 +48,13 @@ class Engine:
         """Take a command (V)."""
         with self._lock:
             self.command.receive(voltage, self.rig.nanoseconds)
+            if self._failure is not None:
+                self.command.reset()
+
+    @property
+    def failure(self) -> str | None:
+        """Why the simulation failed, if it did."""
+        return self._failure
 
     @property
     def ended(self) -> bool:
@@ -52,18 +64,27 @@ class Engine:
     def offer(self) -> None:
         """Hand out the present state."""
         with self._lock:
-            self._hand_out()
+            if self._failure is None:
+                self._hand_out()
 
     def step(self) -> None:
         """Advance by one period at the command in force, and hand out the sample."""
         with self._lock:
+            if self._failure is not None:
+                return
             voltage = self.command.voltage(self.rig.nanoseconds)
-            self.rig.advance(voltage, self._period)
+            try:
+                self.rig.advance(voltage, self._period)
+            except SimulationError as error:
+                self._failure = f"{error}; valve closed, reset to go on"
+                self.command.reset()
+                return
             self._hand_out()
 
     def reset(self) -> None:
         """Return to the start, forget the command, hand out sample 0."""
         with self._lock:
+            self._failure = None
             self.command.reset()
             self.rig.reset()
             self._hand_out()

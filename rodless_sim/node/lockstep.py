@@ -44,6 +44,8 @@ class Lockstep:
     @property
     def problem(self) -> str | None:
         """What keeps the plant from following commands now."""
+        if self._engine.failure is not None:
+            return self._engine.failure
         if not self._running and self._commanders() > 1:
             return "more than one publisher on valve/voltage: holding until one is left"
         if not self._running:
@@ -64,7 +66,8 @@ class Lockstep:
     @property
     def running(self) -> bool:
         """Whether plant time advances with each command now."""
-        return self._running and not self._paused and not self._engine.ended
+        held = self._paused or self._engine.ended or self._engine.failure is not None
+        return self._running and not held
 
     @property
     def at_start(self) -> bool:
@@ -95,6 +98,8 @@ class Lockstep:
 
     def step(self) -> str | None:
         """Let one answer take effect; return what is in the way, if anything."""
+        if self._engine.failure is not None:
+            return self._engine.failure
         if not self._paused:
             return "pause the plant first"
         if self._pending is None:
@@ -104,7 +109,8 @@ class Lockstep:
 
     def reset(self) -> str:
         """Return to the start as soon as no answer is under way; say when that is."""
-        if self._running and self._pending is None and not self._overdue:
+        answered = self._pending is not None or self._engine.failure is not None
+        if self._running and not answered and not self._overdue:
             self._reset_wanted = True
             return "with the answer to the last sample"
         self._restart()

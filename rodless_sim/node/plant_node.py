@@ -76,6 +76,7 @@ class PlantNode:
         self._make_publishers()
         self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
+        self._failure: str | None = None
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
         )
@@ -152,6 +153,10 @@ class PlantNode:
         for publisher in self._on_demand:
             publisher.poll()
         self._time.poll()
+        if self._engine.failure != self._failure:
+            self._failure = self._engine.failure
+            if self._failure is not None:
+                self.node.get_logger().error(self._failure)
         self._pace.observe(self._engine.rig.nanoseconds, self._time.running)
 
     def _configure(self, values: RigParameters) -> None:

@@ -34,6 +34,8 @@ class Realtime:
     @property
     def problem(self) -> str | None:
         """What keeps the plant from following commands now."""
+        if self._engine.failure is not None:
+            return self._engine.failure
         if not self._started:
             return "waiting for subscribers"
         command = self._engine.command
@@ -49,7 +51,8 @@ class Realtime:
     @property
     def running(self) -> bool:
         """Whether plant time is meant to advance now."""
-        return self._started and not self._paused and not self._engine.ended
+        held = self._paused or self._engine.ended or self._engine.failure is not None
+        return self._started and not held
 
     @property
     def at_start(self) -> bool:
@@ -76,7 +79,7 @@ class Realtime:
         if not self._paused:
             return "pause the plant first"
         self._engine.step()
-        return None
+        return self._engine.failure
 
     def reset(self) -> str:
         """Return to the start; say when."""

@@ -119,3 +119,37 @@ def pressure_rate(
         / volume
         * (air.gas_constant * air.temperature * mass_flow - pressure * volume_rate)
     )
+
+
+class PressureRate(NamedTuple):
+    """dP/dt of a chamber, and how it changes with the carriage and with its own pressure."""
+
+    rate: float  # Pa/s
+    by_position: float  # Pa/(s·m)
+    by_velocity: float  # Pa/m
+    by_pressure: float  # 1/s
+
+
+@kernel
+def chamber_rate(
+    air: Air,
+    volume: float,
+    area: float,
+    velocity: float,
+    pressure: float,
+    mass_flow: float,
+    flow_by_pressure: float,
+) -> PressureRate:
+    """:func:`pressure_rate` with its derivatives.
+
+    ``area`` (m²) is that by which the volume grows with the position: negative for chamber B.
+    """
+    stiffness = air.isentropic_index / volume
+    flow_rate = air.gas_constant * air.temperature * flow_by_pressure
+    rate = pressure_rate(air, volume, area * velocity, pressure, mass_flow)
+    return PressureRate(
+        rate,
+        -area / volume * rate,
+        -stiffness * pressure * area,
+        stiffness * (flow_rate - area * velocity),
+    )

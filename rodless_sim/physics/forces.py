@@ -1,25 +1,27 @@
 """The forces on the carriage besides those of the air and of friction.
 
 Each is one module with ``PARAMETERS``, its constants ``of(parameters)``, and a kernel
-``force(constants, state)`` in N, positive toward chamber B's end. Where a module has
-``check(parameters)``, that raises ParameterError for values that contradict each other.
+``force(constants, state)`` that returns a :class:`~rodless_sim.physics.force.Force`. Where a module
+has ``check(parameters)``, that raises ParameterError for values that contradict each other.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from rodless_base.kernels import total
 from rodless_base.parameters import ParameterSet, collect
 from rodless_base.sockets import modules
+from rodless_sim.physics.force import NO_FORCE, Force, together
 
 FORCES = modules(
     "rodless_sim.physics",
-    ("end_stop",),
+    (),
 )
 
 PARAMETERS = collect(*(member.PARAMETERS for member in FORCES))
 
-# The sum of all forces in N: other_forces(constants, state), constants as of() returns them.
-other_forces = total([member.force for member in FORCES])
+# The sum of all forces: other_forces(constants, state), constants as of() returns them.
+other_forces: Callable[..., Force] = total([member.force for member in FORCES], NO_FORCE, together)
 
 
 def of(parameters: ParameterSet) -> tuple[Any, ...]:

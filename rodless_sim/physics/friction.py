@@ -1,9 +1,10 @@
 """Seal and guide friction, eqs. (28)-(29), in one of several forms: values for each direction.
 
 A form is one module of ``friction_forms`` with ``NAME``, ``MEANING``, its own ``PARAMETERS``, its
-constants ``of(parameters)``, and a kernel ``force(constants, side, speed)``: the magnitude in N on
-a carriage that slides. Where it has ``check(parameters)``, that raises ParameterError for values
-that contradict each other, whichever form is in use.
+constants ``of(parameters)``, and a kernel ``force(constants, side, speed)`` for speeds from 0 up:
+the :class:`~rodless_sim.physics.friction_forms.direction.Drag` on a carriage that slides. Where it
+has ``check(parameters)``, that raises ParameterError for values that contradict each other,
+whichever form is in use.
 """
 
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_base.sockets import modules
 from rodless_sim.physics.friction_forms.direction import (
     Direction,
+    Drag,
     check_direction,
     declare_direction,
 )
@@ -82,17 +84,30 @@ def check(parameters: ParameterSet) -> None:
     check_direction(parameters, "reverse")
 
 
+form_force: Callable[..., Drag] = dispatch([form.force for form in FORMS])
+
+
 @kernel
-def static_limit(friction: Friction, net_force: float) -> float:
-    """Breakaway force F_s in N against motion in the direction of ``net_force``, eq. (28)."""
-    return friction.forward.static if net_force >= 0.0 else friction.reverse.static
+def side_of(friction: Friction, direction: int) -> Direction:
+    """Return the values for motion in ``direction`` (+1 or -1)."""
+    return friction.forward if direction > 0 else friction.reverse
 
 
-form_force: Callable[..., float] = dispatch([form.force for form in FORMS])
+@kernel
+def sliding(friction: Friction, velocity: float, direction: int) -> Drag:
+    """Friction on a sliding carriage, eq. (29), signed like ``direction`` (+1 or -1).
+
+    Speeds below zero, which an integrator tries before it finds where the carriage stops, continue
+    in a straight line what the form gives at zero.
+    """
+    speed = velocity * direction
+    side = side_of(friction, direction)
+    found = form_force(friction.form, friction.own, side, max(speed, 0.0))
+    force = found.force + found.by_speed * min(speed, 0.0)
+    return Drag(direction * force, found.by_speed)
 
 
 @kernel
 def sliding_friction(friction: Friction, velocity: float, direction: int) -> float:
-    """Friction force in N on a sliding carriage, eq. (29), signed like ``direction`` (+1 or -1)."""
-    side = friction.forward if direction > 0 else friction.reverse
-    return direction * form_force(friction.form, friction.own, side, velocity * direction)
+    """Friction force in N of a carriage that :func:`slides <sliding>`."""
+    return sliding(friction, velocity, direction).force

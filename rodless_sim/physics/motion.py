@@ -1,135 +1,193 @@
-"""The carriage and its chambers in time: eqs. (26), (27), (31) with true stick and slip."""
+"""The carriage and its chambers in time: :func:`advance`, with true stick and slip."""
 
-from rodless_base.kernels import kernel
-from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
-from rodless_sim.physics.forces import other_forces
-from rodless_sim.physics.friction import sliding_friction, static_limit
+from typing import NamedTuple
+
+from rodless_base.kernels import kernel, outlined_kernel
+from rodless_sim.physics.equations import (
+    Inflows,
+    breakaway_limits,
+    inflows,
+    net_force,
+    pressure_rates,
+    sliding_direction,
+    sliding_rates,
+)
+from rodless_sim.physics.events import breakaway, gap_ahead, sliding_event, stops_within
+from rodless_sim.physics.faults import TOO_MANY_STEPS, fault_of
+from rodless_sim.physics.friction import side_of, sliding
+from rodless_sim.physics.integrator import next_step, sliding_step, sticking_step
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
-from rodless_sim.physics.state import Motion, moved, stopped
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion, stopped
 
-# Stick and slip change the equations inside a step; the step is cut there. More than this many
-# changes within one step (20 µs) do not happen on the rig; if they did, the last cut stands.
-MAXIMUM_CUTS = 8
+# What happens within a longer step might leave no trace at its end.
+LONGEST_STEP = 1e-3  # s
 
+# About one step is taken in a millisecond. So many in one call, and so many for each second of it,
+# mean that the rig cannot be followed.
+MOST_STEPS = 100_000
+MOST_STEPS_PER_SECOND = 1e6
 
-@kernel
-def net_force(plant: Plant, state: Motion) -> float:
-    """Applied force without friction in N, the F_e of eq. (28)."""
-    difference = state.pressure_a - state.pressure_b
-    return plant.cylinder.piston_area * difference + other_forces(plant.forces, state)
-
-
-@kernel
-def sliding_direction(plant: Plant, state: Motion) -> int:
-    """Return +1 or -1 for a sliding carriage, 0 for one that sticks, eq. (28)."""
-    if plant.cylinder.locked:
-        return 0
-    force = net_force(plant, state)
-    limit = static_limit(plant.friction, force)
-    if abs(state.velocity) <= plant.friction.capture_velocity and abs(force) <= limit:
-        return 0
-    if state.velocity == 0.0:
-        return 1 if force > 0.0 else -1
-    return 1 if state.velocity > 0.0 else -1
+# Where friction falls with speed, the motion runs away from itself, and that is what makes
+# stick-slip. An L-stable method would damp it: there a step is at most this share of the time
+# constant.
+UNSTABLE_SHARE = 0.25
+# The fall ends at about this many Stribeck velocities; a step changes the speed there by at most
+# this share of one, or it would jump the curve without having seen it.
+FALL = 2.5
+FALL_SHARE = 0.5
+# There an error in the speed grows until the fall is over: it may be smaller by this factor.
+FALL_ACCURACY = 10.0
 
 
-@kernel
-def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
-    """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
-    cylinder, air = plant.cylinder, plant.air
-    velocity = state.velocity if direction != 0 else 0.0
-    acceleration = 0.0
-    if direction != 0:
-        friction = sliding_friction(plant.friction, velocity, direction)
-        acceleration = (net_force(plant, state) - friction) / cylinder.moving_mass
-    flow_a = flow_into_a(plant, lands, state.pressure_a)
-    flow_b = flow_into_b(plant, lands, state.pressure_b)
-    rate_a = cylinder.piston_area * velocity
-    return Motion(
-        velocity,
-        acceleration,
-        pressure_rate(air, volume_a(cylinder, state.position), rate_a, state.pressure_a, flow_a),
-        pressure_rate(air, volume_b(cylinder, state.position), -rate_a, state.pressure_b, flow_b),
-    )
+class Attempt(NamedTuple):
+    """Where a step has led."""
+
+    state: Motion
+    direction: int  # of sliding from then on, 0 for a carriage at rest
+    elapsed: float  # s, 0 where the step was too long and has not been taken
+    step: float  # s, to try next
 
 
 @kernel
-def midpoint(plant: Plant, lands: Lands, state: Motion, direction: int, step: float) -> Motion:
-    """One explicit midpoint step (second order) in one mode of friction."""
-    halfway = moved(state, rates(plant, lands, state, direction), 0.5 * step)
-    return moved(state, rates(plant, lands, halfway, direction), step)
+def may_fall(speed: float, stribeck_velocity: float) -> bool:
+    """Whether friction may fall with speed at ``speed`` (m/s)."""
+    return abs(speed) < 3.0 * stribeck_velocity
 
 
 @kernel
-def fraction_to_event(plant: Plant, before: Motion, after: Motion, direction: int) -> float:
-    """Share of a step after which the carriage stops or breaks away; 1 or more: it does not."""
-    if direction != 0:
-        if after.velocity * direction > 0.0:
-            return 1.0
-        return before.velocity / (before.velocity - after.velocity)
-    if plant.cylinder.locked:
-        return 1.0
-    force_after = net_force(plant, after)
-    limit = static_limit(plant.friction, force_after)
-    if abs(force_after) <= limit:
-        return 1.0
-    sign = 1.0 if force_after > 0.0 else -1.0
-    force_before = net_force(plant, before)
-    return (limit - sign * force_before) / (sign * (force_after - force_before))
+def step_in_the_fall(
+    speed: float, after: float, slope: float, stribeck_velocity: float, step: float
+) -> float:
+    """Return the step to try instead of one from ``speed`` to ``after`` (m/s), or ``step`` itself.
+
+    ``slope`` is how the acceleration grows with the velocity at its end, 1/s.
+    """
+    if may_fall(after, stribeck_velocity) and slope * step > UNSTABLE_SHARE:
+        return 0.8 * UNSTABLE_SHARE / slope
+    change = abs(after - speed)
+    edge = FALL * stribeck_velocity
+    if change > FALL_SHARE * stribeck_velocity and min(speed, after) < edge:
+        # First to the edge of the fall, then along it.
+        ahead = speed - 0.96 * edge if speed > edge else 0.0
+        return step * min(0.9, max(ahead, 0.8 * FALL_SHARE * stribeck_velocity) / change)
+    return step
 
 
 @kernel
-def inner_step(plant: Plant, lands: Lands, state: Motion, step: float) -> Motion:
-    """Advance by ``step`` seconds, cutting the step where the carriage sticks or slips."""
-    remaining = step
+def cruises(speed: float, rate: float, after: float, stribeck_velocity: float, step: float) -> bool:
+    """Whether a step from ``speed`` to ``after`` (m/s) is far from standstill all along.
+
+    ``rate`` is that of the speed at its start, m/s².
+    """
+    slowest = min(speed, after)
+    return slowest > 3.0 * stribeck_velocity and abs(rate * step) < slowest
+
+
+@kernel
+def sliding_attempt(
+    plant: Plant,
+    lands: Lands,
+    state: Motion,
+    flows: Inflows,
+    direction: int,
+    step: float,
+    tolerance: float,
+) -> Attempt:
+    """Try a step of a sliding carriage, which ``flows`` enter at its start."""
+    first = sliding_rates(plant, state, flows, direction)
+    stribeck_velocity = side_of(plant.friction, direction).stribeck_velocity
+    if first.by_velocity * step > UNSTABLE_SHARE and may_fall(state.velocity, stribeck_velocity):
+        step = UNSTABLE_SHARE / first.by_velocity
+    after, error = sliding_step(plant, lands, state, direction, first, step)
+    error /= tolerance
+    speed, speed_after = direction * state.velocity, direction * after.velocity
+    if may_fall(min(speed, speed_after), stribeck_velocity):
+        error *= FALL_ACCURACY
+    if not error <= 1.0:
+        return Attempt(state, direction, 0.0, next_step(step, error))
+    rate = direction * first.acceleration
+    stops = False
+    if not cruises(speed, rate, speed_after, stribeck_velocity, step):
+        drag = sliding(plant.friction, after.velocity, direction)
+        mass = plant.cylinder.moving_mass
+        slope = -drag.by_speed / mass
+        shorter = step_in_the_fall(speed, speed_after, slope, stribeck_velocity, step)
+        if shorter < step:
+            return Attempt(state, direction, 0.0, shorter)
+        rate_after = direction * (net_force(plant, after) - drag.force) / mass
+        stops = stops_within(speed, rate, speed_after, rate_after, step)
+    if stops or gap_ahead(plant, after, direction) <= 0.0:
+        event = sliding_event(plant, lands, state, direction, first, step, after, stops)
+        return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
+    return Attempt(after, direction, step, next_step(step, error))
+
+
+@kernel
+def sticking_attempt(
+    plant: Plant, lands: Lands, state: Motion, flows: Inflows, step: float, tolerance: float
+) -> Attempt:
+    """:func:`sliding_attempt` for a carriage at rest."""
+    a, b = pressure_rates(plant, state, flows, 0.0)
+    after, error = sticking_step(plant, lands, state, a, b, step)
+    error /= tolerance
+    if not error <= 1.0:
+        return Attempt(state, 0, 0.0, next_step(step, error))
+    low, high = breakaway_limits(plant, state.position)
+    if low <= net_force(plant, after) <= high:
+        return Attempt(after, 0, step, next_step(step, error))
+    event = breakaway(plant, lands, state, a, b, step, after)
+    return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
+
+
+@kernel
+def advance_from(
+    plant: Plant, lands: Lands, state: Motion, flows: Inflows, period: float, tolerance: float
+) -> tuple[Motion, int]:
+    """:func:`advance` from a state that ``flows`` enter, which need not be computed again."""
+    left = step = period
     direction = sliding_direction(plant, state)
-    for _ in range(MAXIMUM_CUTS):
+    for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
+        step = min(step, LONGEST_STEP)
+        if step >= left:
+            step = left
+        elif step > 0.5 * left:
+            step = 0.5 * left
         if direction == 0:
-            state = stopped(state)
-        after = midpoint(plant, lands, state, direction, remaining)
-        fraction = fraction_to_event(plant, state, after, direction)
-        if fraction >= 1.0:
-            return after
-        if fraction > 0.0:
-            state = midpoint(plant, lands, state, direction, fraction * remaining)
-            remaining *= 1.0 - fraction
-        state = stopped(state)
-        # A push within rounding of F_s must not be judged anew: it has just been found to grow
-        # past the limit, or to fall back before it moves the carriage.
-        if direction == 0:
-            direction = 1 if net_force(plant, after) > 0.0 else -1
-        elif fraction > 0.0:
-            direction = sliding_direction(plant, state)
+            attempt = sticking_attempt(plant, lands, stopped(state), flows, step, tolerance)
         else:
-            direction = 0
-    return state
+            attempt = sliding_attempt(plant, lands, state, flows, direction, step, tolerance)
+        state, direction, elapsed, step = attempt
+        left -= elapsed
+        if left <= 0.0:
+            return state, fault_of(plant, state)
+        if elapsed > 0.0:
+            flows = inflows(plant, lands, state)
+    return state, TOO_MANY_STEPS
 
 
 @kernel
-def advance(plant: Plant, lands: Lands, state: Motion, steps: int, step: float) -> Motion:
-    """Keep the valve at its openings ``lands`` for ``steps`` inner steps of ``step`` seconds."""
-    for _ in range(steps):
-        state = inner_step(plant, lands, state, step)
-    return state
+def advance(
+    plant: Plant, lands: Lands, state: Motion, period: float, tolerance: float
+) -> tuple[Motion, int]:
+    """Keep the valve at its openings ``lands`` for ``period`` s.
+
+    The integrator chooses its steps anew in every call, for an error of ``tolerance``
+    (``time.tolerance``). Returns the state and a code of :mod:`rodless_sim.physics.faults`: 0
+    where it is sound.
+    """
+    return advance_from(plant, lands, state, inflows(plant, lands, state), period, tolerance)
 
 
-@kernel
-def chamber_flows(plant: Plant, lands: Lands, state: Motion) -> tuple[float, float]:
-    """Mass flows into chambers A and B in kg/s."""
-    return (
-        flow_into_a(plant, lands, state.pressure_a),
-        flow_into_b(plant, lands, state.pressure_b),
-    )
-
-
-@kernel
+@outlined_kernel
 def advance_at_voltage(
-    plant: Plant, voltage: float, state: Motion, steps: int, step: float
-) -> tuple[Motion, float, float]:
-    """:func:`advance` at ``voltage`` (V), with the :func:`chamber_flows` at the end."""
+    plant: Plant, voltage: float, state: Motion, period: float, tolerance: float
+) -> tuple[Motion, float, float, int]:
+    """:func:`advance` at ``voltage`` (V), with the mass flows into A and B (kg/s) at the end."""
     lands = openings(plant, voltage)
-    state = advance(plant, lands, state, steps, step)
-    flow_a, flow_b = chamber_flows(plant, lands, state)
-    return state, flow_a, flow_b
+    fault = 0
+    if period > 0.0:
+        state, fault = advance(plant, lands, state, period, tolerance)
+    a, b = inflows(plant, lands, state)
+    return state, a.mass_flow, b.mass_flow, fault

@@ -6,6 +6,7 @@ from rodless_base.parameters import ParameterSet
 from rodless_sim.physics import forces
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
+from rodless_sim.physics.end_stop import EndStop
 from rodless_sim.physics.friction import Friction
 from rodless_sim.physics.valve import Valve
 from rodless_sim.physics.valve_assembly import Assembly
@@ -19,6 +20,7 @@ class Plant(NamedTuple):
     assembly: Assembly
     cylinder: Cylinder
     friction: Friction
+    end_stop: EndStop
     forces: tuple[Any, ...]  # constants of each of forces.FORCES
     supply_pressure: float  # Pa, absolute
     ambient_pressure: float  # Pa, absolute
@@ -32,6 +34,7 @@ class Plant(NamedTuple):
             assembly=Assembly.of(parameters),
             cylinder=Cylinder.of(parameters),
             friction=Friction.of(parameters),
+            end_stop=EndStop.of(parameters),
             forces=forces.of(parameters),
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),

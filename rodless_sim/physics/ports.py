@@ -1,8 +1,10 @@
 """The valve's ports: which edge joins which pressures, and what each chamber receives."""
 
+from typing import NamedTuple
+
 from rodless_base.kernels import kernel
 from rodless_sim.physics import valve_assembly
-from rodless_sim.physics.flow import orifice_flow
+from rodless_sim.physics.flow import Flow, both, orifice
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.plant import Plant
 
@@ -15,33 +17,64 @@ def openings(plant: Plant, voltage: float) -> Lands:
 
 
 @kernel
-def edge_flow(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> float:
-    """Mass flow in kg/s from side 1 to side 2 of an edge: orifice and gap side by side."""
+def flow_past(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> Flow:
+    """Flow from side 1 to side 2 of an edge: orifice and gap side by side."""
     air, assembly = plant.air, plant.assembly
-    flow = orifice_flow(air, edge.orifice_area, pressure_1, pressure_2)
-    return flow + valve_assembly.gap_flow(
-        assembly.code, assembly.own, air, edge, pressure_1, pressure_2
+    return both(
+        orifice(air, edge.orifice_area, pressure_1, pressure_2),
+        valve_assembly.gap(assembly.code, assembly.own, air, edge, pressure_1, pressure_2),
     )
+
+
+@kernel
+def edge_flow(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> float:
+    """Mass flow in kg/s of :func:`flow_past` an edge."""
+    return flow_past(plant, edge, pressure_1, pressure_2).mass_flow
+
+
+class Inflow(NamedTuple):
+    """The net mass flow into a chamber, and how it changes with the pressure in it."""
+
+    mass_flow: float  # kg/s
+    by_pressure: float  # kg/(s·Pa)
+
+
+@kernel
+def net_inflow(plant: Plant, inlet: Edge, outlet: Edge, pressure: float) -> Inflow:
+    """Net flow into a chamber at ``pressure`` (Pa): in from the supply, out to the atmosphere."""
+    inward = flow_past(plant, inlet, plant.supply_pressure, pressure)
+    outward = flow_past(plant, outlet, pressure, plant.ambient_pressure)
+    return Inflow(
+        inward.mass_flow - outward.mass_flow, inward.by_pressure_2 - outward.by_pressure_1
+    )
+
+
+@kernel
+def inflow_a(plant: Plant, lands: Lands, pressure: float) -> Inflow:
+    """Net flow into chamber A, eqs. (1) and (17): in through 1a, out through 5."""
+    inlet = lands.opening if lands.forward else lands.closing
+    outlet = lands.closing if lands.forward else lands.opening
+    return net_inflow(plant, inlet, outlet, pressure)
+
+
+@kernel
+def inflow_b(plant: Plant, lands: Lands, pressure: float) -> Inflow:
+    """Net flow into chamber B, eqs. (2) and (18): in through 1b, out through 3."""
+    inlet = lands.closing if lands.forward else lands.opening
+    outlet = lands.opening if lands.forward else lands.closing
+    return net_inflow(plant, inlet, outlet, pressure)
 
 
 @kernel
 def flow_into_a(plant: Plant, lands: Lands, pressure: float) -> float:
-    """Net mass flow into chamber A in kg/s, eqs. (1) and (17): in through 1a, out through 5."""
-    inlet = lands.opening if lands.forward else lands.closing
-    outlet = lands.closing if lands.forward else lands.opening
-    return edge_flow(plant, inlet, plant.supply_pressure, pressure) - edge_flow(
-        plant, outlet, pressure, plant.ambient_pressure
-    )
+    """Net mass flow into chamber A in kg/s."""
+    return inflow_a(plant, lands, pressure).mass_flow
 
 
 @kernel
 def flow_into_b(plant: Plant, lands: Lands, pressure: float) -> float:
-    """Net mass flow into chamber B in kg/s, eqs. (2) and (18): in through 1b, out through 3."""
-    inlet = lands.closing if lands.forward else lands.opening
-    outlet = lands.opening if lands.forward else lands.closing
-    return edge_flow(plant, inlet, plant.supply_pressure, pressure) - edge_flow(
-        plant, outlet, pressure, plant.ambient_pressure
-    )
+    """Net mass flow into chamber B in kg/s."""
+    return inflow_b(plant, lands, pressure).mass_flow
 
 
 @kernel

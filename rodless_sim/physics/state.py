@@ -33,7 +33,7 @@ class Motion(NamedTuple):
 
 @kernel
 def moved(state: Motion, rate: Motion, duration: float) -> Motion:
-    """State after ``duration`` seconds at a constant rate."""
+    """State after ``duration`` seconds at a constant rate; also state + factor · change."""
     return Motion(
         state.position + duration * rate.position,
         state.velocity + duration * rate.velocity,

@@ -1,7 +1,10 @@
 """The proportional valve (Festo MPYE-5-M5-010-B): what is measured of it, eqs. (5), (24), (25)."""
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.kernels import kernel
@@ -108,7 +111,7 @@ class Valve(NamedTuple):
 
 
 def check(parameters: ParameterSet) -> None:
-    """Refuse a sleeve that is narrower than its spool."""
+    """Refuse a sleeve narrower than its spool, and an orifice that would flow backwards."""
     spool = parameters.number("valve.spool_diameter")
     sleeve = parameters.number("valve.sleeve_diameter")
     if sleeve < spool:
@@ -116,6 +119,21 @@ def check(parameters: ParameterSet) -> None:
             f"valve.sleeve_diameter: {sleeve:g} m refused, smaller than "
             f"valve.spool_diameter ({spool:g} m)"
         )
+    volts, lowest = lowest_coefficient(parameters.numbers("valve.flow_coefficients"))
+    if lowest < 0.0:
+        raise ParameterError(
+            f"valve.flow_coefficients: refused, the flow coefficient is {lowest:g} at "
+            f"{volts:.2g} V from closed: air would flow against the pressure"
+        )
+
+
+@lru_cache(maxsize=64)
+def lowest_coefficient(powers: tuple[float, ...]) -> tuple[float, float]:
+    """Return where (V from closed) the flow coefficient of ``powers`` is lowest, and its value."""
+    curve = np.polynomial.Polynomial(powers)
+    turns = [float(root.real) for root in curve.deriv().roots() if abs(root.imag) < 1e-9]
+    places = [0.0, COEFFICIENT_RANGE, *(t for t in turns if 0.0 < t < COEFFICIENT_RANGE)]
+    return min(((place, float(curve(place))) for place in places), key=lambda found: found[1])
 
 
 @kernel

@@ -2,9 +2,10 @@
 
 An assembly is one module of ``valve_assemblies`` with ``NAME``, ``MEANING``, its own
 ``PARAMETERS``, its constants ``of(parameters)``, and two kernels: the openings ``lands(constants,
-air, valve, voltage)``, and the mass flow in kg/s past each edge beside that of its orifice,
-``gap_flow(constants, air, edge, pressure_1, pressure_2)``. Where it has ``check(parameters)``, that
-raises ParameterError for values that contradict each other, whichever assembly is in use.
+air, valve, voltage)``, and the :class:`~rodless_sim.physics.flow.Flow` past each edge beside that
+of its orifice, ``gap(constants, air, edge, pressure_1, pressure_2)``. Where it has
+``check(parameters)``, that raises ParameterError for values that contradict each other, whichever
+assembly is in use.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 from rodless_base.kernels import dispatch
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_base.sockets import modules
+from rodless_sim.physics.flow import Flow
 from rodless_sim.physics.lands import Lands
 
 ASSEMBLIES = modules(
@@ -55,4 +57,4 @@ class Assembly(NamedTuple):
 
 
 lands: Callable[..., Lands] = dispatch([assembly.lands for assembly in ASSEMBLIES])
-gap_flow: Callable[..., float] = dispatch([assembly.gap_flow for assembly in ASSEMBLIES])
+gap: Callable[..., Flow] = dispatch([assembly.gap for assembly in ASSEMBLIES])

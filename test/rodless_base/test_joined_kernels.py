@@ -59,6 +59,22 @@ def test_all_are_added_up() -> None:
     assert total(FUNCTIONS)(CONSTANTS, 4.0, 10.0) == sum(ALONE)
 
 
+def test_nothing_adds_up_to_zero_and_sums_may_be_of_another_kind() -> None:
+    """Without kernels the sum is the zero given; ``plus`` says how two results are added."""
+
+    @kernel
+    def plus(one: Line, other: Line) -> Line:
+        return Line(one.slope + other.slope)
+
+    @kernel
+    def twice(constants: Line, x: float) -> Line:
+        return Line(2.0 * constants.slope * x)
+
+    zero = Line(0.0)
+    assert total([], zero, plus)((), 3.0) == zero
+    assert total([twice, twice], zero, plus)((Line(1.0), Line(10.0)), 3.0) == Line(66.0)
+
+
 def test_one_is_enough() -> None:
     """A single kernel is itself, chosen or added up, to the sign of zero."""
     assert dispatch([line])(0, (Line(3.0),), 4.0, 10.0) == ALONE[0]

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args, get_type_hints
@@ -245,6 +246,29 @@ def test_a_linked_copy_calls_what_it_is_given() -> None:
     twice, halves = (kernels.linked(one_more, inner=inner) for inner in (double, half))
     assert (twice(3.0), halves(3.0), one_more(3.0)) == (7.0, 2.5, 4.0)
     assert kernels.unlinked(one_more, inner=math.sqrt)(9.0) == 4.0
+
+
+def test_what_runs_long_lets_other_threads_run() -> None:
+    """An outlined kernel, and a linked one, release the GIL: Python counts on beside them."""
+
+    @kernels.outlined_kernel
+    def sum_to(count: int) -> float:
+        total = 0.0
+        for k in range(count):
+            total += math.sin(k)
+        return total
+
+    sum_to(1)
+    thread = threading.Thread(target=sum_to, args=(100_000_000,))
+    thread.start()
+    beside = 0
+    while thread.is_alive() and beside < 1000:
+        beside += 1
+        thread.join(1e-4)
+    assert beside > 10
+    thread.join()
+    linked = kernels.linked(one_more, inner=kernels.kernel(inner))
+    assert linked.targetoptions["nogil"]  # type: ignore[attr-defined]
 
 
 def test_a_plain_function_needs_no_direct_call() -> None:

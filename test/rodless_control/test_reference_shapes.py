@@ -32,6 +32,29 @@ def test_velocity_is_the_derivative_of_position(name: str) -> None:
             assert reference.sample(time)[1] == pytest.approx(slope, abs=1e-9)
 
 
+@pytest.mark.parametrize("name", SMOOTH)
+def test_many_samples_at_once_have_the_same_bits(name: str) -> None:
+    """At 1 kHz from before the start to after the end, corners included."""
+    reference = SMOOTH[name]
+    times = np.concatenate([np.arange(-100, 3001) * 1e-3, [0.5, 1.75, 2.25]])
+    expected = np.array([reference.sample(float(time)) for time in times])
+    assert references.sampled(reference, times).tobytes() == expected.tobytes()
+
+
+def test_a_reference_of_ones_own_needs_only_sample() -> None:
+    """It is asked time by time, with plain numbers."""
+
+    class Saw:
+        def sample(self, time: float) -> tuple[float, float]:
+            assert type(time) is float
+            return time % 0.5, 1.0
+
+    found = references.sampled(Saw(), np.array([0.1, 0.7, 1.2]))
+    assert found[:, 0] == pytest.approx([0.1, 0.2, 0.2])
+    assert found[:, 1].tolist() == [1.0, 1.0, 1.0]
+    assert references.sampled(Saw(), np.empty(0)).shape == (0, 2)
+
+
 def test_constant() -> None:
     """Everywhere the same, at rest."""
     reference = references.constant(-0.7)

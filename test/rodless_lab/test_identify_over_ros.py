@@ -32,7 +32,6 @@ def write_start(path: Path) -> Path:
         "cylinder.initial_position": 0.06,
         "time.mode": "lockstep",
         "time.recorders": 1,
-        "time.inner_step": 4e-5,
     }
     lines = "".join(f"    {name}: {value}\n" for name, value in values.items())
     path.write_text(f"/**/plant:\n  ros__parameters:\n{lines}", encoding="utf-8")

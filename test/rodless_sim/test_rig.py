@@ -182,11 +182,12 @@ def test_air_is_drawn_from_the_supply_and_stated_as_free_air() -> None:
     )
 
 
-def test_a_wrong_step_for_a_period_is_rounded_down_to_divide_it() -> None:
-    """With a 30 µs longest step, 1 ms is cut into 34 equal steps: the result is that of 1/34 ms."""
-    longest = RigParameters({"time.inner_step": 30e-6})
-    exact = RigParameters({"time.inner_step": 1e-3 / 34})
-    voltages = np.full(300, 6.0)
-    first, second = (simulate(p, voltages, 1e-3, 0.1) for p in (longest, exact))
-    assert np.array_equal(first.position, second.position)
-    assert np.ptp(first.position) > 1e-4
+def test_the_tolerance_bounds_the_error() -> None:
+    """Each hundredth of the tolerance gives a tenth of the error or less, against 1e-3 of it."""
+    voltages = np.repeat([6.0, 5.3, 4.5], 100)
+    loose, tight, exact = (
+        simulate(RigParameters({"time.tolerance": tolerance}), voltages, 1e-3, 0.1).position
+        for tolerance in (10.0, 0.1, 1e-3)
+    )
+    assert np.ptp(exact) > 1e-3
+    assert 0.0 < np.abs(tight - exact).max() < 0.1 * np.abs(loose - exact).max() < 1e-6

@@ -25,7 +25,7 @@ for assembly in ("reconciled", "printed"):
             (3.0, Motion(0.1, 0.0, 4.0e5, 4.6e5)),
             (4.0, Motion(0.0005, -0.4, 3.0e5, 4.5e5)),
         ):
-            ends.append(advance(plant, openings(plant, voltage), state, 500, 20e-6))
+            ends.append(advance(plant, openings(plant, voltage), state, 0.01, 1.0)[0])
 print(json.dumps(ends))
 """
 

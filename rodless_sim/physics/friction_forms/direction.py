@@ -78,8 +78,16 @@ def check_direction(parameters: ParameterSet, side: str) -> None:
         )
 
 
+class Drag(NamedTuple):
+    """A friction force, and how it changes with the speed."""
+
+    force: float  # N
+    by_speed: float  # N·s/m
+
+
 @kernel
-def dry_force(side: Direction, speed: float) -> float:
-    """Dry part of eq. (29) in N at ``speed`` >= 0 (m/s): from F_s down to F_c."""
-    drop = (side.static - side.coulomb) * math.exp(-((speed / side.stribeck_velocity) ** 2))
-    return side.coulomb + drop
+def dry(side: Direction, speed: float) -> Drag:
+    """Dry part of eq. (29) at ``speed`` >= 0 (m/s): from F_s down to F_c."""
+    ratio = speed / side.stribeck_velocity
+    drop = (side.static - side.coulomb) * math.exp(-(ratio**2))
+    return Drag(side.coulomb + drop, -2.0 * ratio / side.stribeck_velocity * drop)

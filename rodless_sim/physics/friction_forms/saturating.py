@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
-from rodless_sim.physics.friction_forms.direction import Direction, dry_force
+from rodless_sim.physics.friction_forms.direction import Direction, Drag, dry
 from rodless_sim.physics.sources import JUDGEMENT
 
 NAME = "saturating"
@@ -48,9 +48,13 @@ def of(parameters: ParameterSet) -> Saturating:
 
 
 @kernel
-def force(constants: Saturating, side: Direction, speed: float) -> float:
-    """Magnitude in N of the friction at ``speed`` >= 0 (m/s): B falls to its high-speed value."""
+def force(constants: Saturating, side: Direction, speed: float) -> Drag:
+    """Friction at ``speed`` >= 0 (m/s): B falls to its high-speed value."""
     knee = constants.saturation_velocity
-    bend = knee * (1.0 - math.exp(-speed / knee))
+    fading = math.exp(-speed / knee)
     high = constants.high_speed_viscous
-    return dry_force(side, speed) + (high * speed + (side.viscous - high) * bend)
+    found = dry(side, speed)
+    return Drag(
+        found.force + (high * speed + (side.viscous - high) * (knee * (1.0 - fading))),
+        found.by_speed + (high + (side.viscous - high) * fading),
+    )

@@ -2,7 +2,7 @@
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet, declare
-from rodless_sim.physics.friction_forms.direction import Direction, dry_force
+from rodless_sim.physics.friction_forms.direction import Direction, Drag, dry
 
 NAME = "stribeck"
 MEANING = "eq. (29) as printed"
@@ -15,6 +15,7 @@ def of(parameters: ParameterSet) -> tuple[()]:  # noqa: ARG001
 
 
 @kernel
-def force(constants: tuple[()], side: Direction, speed: float) -> float:  # noqa: ARG001
-    """Magnitude in N of the friction at ``speed`` >= 0 (m/s), eq. (29)."""
-    return dry_force(side, speed) + side.viscous * speed
+def force(constants: tuple[()], side: Direction, speed: float) -> Drag:  # noqa: ARG001
+    """Friction at ``speed`` >= 0 (m/s), eq. (29)."""
+    found = dry(side, speed)
+    return Drag(found.force + side.viscous * speed, found.by_speed + side.viscous)

@@ -5,7 +5,7 @@ import math
 from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet, declare
 from rodless_sim.physics.air import Air
-from rodless_sim.physics.flow import gap_conductance
+from rodless_sim.physics.flow import Flow, gap_conductance
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.valve import Valve, effective_area, spool_displacement
 
@@ -33,9 +33,20 @@ def flow_coefficient_printed(valve: Valve, spool_displacement: float) -> float:
 
 
 @kernel
+def gap_printed(conductance: float, pressure_1: float, pressure_2: float) -> Flow:
+    """Flow of eqs. (15), (16), (21), (22) as printed: density of side 2."""
+    double = 2.0 * conductance
+    return Flow(
+        double * pressure_2 * (pressure_1 - pressure_2),
+        double * pressure_2,
+        double * (pressure_1 - 2.0 * pressure_2),
+    )
+
+
+@kernel
 def gap_flow_printed(conductance: float, pressure_1: float, pressure_2: float) -> float:
-    """Mass flow in kg/s of eqs. (15), (16), (21), (22) as printed: density of side 2."""
-    return 2.0 * conductance * pressure_2 * (pressure_1 - pressure_2)
+    """Mass flow in kg/s of :func:`gap_printed`."""
+    return gap_printed(conductance, pressure_1, pressure_2).mass_flow
 
 
 @kernel
@@ -51,12 +62,12 @@ def lands(constants: tuple[()], air: Air, valve: Valve, voltage: float) -> Lands
 
 
 @kernel
-def gap_flow(
+def gap(
     constants: tuple[()],  # noqa: ARG001
     air: Air,  # noqa: ARG001
     edge: Edge,
     pressure_1: float,
     pressure_2: float,
-) -> float:
-    """Mass flow in kg/s through the gap of an edge, its density that of side 2."""
-    return gap_flow_printed(edge.gap, pressure_1, pressure_2)
+) -> Flow:
+    """Flow through the gap of an edge, its density that of side 2."""
+    return gap_printed(edge.gap, pressure_1, pressure_2)

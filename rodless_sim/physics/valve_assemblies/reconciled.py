@@ -12,6 +12,7 @@ from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.physics import flow
 from rodless_sim.physics.air import Air
+from rodless_sim.physics.flow import Flow
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.sources import JUDGEMENT
 from rodless_sim.physics.valve import SPOOL_GAIN, Valve, centred_area, flow_coefficient
@@ -60,12 +61,12 @@ def lands(constants: Reconciled, air: Air, valve: Valve, voltage: float) -> Land
 
 
 @kernel
-def gap_flow(
+def gap(
     constants: Reconciled,  # noqa: ARG001
     air: Air,  # noqa: ARG001
     edge: Edge,
     pressure_1: float,
     pressure_2: float,
-) -> float:
-    """Mass flow in kg/s through the gap of an edge, its density following the pressure."""
-    return flow.gap_flow(edge.gap, pressure_1, pressure_2)
+) -> Flow:
+    """Flow through the gap of an edge, its density following the pressure."""
+    return flow.gap(edge.gap, pressure_1, pressure_2)

@@ -1,11 +1,13 @@
 """Instruments against what their data sheets say of them."""
 
+import math
+
 import numpy as np
 import pytest
 
 from rodless_sim import RigParameters, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
-from rodless_sim.instruments.transmitter import Transmitter, converted, lagged
+from rodless_sim.instruments.transmitter import Transmitter, converted, is_ideal, lagged, read
 
 SHEET = RigParameters(DATA_SHEET)
 RUN = simulate(RigParameters(), [5.6] * 300, 1e-3, position=0.1)
@@ -47,6 +49,38 @@ def test_converter_rounds_to_305_microvolt() -> None:
     values = np.linspace(0.0, 0.2, 40_001)
     steps = np.diff(np.unique([converted(value, 0.2, 16) for value in values]))
     assert steps == pytest.approx(20.0 / 65536 / 4.0 * 0.2, rel=1e-6)
+
+
+def test_an_instrument_saturates_at_its_range() -> None:
+    """3.8 to 20.5 mA of 4-20 mA (NAMUR NE 43): -1.25 % to 103.125 % of the range, and no further.
+
+    With every error and at any size.
+    """
+    sensor = Transmitter(0.2, offset=1e-5, noise=2e-5, nonlinearity=1e-4, bits=16)
+    step = 20.0 / 65536 / 4.0 * 0.2
+    for value in (0.3, 2.0, 1e9):
+        assert read(sensor, value, value, 1.0) == pytest.approx(0.20625, abs=step)
+        assert read(sensor, -value, -value, 1.0) == pytest.approx(-0.0025, abs=step)
+    within = sensor.measure(np.linspace(0.0, 0.2, 101), 1e-3, np.random.default_rng(1))
+    assert np.abs(within - np.linspace(0.0, 0.2, 101)).max() < 3e-4
+
+
+def test_what_is_not_a_number_stays_none() -> None:
+    """With a converter of any number of bits, with and without errors."""
+    for bits in (0, 12, 16):
+        assert math.isnan(read(Transmitter(1e6, noise=200.0, bits=bits), math.nan, math.nan, 0.3))
+        assert math.isnan(converted(math.nan, 1e6, bits))
+    assert math.isnan(read(Transmitter(1e6), math.nan, math.nan, 0.3))
+
+
+def test_an_ideal_instrument_has_no_range() -> None:
+    """Without errors it shows what is, on a longer cylinder and at a higher pressure too."""
+    assert read(Transmitter(0.2), 1.5, 1.5, 1.0) == 1.5
+    assert is_ideal(Transmitter(0.2))
+    assert not is_ideal(Transmitter(0.2, lag=1e-3))
+    longer = RigParameters({"cylinder.stroke": 0.6, "sensors.position_noise": 1e-6})
+    sensor = Instruments.specimen(longer, np.random.default_rng(1)).position
+    assert read(sensor, 0.5, 0.5, 0.0) == pytest.approx(0.5, abs=1e-9)
 
 
 def test_fixed_errors_stay_within_the_data_sheet_and_use_it() -> None:

@@ -45,7 +45,7 @@ def test_closed_valve_brings_any_start_to_that_pressure(
     # The slower chamber (64 cm³ at mid-stroke) closes in at about 0.17/s.
     start = [AMBIENT + share * (supply - AMBIENT) for share in pressures]
     plant = Plant.of(held(supply))
-    end = advance(plant, openings(plant, 5.08), Motion(0.1, 0.0, *start), 600_000, 1e-3)
+    end = advance(plant, openings(plant, 5.08), Motion(0.1, 0.0, *start), 600.0, 1.0)[0]
     expected = math.sqrt((supply**2 + AMBIENT**2) / 2.0)
     assert end.pressure_a == pytest.approx(expected, abs=1.0)
     assert end.pressure_b == pytest.approx(expected, abs=1.0)
@@ -56,7 +56,7 @@ def test_settled_pressures_are_where_a_long_run_ends(voltage: float) -> None:
     """The root the rig starts from is the state that minutes of simulated time lead to."""
     parameters = held(SUPPLIES[1])
     plant = Plant.of(parameters)
-    end = advance(plant, openings(plant, voltage), Motion(0.1, 0.0, 3e5, 3e5), 600_000, 1e-3)
+    end = advance(plant, openings(plant, voltage), Motion(0.1, 0.0, 3e5, 3e5), 600.0, 1.0)[0]
     pressure_a, pressure_b = settled_pressures(plant, voltage)
     assert end.pressure_a == pytest.approx(pressure_a, abs=1.0)
     assert end.pressure_b == pytest.approx(pressure_b, abs=1.0)

@@ -33,7 +33,7 @@ def test_a_rig_without_dry_friction_moves_as_soon_as_the_valve_opens(voltage: fl
 def test_a_push_that_grows_past_the_limit_from_right_below_it_moves_the_carriage(ulps: int) -> None:
     """Starting within rounding of 29 N with the valve opening forward, it slides within 0.1 s."""
     pressure_a = 3e5 + 29.0 / AREA + ulps * math.ulp(3e5)
-    state = advance(PLANT, openings(PLANT, 6.0), Motion(0.1, 0.0, pressure_a, 3e5), 5000, 20e-6)
+    state = advance(PLANT, openings(PLANT, 6.0), Motion(0.1, 0.0, pressure_a, 3e5), 0.1, 1.0)[0]
     assert state.position > 0.1 + 1e-4
 
 
@@ -49,9 +49,9 @@ def test_a_push_that_falls_from_right_above_the_limit_lets_the_air_go_on(excess:
             PLANT,
             openings(PLANT, 4.0),
             Motion(0.1, 0.0, 3e5 + (29.0 + over) / AREA, 3e5),
-            5000,
-            20e-6,
-        )
+            0.1,
+            1.0,
+        )[0]
         for over in (excess, -0.01)
     )
     assert state.position == pytest.approx(0.1, abs=1e-9)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rodless_sim import RigParameters
-from rodless_sim.physics.friction import Friction, sliding_friction, static_limit
+from rodless_sim.physics.equations import breakaway_limits
+from rodless_sim.physics.friction import Friction, sliding_friction
 from rodless_sim.physics.plant import Plant
 
 STRIBECK = Plant.of(RigParameters()).friction
@@ -15,9 +16,14 @@ SATURATING = Plant.of(RigParameters({"friction.form": "saturating"})).friction
 
 @pytest.mark.parametrize("friction", [STRIBECK, SATURATING])
 def test_breakaway_force_has_its_own_value_for_each_direction(friction: Friction) -> None:
-    """29 N hold against a forward push, 36 N against a reverse one (Table 2)."""
-    assert static_limit(friction, 10.0) == 29.0
-    assert static_limit(friction, -10.0) == 36.0
+    """29 N hold against a forward push, 36 N against a reverse one (Table 2).
+
+    A cap holds any push into it.
+    """
+    plant = Plant.of(RigParameters())._replace(friction=friction)
+    assert breakaway_limits(plant, 0.1) == (-36.0, 29.0)
+    assert breakaway_limits(plant, 0.0) == (-math.inf, 29.0)
+    assert breakaway_limits(plant, 0.2) == (-36.0, math.inf)
 
 
 @pytest.mark.parametrize("friction", [STRIBECK, SATURATING])

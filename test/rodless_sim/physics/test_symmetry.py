@@ -7,7 +7,7 @@ the land edges are therefore swapped by hand.
 import pytest
 
 from rodless_sim import RigParameters
-from rodless_sim.physics.motion import advance, inner_step
+from rodless_sim.physics.motion import advance
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion
@@ -48,8 +48,8 @@ def test_a_rig_driven_through_the_other_edges_is_its_mirror_image(form: str) -> 
     state = start = Motion(0.06, 0.0, 4e5, 4.2e5)
     other = mirrored(start)
     for _ in range(15_000):
-        state = inner_step(plant, forward, state, STEP)
-        other = inner_step(swapped, backward, other, STEP)
+        state = advance(plant, forward, state, STEP, 1.0)[0]
+        other = advance(swapped, backward, other, STEP, 1.0)[0]
     assert state.position > start.position + 1e-3
     assert_close(state, mirrored(other))
 
@@ -62,7 +62,7 @@ def test_a_carriage_thrown_with_the_valve_closed_is_its_mirror_image(
     """At 5.08 V all edges are alike: throws to either side mirror, into an end cap included."""
     plant = even_plant(form, 15e-6, 15e-6)
     start = Motion(position, 0.6, 4.6e5, 4.4e5)
-    state = advance(plant, openings(plant, 5.08), start, 5000, STEP)
-    other = advance(plant, openings(plant, 5.08), mirrored(start), 5000, STEP)
+    state = advance(plant, openings(plant, 5.08), start, 5000 * STEP, 1.0)[0]
+    other = advance(plant, openings(plant, 5.08), mirrored(start), 5000 * STEP, 1.0)[0]
     assert abs(state.position - position) > 1e-5
     assert_close(state, mirrored(other))

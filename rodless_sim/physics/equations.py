@@ -1,0 +1,133 @@
+"""The equations of motion of carriage and chambers: eqs. (26), (27), (28), (31)."""
+
+import math
+from typing import NamedTuple
+
+from rodless_base.kernels import kernel
+from rodless_sim.physics.cylinder import PressureRate, chamber_rate, volume_a, volume_b
+from rodless_sim.physics.force import Force
+from rodless_sim.physics.forces import other_forces
+from rodless_sim.physics.friction import sliding
+from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import Inflow, inflow_a, inflow_b
+from rodless_sim.physics.state import Motion
+
+
+class Rates(NamedTuple):
+    """Rates of change of a sliding rig, and all that they change with.
+
+    The acceleration changes with both pressures, with opposite signs; each pressure changes with
+    itself and the carriage, not with the other.
+    """
+
+    velocity: float  # m/s
+    acceleration: float  # m/s²
+    by_position: float  # of the acceleration, 1/s²
+    by_velocity: float  # of the acceleration, 1/s
+    by_pressure: float  # of the acceleration, m/(s²·Pa): by that of A, less by that of B
+    a: PressureRate
+    b: PressureRate
+
+
+class Inflows(NamedTuple):
+    """What flows into each chamber."""
+
+    a: Inflow
+    b: Inflow
+
+
+@kernel
+def applied(plant: Plant, state: Motion) -> Force:
+    """Applied force without friction, the F_e of eq. (28)."""
+    push = plant.cylinder.piston_area * (state.pressure_a - state.pressure_b)
+    others = other_forces(plant.forces, state)
+    return Force(push + others.force, others.by_position, others.by_velocity)
+
+
+@kernel
+def net_force(plant: Plant, state: Motion) -> float:
+    """Applied force without friction in N, the F_e of eq. (28)."""
+    return applied(plant, state).force
+
+
+@kernel
+def breakaway_limits(plant: Plant, position: float) -> tuple[float, float]:
+    """Return the least and the greatest net force in N that a carriage at rest withstands.
+
+    An end cap withstands any push into it.
+    """
+    low, high = -plant.friction.reverse.static, plant.friction.forward.static
+    if plant.cylinder.locked or position <= 0.0:
+        low = -math.inf
+    if plant.cylinder.locked or position >= plant.cylinder.stroke:
+        high = math.inf
+    return low, high
+
+
+@kernel
+def sliding_direction(plant: Plant, state: Motion) -> int:
+    """Return +1 or -1 for a sliding carriage, 0 for one that sticks, eq. (28)."""
+    speed = abs(state.velocity)
+    if not plant.cylinder.locked and speed > plant.friction.capture_velocity:
+        return 1 if state.velocity > 0.0 else -1
+    force = net_force(plant, state)
+    low, high = breakaway_limits(plant, state.position)
+    if low <= force <= high:
+        return 0
+    if speed > 0.0:
+        return 1 if state.velocity > 0.0 else -1
+    return 1 if force > high else -1
+
+
+@kernel
+def inflows(plant: Plant, lands: Lands, state: Motion) -> Inflows:
+    """Return what flows into both chambers."""
+    return Inflows(
+        inflow_a(plant, lands, state.pressure_a), inflow_b(plant, lands, state.pressure_b)
+    )
+
+
+@kernel
+def pressure_rates(
+    plant: Plant, state: Motion, flows: Inflows, velocity: float
+) -> tuple[PressureRate, PressureRate]:
+    """Eq. (26) for chambers A and B, the carriage moving at ``velocity`` (m/s)."""
+    air, cylinder = plant.air, plant.cylinder
+    area = cylinder.piston_area
+    a, b = flows
+    first = volume_a(cylinder, state.position)
+    second = volume_b(cylinder, state.position)
+    return (
+        chamber_rate(air, first, area, velocity, state.pressure_a, a.mass_flow, a.by_pressure),
+        chamber_rate(air, second, -area, velocity, state.pressure_b, b.mass_flow, b.by_pressure),
+    )
+
+
+@kernel
+def sliding_rates(plant: Plant, state: Motion, flows: Inflows, direction: int) -> Rates:
+    """Eqs. (26) and (31) for a carriage that slides in ``direction`` (+1 or -1)."""
+    mass = plant.cylinder.moving_mass
+    force = applied(plant, state)
+    drag = sliding(plant.friction, state.velocity, direction)
+    a, b = pressure_rates(plant, state, flows, state.velocity)
+    return Rates(
+        state.velocity,
+        (force.force - drag.force) / mass,
+        force.by_position / mass,
+        (force.by_velocity - drag.by_speed) / mass,
+        plant.cylinder.piston_area / mass,
+        a,
+        b,
+    )
+
+
+@kernel
+def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
+    """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
+    flows = inflows(plant, lands, state)
+    if direction == 0:
+        a, b = pressure_rates(plant, state, flows, 0.0)
+        return Motion(0.0, 0.0, a.rate, b.rate)
+    found = sliding_rates(plant, state, flows, direction)
+    return Motion(found.velocity, found.acceleration, found.a.rate, found.b.rate)

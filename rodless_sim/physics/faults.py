@@ -1,0 +1,75 @@
+"""What is not a rig any more: a state that no rig has, or motion that cannot be followed."""
+
+import math
+
+from rodless_base.kernels import kernel
+from rodless_sim.physics.cylinder import volume_a, volume_b
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.state import Motion
+
+SOUND = 0
+NOT_FINITE = 1
+NO_PRESSURE = 2
+NO_VOLUME = 3
+TOO_MANY_STEPS = 4
+
+# What it is, and which parameters it is likely to come from.
+MEANING = {
+    NOT_FINITE: (
+        "a state is not a finite number",
+        "check the pressures given, cylinder.moving_mass and the values of friction.*",
+    ),
+    NO_PRESSURE: (
+        "a pressure is not positive",
+        "check the pressures given, valve.area_coefficients and valve.flow_coefficients",
+    ),
+    NO_VOLUME: (
+        "a chamber has no volume",
+        "check cylinder.dead_volume_a, cylinder.dead_volume_b and the position given",
+    ),
+    TOO_MANY_STEPS: (
+        "the motion is too fast to follow",
+        "raise time.tolerance, or check friction.*.stribeck_velocity, cylinder.moving_mass and "
+        "the cylinder.dead_volume_*",
+    ),
+}
+
+
+class SimulationError(RuntimeError):
+    """The simulation left what a rig can do; the text says when, what, and what to check.
+
+    Examples
+    --------
+    >>> from rodless_sim import Rig, SimulationError
+    >>> rig = Rig()
+    >>> state = rig.reset(pressures=(1e-300, 1e300))
+    >>> try:
+    ...     rig.advance(voltage=10.0, duration=1.0)
+    ... except SimulationError as error:
+    ...     print(str(error).partition(":")[0])
+    after 0 s
+    """
+
+
+@kernel
+def fault_of(plant: Plant, state: Motion) -> int:
+    """Return what is wrong with a state, as one of the codes above."""
+    total = state.position + state.velocity + state.pressure_a + state.pressure_b
+    if not math.isfinite(total):
+        return NOT_FINITE
+    if state.pressure_a <= 0.0 or state.pressure_b <= 0.0:
+        return NO_PRESSURE
+    cylinder = plant.cylinder
+    if min(volume_a(cylinder, state.position), volume_b(cylinder, state.position)) <= 0.0:
+        return NO_VOLUME
+    return SOUND
+
+
+def simulation_error(fault: int, time: float, state: Motion) -> SimulationError:
+    """Return the error for a fault in the sample period that began at ``time`` (s)."""
+    what, advice = MEANING[fault]
+    return SimulationError(
+        f"after {time:g} s: {what} (position {state.position:g} m, "
+        f"velocity {state.velocity:g} m/s, pressures {state.pressure_a:g} and "
+        f"{state.pressure_b:g} Pa); {advice}"
+    )

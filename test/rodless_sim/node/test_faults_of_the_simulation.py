@@ -1,0 +1,127 @@
+"""A simulation that fails: said by name, the valve closed, nothing published, and back by reset.
+
+The rig in these tests has a valve of the printed assembly whose area is negative beyond 8 V: there
+it sucks the air out of a chamber until no pressure is left.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from paused_plant import PausedPlant
+from running import StartProcess
+from std_srvs.srv import Trigger
+
+from rodless_control import PidParameters, references
+from rodless_lab import closed_loop
+from rodless_lab.session.observer import Observer
+from rodless_sim import Rig, RigParameters, SimulationError, State, simulate
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.lockstep import Lockstep
+
+PERIOD = 0.01
+BACKWARDS = {
+    "valve.assembly": "printed",
+    "valve.area_coefficients": [2.0, math.pi / 8.0, *[0.0] * 7],
+    "cylinder.locked": True,
+}
+PARAMETERS = RigParameters(BACKWARDS)
+LINE = r"^after 0\.\d+ s: a pressure is not positive .*check .*valve\.area_coefficients[^\n]*$"
+
+
+def run_to_failure(rig: Rig) -> tuple[list[State], str]:
+    """Return the states of a rig at 10 V until it fails, and what it says then."""
+    states = [rig.state]
+    for _ in range(1000):
+        try:
+            states.append(rig.advance(10.0, PERIOD))
+        except SimulationError as error:
+            return states, str(error)
+    raise AssertionError("it did not fail")
+
+
+def test_the_rig_says_when_what_and_which_parameter_and_stays_as_it_was() -> None:
+    """One line; the last sound state remains, and after a reset the rig runs."""
+    rig = Rig(PARAMETERS)
+    states, error = run_to_failure(rig)
+    assert re.match(LINE, error)
+    assert len(states) > 1
+    assert rig.state == states[-1]
+    assert min(rig.state.pressure_a, rig.state.pressure_b) > 0.0
+    rig.reset()
+    assert rig.advance(10.0, PERIOD) == states[1]
+
+
+def test_simulate_and_closed_loop_raise_the_same() -> None:
+    """At the sample at which the rig fails when it is stepped by hand."""
+    states, by_hand = run_to_failure(Rig(PARAMETERS))
+    assert len(states) > 1
+    with pytest.raises(SimulationError) as at_once:
+        simulate(PARAMETERS, np.full(1000, 10.0), PERIOD)
+    assert str(at_once.value) == by_hand
+    with pytest.raises(SimulationError, match=LINE):
+        closed_loop(PARAMETERS, PidParameters(), references.constant(0.2), 10.0, PERIOD)
+    with pytest.raises(SimulationError, match=re.escape(by_hand)):
+        closed_loop(PARAMETERS, lambda m, r: 10.0, references.constant(0.2), 10.0, PERIOD)  # noqa: ARG005
+
+
+def test_lockstep_holds_until_a_reset() -> None:
+    """No sample answers the command that fails; a reset needs no further answer."""
+    stamps: list[int] = []
+    engine = Engine(
+        PARAMETERS.with_values({"time.mode": "lockstep", "time.period": PERIOD}),
+        lambda seen, _: stamps.append(seen.stamp),
+    )
+    plant = Lockstep(engine, 1.0, lambda: True, lambda: 1, lambda: 0.0)
+    plant.poll()
+    for _ in range(1000):
+        plant.receive(10.0)
+        if plant.problem is not None:
+            break
+    assert plant.problem is not None
+    assert re.match(LINE.rstrip("$"), plant.problem)
+    assert not plant.running
+    handed_out = len(stamps)
+    plant.receive(10.0)
+    plant.pause(True)
+    assert plant.step() == plant.problem
+    plant.pause(False)
+    assert len(stamps) == handed_out
+    assert engine.command.voltage(engine.rig.nanoseconds) == 5.08
+    assert plant.reset() == "done"
+    assert plant.problem is None
+    assert stamps[-1] == 0
+    plant.receive(10.0)
+    assert stamps[-1] == round(PERIOD * 1e9)
+
+
+@pytest.fixture
+def plant(observer: Observer, start_node: StartProcess) -> Iterator[PausedPlant]:
+    """Run a plant that only the test commands."""
+    with start_node("plant", {"time.period": PERIOD, **BACKWARDS}):
+        yield PausedPlant(observer)
+
+
+def test_the_node_reports_the_error_goes_silent_and_runs_again_after_a_reset(
+    plant: PausedPlant,
+) -> None:
+    """/diagnostics goes on with the line as an error; samples end until ~/reset."""
+    start = plant.reset()
+    first = len(plant.samples)
+    answer = Trigger.Response(success=True)
+    while answer.success and len(plant.samples) < first + 100:
+        plant.command(10.0)
+        answer = plant.observer.call(Trigger, "/plant/step")
+    assert not answer.success
+    assert re.match(LINE.rstrip("$"), answer.message)
+    seen = len(plant.samples)
+    assert not plant.observer.call(Trigger, "/plant/step").success
+    status = plant.diagnostic()
+    assert (status.level, status.message) == (DiagnosticStatus.ERROR, answer.message)
+    assert len(plant.samples) == seen
+    assert plant.reset().position == start.position
+    assert plant.diagnostic().message != answer.message
+    assert len(plant.steps(1)) == 1
