@@ -52,7 +52,7 @@ def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRu
     trace = closed_loop(
         parameters,
         PidParameters.preset(preset),
-        _Steps(setpoint),
+        _Steps(setpoint, start),
         duration=float(recorded.time[-1]),
         period=recorded.period,
         position=start,
@@ -62,11 +62,12 @@ def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRu
 
 @dataclass(frozen=True)
 class _Steps:
-    """Set-points, each in force until the next; the first also before it was given."""
+    """Set-points, each in force until the next; until the first the carriage stays where it is."""
 
     setpoint: Setpoint
+    start: float  # m
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return the set-point in force at ``time`` (s), and no velocity."""
         place = int(np.searchsorted(self.setpoint.time, time, side="right")) - 1
-        return float(self.setpoint.position[max(place, 0)]), 0.0
+        return (float(self.setpoint.position[place]) if place >= 0 else self.start), 0.0
