@@ -11,15 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_base.start import Stop
-from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_VOLTAGE
+from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.figures.step import save_step_picture
 from rodless_lab.runs.step_metrics import StepMetrics, step_metrics
 from rodless_lab.session.errors import InterruptedRunError
 from rodless_lab.session.session import RigSession
+
+Array = npt.NDArray[np.float64]
 
 TARGET = 0.058  # m
 
@@ -105,7 +108,14 @@ def measure(bag: Bag) -> Outcome:
         target=TARGET,
         at=step_time(bag),
     )
-    return Outcome(metrics, float(bag["/supply/pressure"].fields["fluid_pressure"][-1]))
+    _, supply = pressure(bag, "supply_pressure")
+    return Outcome(metrics, float(supply[-1]))
+
+
+def pressure(bag: Bag, field: str) -> tuple[Array, Array]:
+    """Return stamps (s) and values (Pa, absolute) of a field of ``Measurement``."""
+    messages = bag[f"/{PRESSURES[field]}"]
+    return messages.stamp, messages.fields["fluid_pressure"]
 
 
 def step_time(bag: Bag) -> float:
@@ -148,15 +158,12 @@ def draw(preset: str, bag: Bag, path: Path) -> None:
     at = step_time(bag)
     save_step_picture(
         path,
-        f"0 to 58 mm over ROS topics, preset {preset}",
+        f"0 to {TARGET * 1e3:g} mm over ROS topics, preset {preset}",
         position=(joint.stamp, joint.fields["position"][:, 0]),
         reference=([joint.stamp[0], at, at, joint.stamp[-1]], [0.0, 0.0, TARGET, TARGET]),
         pressures={
-            f"chamber {name.upper()}": (
-                bag[f"/chamber_{name}/pressure"].stamp,
-                bag[f"/chamber_{name}/pressure"].fields["fluid_pressure"],
-            )
-            for name in ("a", "b")
+            "chamber A": pressure(bag, "pressure_a"),
+            "chamber B": pressure(bag, "pressure_b"),
         },
         voltage=(command.time, command.fields["data"]),
     )

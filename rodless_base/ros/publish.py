@@ -50,11 +50,7 @@ class OnDemand:
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
 
-    def publish(self, *values: object) -> bool:
-        """Send the message of ``values`` to the subscribers of the last poll, if any.
-
-        Returns False, and counts it in ``lost``, where it is lost as in :func:`send`.
-        """
-        sent = not self.subscribers or send(self._publisher, self._message(*values))
-        self.lost += not sent
-        return sent
+    def publish(self, *values: object) -> None:
+        """Send the message of ``values`` to the subscribers of the last poll, if any."""
+        if self.subscribers:
+            self.lost += not send(self._publisher, self._message(*values))

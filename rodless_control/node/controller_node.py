@@ -23,7 +23,7 @@ from rodless_base.ros.diagnostics import (
 )
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import send
+from rodless_base.ros.publish import LOST, send
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
@@ -67,7 +67,7 @@ class ControllerNode:
         self._reported: str | None = None
         self._stamp = 0
         self._bad_setpoints = 0
-        self._lost_messages = 0
+        self._lost_commands = 0
         self._ready = False
         self._make_interface()
         self.node.get_logger().info(self._started_line())
@@ -150,7 +150,7 @@ class ControllerNode:
             self._report_failure()
         else:
             self._command(output.voltage)
-            self._lost_messages += self._telemetry.publish(output)
+            self._telemetry.publish(output)
             self._report_ready()
 
     def _report_failure(self) -> None:
@@ -234,7 +234,7 @@ class ControllerNode:
         self._command(self._parameters.values.number("controller.neutral_voltage"))
 
     def _command(self, voltage: float) -> None:
-        self._lost_messages += not send(self._voltage, Float64(data=voltage))
+        self._lost_commands += not send(self._voltage, Float64(data=voltage))
 
     def _publish_diagnostics(self) -> None:
         loop, inputs = self._loop, self._inputs
@@ -245,7 +245,7 @@ class ControllerNode:
             "set-points refused": self._bad_setpoints,
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
-            "messages lost to a stopped subscriber": self._lost_messages,
+            LOST: self._lost_commands + self._telemetry.lost,
         }
         if loop.law.USES_PRESSURES:
             faults["samples without all pressures"] = inputs.incomplete

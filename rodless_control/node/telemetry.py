@@ -26,10 +26,16 @@ class Telemetry:
         for publisher in self._publishers.values():
             publisher.poll()
 
-    def publish(self, output: Output) -> int:
-        """Publish what has subscribers; return how many messages were lost."""
-        values = {REFERENCE: output.reference, **output.terms}
-        return sum(not self._publishers[name].publish(value) for name, value in values.items())
+    @property
+    def lost(self) -> int:
+        """Messages lost to a stopped subscriber."""
+        return sum(publisher.lost for publisher in self._publishers.values())
+
+    def publish(self, output: Output) -> None:
+        """Publish what has subscribers."""
+        self._publishers[REFERENCE].publish(output.reference)
+        for name, value in output.terms.items():
+            self._publishers[name].publish(value)
 
 
 def _message(value: float) -> Float64:

@@ -1,7 +1,8 @@
 """What a rosbag2 bag says about itself: its topics, and ``metadata.yaml``."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -134,25 +135,44 @@ def storage_files(bag: Path) -> list[Path]:
     """Return the storage files of the bag at ``bag`` (its folder, or one file), in order.
 
     A folder without ``metadata.yaml`` (the recording was killed) is searched. Raises
-    :class:`BagError` where there is no bag, or one in a storage that is not MCAP.
+    :class:`BagError` where there is no bag, one that cannot be read, or one in a storage that is
+    not MCAP.
     """
+    with _reading(bag):
+        return _checked(_storage_files(bag), bag)
+
+
+def _storage_files(bag: Path) -> list[Path]:
     if bag.is_file():
-        return _checked([bag], bag)
+        return [bag]
     if not bag.is_dir():
         raise BagError(f"{bag}: no such bag")
     if (bag / METADATA_FILE).is_file():
-        return _checked([bag / str(name) for name in _listed(bag, "relative_file_paths")], bag)
+        return [bag / str(name) for name in _listed(bag, "relative_file_paths")]
     found = [path for path in bag.iterdir() if path.suffix in (".mcap", ".db3")]
     if not found:
         raise BagError(f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it")
-    return _checked(sorted(found, key=_file_number), bag)
+    return sorted(found, key=_file_number)
 
 
 def listed_messages(bag: Path) -> int | None:
-    """Return how many messages the description says there are; None for a bag without one."""
-    if not (bag / METADATA_FILE).is_file():
-        return None
-    return int(_listed(bag, "message_count"))
+    """Return how many messages the description says there are; None for a bag without one.
+
+    Raises :class:`BagError` for a bag that cannot be read.
+    """
+    with _reading(bag):
+        if not (bag / METADATA_FILE).is_file():
+            return None
+        return int(_listed(bag, "message_count"))
+
+
+@contextmanager
+def _reading(bag: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        path = error.filename or bag
+        raise BagError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def _listed(bag: Path, entry: str) -> Any:

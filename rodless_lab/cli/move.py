@@ -1,4 +1,4 @@
-"""`rodless move`: send the carriage of a running rig somewhere and measure how it gets there."""
+"""`rodless move`: move the carriage of a running rig to a position and measure the move."""
 
 import argparse
 import math
@@ -28,11 +28,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless move",
-        description="Send the carriage of a running rig to a position, wait until it has stayed "
-        "within 0.2 mm of it for 0.5 s, and print the metrics of the step. Times are plant time. "
-        "Ctrl-C ends this program; the rig goes on.",
+        description="Move the carriage of a running rig to a position in mm, wait until it has "
+        "stayed within 0.2 mm of it for 0.5 s, and print the metrics of the step. Times are plant "
+        "time. Ctrl-C ends this program; the rig keeps running.",
         epilog="Exit code: 0 settled; 1 not settled in time, plant time stands still, or Ctrl-C; "
-        "2 no such rig, or the controller refuses the position.",
+        "2 no such rig, the controller refuses the position, or the move cannot be measured.",
     )
     parser.add_argument("position", type=_millimetres, metavar="MM", help="in mm, such as 58")
     add_namespace(parser)
@@ -58,9 +58,9 @@ def _millimetres(text: str) -> float:
 
 
 def _move(rig: "RunningRig", options: argparse.Namespace) -> int:
-    from rodless_lab.session.move import Move, StandstillError  # noqa: PLC0415  imports ROS
+    from rodless_lab.session.move import SetpointMove, StandstillError  # noqa: PLC0415  imports ROS
 
-    move = Move(rig, options.position / 1e3)
+    move = SetpointMove(rig, options.position / 1e3)
     show = Progress(options.position)
     try:
         move.prepare()

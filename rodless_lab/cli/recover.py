@@ -1,4 +1,4 @@
-"""`rodless recover`: make a bag that opens of one whose recording was killed."""
+"""`rodless recover`: repair a bag whose recording was killed."""
 
 import argparse
 import sys
@@ -11,9 +11,11 @@ from rodless_lab.bags.writer import recover_bag
 
 
 def main(arguments: Sequence[str], _stop: Stop) -> int:
-    """End the bag in place; return 2 where that cannot be done."""
-    parser = argparse.ArgumentParser(prog="rodless recover", description=__doc__)
-    parser.add_argument("bag", type=Path, help="folder of the bag; it is ended in place")
+    """Repair the bag in place; return 2 where that cannot be done."""
+    parser = argparse.ArgumentParser(
+        prog="rodless recover", description="Repair a bag whose recording was killed."
+    )
+    parser.add_argument("bag", type=Path, help="folder of the bag, which is repaired in place")
     bag = parser.parse_args(arguments).bag
     try:
         listed = listed_messages(bag)

@@ -1,11 +1,11 @@
-"""`rodless replay`: feed a bag's voltages to the plant and tell how far it leaves the record."""
+"""`rodless replay`: a bag's voltages for the plant, and how far it departs from the recording."""
 
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from rodless_base.parameter_file import preset_names
+from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.identification.friction.run import bias_note
@@ -32,25 +32,27 @@ def _replay(options: argparse.Namespace) -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless replay",
-        description="Feed a bag's voltages to the plant, from the recorded start on.",
+        description="Feed a bag's voltages to the plant, from the recorded start on, and report "
+        "how far it departs from the recording.",
     )
     parser.add_argument("bag", type=Path, metavar="BAG")
     parser.add_argument("--preset", default="paper", choices=preset_names())
-    parser.add_argument("--parameters", type=Path, metavar="FILE", help="in place of a preset")
+    parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
     parser.add_argument("--output", type=Path, default=Path("results/replay"), help="folder")
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     return parser
 
 
 def _parameters(options: argparse.Namespace) -> RigParameters:
-    if options.parameters is not None:
-        try:
-            return RigParameters.from_file(options.parameters)
-        except OSError as error:
-            raise ParameterError(
-                f"{options.parameters}: cannot be read: {error.strerror}"
-            ) from error
-    return RigParameters.preset(options.preset)
+    preset, file = RigParameters.preset(options.preset), options.parameters
+    if file is None:
+        return preset
+    try:
+        return preset.with_values(read_parameter_file(file, RigParameters.NODE))
+    except OSError as error:
+        raise ParameterError(f"{file}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise ParameterError(f"{file}: {error}") from error
 
 
 def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:

@@ -1,6 +1,7 @@
 """`rodless rig`: plant and controller until Ctrl-C, for machines without `ros2 launch`."""
 
 import argparse
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.session.errors import NodeDiedError
+from rodless_lab.cli.running_rig import add_namespace
+from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 if TYPE_CHECKING:
@@ -22,18 +24,25 @@ STOP_TIMEOUT = 2.0
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Run the nodes; return 1 if one ends by itself."""
+    """Run the nodes; return 1 if one ends by itself, 2 for a domain or namespace there is not."""
     options = _options(arguments)
     # Here, so that help is quick and works without ROS.
+    from rodless_lab.session.domain import full_namespace, named_domain  # noqa: PLC0415
     from rodless_lab.session.processes import run_rig  # noqa: PLC0415
 
+    try:
+        named_domain()
+        full_namespace(options.namespace)
+    except HarnessError as error:
+        print(error, file=sys.stderr)
+        return 2
     plan = _plan(options)
     stop.from_now_on_wait()
     try:
         with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
             _watch(processes, plan, stop)
     except NodeDiedError as error:
-        print(error)
+        print(error, file=sys.stderr)
         return 1
     return 0
 
@@ -61,7 +70,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         help="ideal (default), or as accurate as those of the paper",
     )
     parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
-    parser.add_argument("--namespace", default="")
+    add_namespace(parser)
     parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
     parser.add_argument("--without-controller", action="store_true", help="the plant alone")

@@ -47,5 +47,5 @@ def with_rig(namespace: str, stop: Stop, work: "Callable[[RunningRig], int]") ->
         print(error, file=sys.stderr)
         return NOT_POSSIBLE
     except InterruptedRunError:
-        print("\ninterrupted; the rig goes on", file=sys.stderr)
+        print("\ninterrupted; the rig keeps running", file=sys.stderr)
         return 1

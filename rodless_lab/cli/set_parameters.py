@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 once all parameters are changed, 2 where none is."""
+    """Return 0 once all parameters are changed, 2 where that cannot be."""
     parser = _parser()
     options = parser.parse_args(arguments)
     given = dict(options.changes)
@@ -24,12 +24,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless set",
-        description="Change parameters of a running rig. The node that has a parameter is found by "
-        "itself. Each node takes all its changes at once or none; if the second node refuses, the "
-        "first gets its old values back, having had the new ones for some milliseconds.",
+        description="Change parameters of a running rig. Each parameter goes to the node that "
+        "declares it. Each node takes all its changes at once or none; if the second node refuses, "
+        "the first gets its old values back after running with the new ones for a few "
+        "milliseconds.",
         epilog="Example: rodless set supply.pressure=600000 friction.forward.static=35. "
-        "Exit code: 0 all changed; 1 Ctrl-C; 2 nothing changed: no such rig, no such parameter, or "
-        "refused.",
+        "Exit code: 0 all changed; 1 Ctrl-C; 2 no such rig, no such parameter, refused or no "
+        "answer: nothing has changed unless the error says so.",
     )
     parser.add_argument(
         "changes",
@@ -45,7 +46,7 @@ def _parser() -> argparse.ArgumentParser:
         type=seconds,
         default=10.0,
         metavar="S",
-        help="for the nodes to be found (default: %(default)g s)",
+        help="for the nodes to be found, and for each answer (default: %(default)g s)",
     )
     return parser
 

@@ -1,4 +1,4 @@
-"""`rodless status`: how a running rig is, on one screen."""
+"""`rodless status`: the state of a running rig, on one screen."""
 
 import argparse
 import json
@@ -25,9 +25,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless status",
-        description="Show how a running rig is: its nodes, plant time, readings and diagnostics.",
+        description="Show the state of a running rig: its nodes, plant time, readings and "
+        "diagnostics.",
         epilog="Exit code: 0 all is well, warnings of past faults included; 1 a node is missing or "
-        "reports an error, or Ctrl-C; 2 the ROS domain cannot be joined.",
+        "reports an error, or Ctrl-C; 2 no such ROS domain or namespace.",
     )
     add_namespace(parser)
     parser.add_argument("--json", action="store_true", help="print JSON, in SI units")
@@ -51,7 +52,7 @@ def _status(rig: "RunningRig", options: argparse.Namespace) -> int:
         print("\n".join(screen(status)))
     for name, node in status.nodes.items():
         if node.level == "missing":
-            print(rig.missing(name, options.timeout), file=sys.stderr)
+            print(rig.unreported(name, options.timeout), file=sys.stderr)
     return 0 if status.is_well else 1
 
 

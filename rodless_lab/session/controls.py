@@ -9,14 +9,16 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.topics import SETPOINT
 from rodless_lab.session.commands import Alteration, Law, OwnCommands
 from rodless_lab.session.errors import HarnessError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
+from rodless_lab.session.setpoint import setpoint_is_heard
 
 # For a set-point to arrive, in wall-clock s; a frozen controller takes none.
 ARRIVAL_TIMEOUT = 1.0
 
-# One look whether it has, in wall-clock s.
+# One poll whether it has, in wall-clock s.
 ARRIVAL_POLL = Duration(seconds=0.005)
 
 
@@ -24,15 +26,10 @@ class Controls(LiveSession):
     """The methods of a session that command the rig and change its parameters."""
 
     _setpoint: Publisher
-    # Subscribers of set-points that are no controllers.
-    _setpoint_recorders = 0
 
     def setpoint(self, position: float) -> None:
         """Send a set-point (m); by the return, a controller that runs has received it."""
-        self._wait(
-            lambda: self._setpoint.get_subscription_count() > self._setpoint_recorders,
-            "a listener to set-points",
-        )
+        self._wait_for_controller()
         self._setpoint.publish(Float64(data=float(position)))
         with suppress(WaitTimeoutError):
             self._wait(
@@ -40,6 +37,12 @@ class Controls(LiveSession):
                 "the set-point to arrive",
                 ARRIVAL_TIMEOUT,
             )
+
+    def _wait_for_controller(self) -> None:
+        self._wait(
+            lambda: setpoint_is_heard(self._observer.node, self._setpoint),
+            f"a controller to listen to {SETPOINT}",
+        )
 
     def send_voltage(self, voltage: float) -> None:
         """Send one command (V), NaN included; raises HarnessError where a controller does so."""
@@ -98,7 +101,7 @@ class Controls(LiveSession):
             self._observer.set_parameters(node, values)
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
-        """Return the values of a node's parameters."""
+        """Return the values of a node's parameters; raises RefusedError for unknown names."""
         with self._waiting():
             return self._observer.get_parameters(node, names)
 

@@ -1,7 +1,11 @@
-"""A ROS domain of one's own on loopback, so that runs side by side do not hear each other."""
+"""A ROS domain of one's own on loopback, so that runs side by side do not hear each other.
+
+Also: whether the domain and the namespace that a user names are valid.
+"""
 
 import fcntl
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,10 +15,16 @@ from typing import TextIO
 from xml.etree import ElementTree
 
 from rodless_base.ros.share import share_directories
+from rodless_lab.session.errors import HarnessError
 
 # Domain IDs above 101 run into the ephemeral ports of Linux (ROS 2 documentation, "The ROS
 # domain ID"); 0 is everybody's default.
 DOMAINS = range(1, 102)
+
+# The greatest ID whose ports exist: they are numbered up to 65535.
+GREATEST_DOMAIN = 232
+
+_NAMESPACE = re.compile(r"/?|(/?[A-Za-z_][A-Za-z0-9_]*)(/[A-Za-z_][A-Za-z0-9_]*)*/?")
 
 # Major version of rmw_fastrtps_cpp.
 FIRST_WITH_FAST_DDS_3 = 9
@@ -27,6 +37,30 @@ def domain_environment(domain: int) -> dict[str, str]:
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         **_fast_dds_profiles(),
     }
+
+
+def named_domain() -> int | None:
+    """Return the domain that the environment names, None for the default.
+
+    Raises HarnessError for one that does not exist.
+    """
+    text = os.environ.get("ROS_DOMAIN_ID")
+    if not text:
+        return None
+    if not (text.isascii() and text.isdigit() and int(text) <= GREATEST_DOMAIN):
+        raise HarnessError(
+            f"ROS_DOMAIN_ID={text!r}: must be a whole number from 0 to {GREATEST_DOMAIN}"
+        )
+    return int(text)
+
+
+def full_namespace(namespace: str) -> str:
+    """Return ``namespace`` with one slash before it; raises HarnessError for one ROS refuses."""
+    if not _NAMESPACE.fullmatch(namespace):
+        raise HarnessError(
+            f"--namespace {namespace!r}: letters, digits, _ and / only, no digit after a /"
+        )
+    return f"/{namespace.strip('/')}"
 
 
 def _fast_dds_profiles() -> dict[str, str]:

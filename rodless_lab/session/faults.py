@@ -20,8 +20,8 @@ class Faults(LiveSession):
         """Stop a process, unless it was killed before, start it again, wait until it works.
 
         A lock-step plant offers its last sample anew to a new controller, unless commands are
-        relayed: reset it then. One that was killed stays on the books of DDS for some 20 s of
-        wall clock, for which lock-step waits.
+        relayed: reset it then. One that was killed remains in DDS discovery for about 20 s of wall
+        clock, for which lock-step waits.
         """
         managed = self._processes[process]
         managed.ask_to_stop()

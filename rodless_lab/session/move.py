@@ -7,10 +7,13 @@ from rcl_interfaces.msg import Log
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from rodless_base.constants import CARRIAGE
+from rodless_base.ros.joint import joint_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
+from rodless_lab.session.setpoint import setpoint_is_heard
 from rodless_lab.session.track import MoveResult, Track
 
 # Wall-clock s, for the nodes to be found, and for their first or next message. Fast DDS takes up to
@@ -28,7 +31,7 @@ class StandstillError(RuntimeError):
     """Plant time stands still, so that nothing can move; the text says why."""
 
 
-class Move:
+class SetpointMove:
     """One set-point for a running rig."""
 
     def __init__(self, rig: RunningRig, target: float) -> None:
@@ -38,6 +41,8 @@ class Move:
         self._refused_before = 0
         self._refusal: str | None = None
         self._last_sample = time.monotonic()
+        # Names of the joints in messages without the carriage.
+        self._strangers: list[str] | None = None
         self.track = Track(target)
 
     def prepare(self) -> None:
@@ -45,18 +50,18 @@ class Move:
 
         Raises :class:`RigError` where it cannot, StandstillError where plant time stands still.
         """
-        self._rig.find(PLANT, FIND_TIMEOUT)
+        self._rig.wait_for_node(PLANT, FIND_TIMEOUT)
         node = self._rig.observer.node
-        if not self._rig.come(lambda: node.count_subscribers(SETPOINT), FIND_TIMEOUT):
-            raise RigError(self._rig.missing(CONTROLLER, FIND_TIMEOUT))
         self._listen()
-        if self._rig.runs(CONTROLLER):
+        if not self._rig.wait_for(lambda: setpoint_is_heard(node, self._setpoint), FIND_TIMEOUT):
+            raise RigError(self._no_controller)
+        if self._rig.is_known(CONTROLLER):
             self._check_target()
         self._wait_until_heard()
 
     def _listen(self) -> None:
         observer = self._rig.observer
-        self._setpoint = observer.publisher(Float64, SETPOINT)
+        self._setpoint = observer.publisher(Float64, SETPOINT, subscribers=0)
         for topic, take in (
             (REFERENCE, self.track.take_reference),
             (VALVE_VOLTAGE, self.track.take_voltage),
@@ -67,8 +72,12 @@ class Move:
 
     def _take_sample(self, message: JointState, info: Info) -> None:
         self._last_sample = time.monotonic()
+        position = joint_position(message, CARRIAGE)
+        if position is None:
+            self._strangers = list(message.name)
+            return
         stamp = stamp_nanoseconds(message.header.stamp)
-        self.track.take_sample(info["source_timestamp"], stamp, message.position[0])
+        self.track.take_sample(info["source_timestamp"], stamp, position)
 
     def _take_log(self, message: Log) -> None:
         logger = self._rig.name(CONTROLLER).strip("/").replace("/", ".")
@@ -76,7 +85,7 @@ class Move:
             self._refusal = message.msg
 
     def _check_target(self) -> None:
-        names = set(self._rig.parameter_names(CONTROLLER)) & CHECKED
+        names = set(self._rig.observer.parameter_names(CONTROLLER)) & CHECKED
         values = self._rig.observer.get_parameters(CONTROLLER, sorted(names))
         kind = values.get("reference.type")
         if kind in ("step", "sine"):
@@ -92,13 +101,29 @@ class Move:
             )
 
     def _wait_until_heard(self) -> None:
-        nodes = [node for node in (PLANT, CONTROLLER) if self._rig.runs(node)]
-        self._rig.come(lambda: all(map(self._rig.diagnostic, nodes)), MESSAGE_TIMEOUT)
-        if self._is_paused or not self._rig.come(lambda: self.track.has_samples, MESSAGE_TIMEOUT):
+        nodes = [node for node in (PLANT, CONTROLLER) if self._rig.is_known(node)]
+        self._rig.wait_for(lambda: all(map(self._rig.diagnostic, nodes)), MESSAGE_TIMEOUT)
+        if self._is_paused or not self._rig.wait_for(
+            lambda: self.track.has_samples, MESSAGE_TIMEOUT
+        ):
+            self._check_joint()
             raise StandstillError(self._standstill)
         speaks = self._rig.observer.node.count_publishers(REFERENCE)
-        if speaks and not self._rig.come(lambda: self.track.has_references, MESSAGE_TIMEOUT):
-            raise RigError(f"the controller does not control: {self._word_of(CONTROLLER)}")
+        if speaks and not self._rig.wait_for(lambda: self.track.has_references, MESSAGE_TIMEOUT):
+            raise RigError(f"the controller does not control: {self._message_of(CONTROLLER)}")
+
+    @property
+    def _no_controller(self) -> str:
+        if not self._rig.is_known(CONTROLLER):
+            return self._rig.missing(CONTROLLER, FIND_TIMEOUT)
+        return f"the {CONTROLLER} is there but does not listen to {self._setpoint.topic_name}"
+
+    def _check_joint(self) -> None:
+        if self._strangers is not None and not self.track.has_samples:
+            raise RigError(
+                f"{JOINT_STATES} has no position of a joint {CARRIAGE!r}; its joints: "
+                f"{', '.join(self._strangers) or 'none'}"
+            )
 
     @property
     def _is_paused(self) -> bool:
@@ -108,10 +133,10 @@ class Move:
     @property
     def _standstill(self) -> str:
         """Why no samples come."""
-        why = "it is paused" if self._is_paused else self._word_of(PLANT)
+        why = "it is paused" if self._is_paused else self._message_of(PLANT)
         return f"plant time stands still: {why}"
 
-    def _word_of(self, node: str) -> str:
+    def _message_of(self, node: str) -> str:
         said = self._rig.diagnostic(node)
         return said.message if said is not None else f"the {node} says nothing on /diagnostics"
 
@@ -121,7 +146,8 @@ class Move:
         """Send the set-point and follow the carriage until it has settled, or ``timeout`` (s).
 
         Calls ``show`` again and again, and ``warn`` once if plant time comes to stand still. Raises
-        :class:`RigError` where the controller refuses the set-point or the plant is reset.
+        :class:`RigError` where the controller refuses the set-point, the plant is reset, or what
+        has come cannot be measured.
         """
         self._send()
         warned = False
@@ -134,13 +160,16 @@ class Move:
                 warn(self._standstill)
             return self.track.has_settled or self.track.was_reset or self._is_refused
 
-        self._rig.come(ended, timeout)
+        self._rig.wait_for(ended, timeout)
         if self._is_refused:
             reason = self._refusal or "its log says why"
             raise RigError(f"the controller refuses {self._target * 1e3:g} mm: {reason}")
         if self.track.was_reset:
             raise RigError("the plant was reset during the move")
-        return self.track.result()
+        try:
+            return self.track.result()
+        except ValueError as error:
+            raise RigError(f"the move cannot be measured: {error}") from error
 
     def _send(self) -> None:
         self._refused_before = self._refused

@@ -20,6 +20,7 @@ from rclpy.task import Future
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
+from rodless_lab.session.domain import full_namespace, named_domain
 from rodless_lab.session.errors import RefusedError, WaitTimeoutError
 
 Found = TypeVar("Found")
@@ -34,8 +35,8 @@ LISTENING_DEPTH = 100_000
 # often.
 SPIN_SECONDS = 0.05
 
-# After this time (wall-clock s) an answer counts as lost, and the call is made again: a server that
-# has not found the client yet cannot answer it.
+# After this time (wall-clock s), or half the timeout, an answer counts as lost, and the call is
+# made again: a server that has not found the client yet cannot answer it.
 ANSWER_SECONDS = 10.0
 
 _environment_lock = threading.Lock()
@@ -66,20 +67,19 @@ class Observer:
         """Join the domain of ``environment``, by default that of this process.
 
         ``timeout`` bounds each wait (wall-clock s) that is not given another one. ``check`` is
-        called before each spin of a wait; what it raises ends the wait.
+        called before each spin of a wait; what it raises ends the wait. Raises HarnessError for a
+        domain or a namespace that ROS does not have.
         """
+        full = full_namespace(namespace)
         self._timeout = timeout
         self._check = check
         self.context = Context()
         with _patched(environment or {}):
-            domain = os.environ.get("ROS_DOMAIN_ID")
-            self.context.init(
-                args=[], initialize_logging=False, domain_id=int(domain) if domain else None
-            )
+            self.context.init(args=[], initialize_logging=False, domain_id=named_domain())
             self.node = Node(
                 "observer",
                 context=self.context,
-                namespace=namespace,
+                namespace=full,
                 use_global_arguments=False,
                 enable_rosout=False,
                 start_parameter_services=False,
@@ -139,19 +139,20 @@ class Observer:
             self.spin()
         return found
 
-    def result(self, ask: Callable[[], Future], what: str) -> Any:
+    def result(self, ask: Callable[[], Future], what: str, timeout: float | None = None) -> Any:
         """Return the result of the future that ``ask`` returns; ask again if the answer is lost."""
         futures = [ask()]
         asked = time.monotonic()
+        lost = min(ANSWER_SECONDS, (self._timeout if timeout is None else timeout) / 2.0)
 
         def answered() -> Future | None:
             nonlocal asked
-            if time.monotonic() > asked + ANSWER_SECONDS:
+            if time.monotonic() > asked + lost:
                 futures.append(ask())
                 asked = time.monotonic()
             return next((future for future in futures if future.done()), None)
 
-        future = self.wait(answered, what)
+        future = self.wait(answered, what, timeout)
         assert future is not None
         return future.result()
 
@@ -207,37 +208,56 @@ class Observer:
         request = kind.Request(**fields)
         return self.result(lambda: client.call_async(request), f"an answer of {service}")
 
-    def parameter_client(self, node: str) -> AsyncParameterClient:
+    def parameter_client(self, node: str, timeout: float | None = None) -> AsyncParameterClient:
         """Return a client of the parameter services of ``node`` once they are there."""
         if node not in self._parameter_clients:
             self._parameter_clients[node] = AsyncParameterClient(self.node, node)
         client = self._parameter_clients[node]
-        self.wait(client.services_are_ready, f"the parameter services of {node}")
+        self.wait(client.services_are_ready, f"the parameter services of {node}", timeout)
         return client
 
+    def parameter_names(self, node: str) -> list[str]:
+        """Return the names of a node's parameters."""
+        client = self.parameter_client(node)
+        answer = self.result(client.list_parameters, f"the parameters of {node}")
+        return list(answer.result.names)
+
     def get_parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
-        """Return the values of a node's parameters by name; None for one it does not have."""
+        """Return the values of a node's parameters by name.
+
+        Raises :class:`RefusedError` with the names of those that the node does not have.
+        """
         client = self.parameter_client(node)
         values = self.result(
             lambda: client.get_parameters(list(names)), f"the parameters of {node}"
         ).values
+        if len(values) < len(names):
+            # Of all names together, a node that lacks one answers none.
+            has = self.parameter_names(node)
+            unknown = [name for name in names if name not in has] or names
+            raise RefusedError(f"{', '.join(unknown)}: no such parameter on {node}")
         return {
             name: parameter_value_to_python(value)
             for name, value in zip(names, values, strict=True)
         }
 
-    def set_parameters(self, node: str, values: Mapping[str, object]) -> None:
+    def set_parameters(
+        self, node: str, values: Mapping[str, object], timeout: float | None = None
+    ) -> None:
         """Set parameters of a node as one change.
 
-        Raises :class:`RefusedError` with the node's reason; nothing has changed then.
+        Raises :class:`RefusedError` with the node's reason, and then nothing has changed, and
+        :class:`WaitTimeoutError` where no answer comes: whether it has changed is unknown then.
         """
-        client = self.parameter_client(node)
+        client = self.parameter_client(node, timeout)
         parameters = [
             Parameter(name, value=list(value) if isinstance(value, tuple) else value)
             for name, value in values.items()
         ]
         result = self.result(
-            lambda: client.set_parameters_atomically(parameters), f"{node} to take parameters"
+            lambda: client.set_parameters_atomically(parameters),
+            f"{node} to take parameters",
+            timeout,
         ).result
         if not result.successful:
             raise RefusedError(result.reason)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
@@ -37,9 +38,11 @@ class PlantTime(LiveSession):
         gone on otherwise.
         """
         if not callable(condition):
-            instant = round(condition * 1e9)
+            instant = round(condition * NANOSECONDS_PER_SECOND)
             what = f"plant time {condition:g} s"
-            return self._run_until(lambda _, s: round(s.time * 1e9) >= instant, what, timeout)
+            return self._run_until(
+                lambda _, s: round(s.time * NANOSECONDS_PER_SECOND) >= instant, what, timeout
+            )
         wanted = condition
         return self._run_until(lambda _, sample: wanted(sample), what, timeout)
 

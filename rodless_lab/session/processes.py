@@ -85,13 +85,13 @@ class ProcessPlan:
 
     def __post_init__(self) -> None:
         preset_file(self.preset)
-        if self.one_process and not self.has_pid:
+        if self.one_process and not self.runs_controller_node:
             raise ValueError("one_process: only the PID of this package can share the process")
         if self.relay_commands and self.controller is None:
             raise ValueError("relay_commands: there is no controller whose commands to relay")
 
     @property
-    def has_pid(self) -> bool:
+    def runs_controller_node(self) -> bool:
         """Whether the controller is the PID node of this package."""
         return isinstance(self.controller, Mapping)
 
@@ -102,7 +102,7 @@ class ProcessPlan:
             command = node_command("rig", files, self.namespace)
             return {"rig": command + self._remapping("controller:")}
         commands = {"plant": node_command("plant", files, self.namespace)}
-        if self.has_pid:
+        if self.runs_controller_node:
             command = node_command("controller", files, self.namespace)
             commands["controller"] = command + self._remapping()
         elif self.controller is not None:

@@ -22,7 +22,7 @@ def say_when_ready(
     A plant without a controller is ready once it reports. Where the nodes report but do not work
     for ``REPORT_SECONDS``, ``say`` is told why.
     """
-    wanted = [PLANT, CONTROLLER] if plan.has_pid else [PLANT]
+    wanted = [PLANT, CONTROLLER] if plan.runs_controller_node else [PLANT]
     with Observer(namespace=f"/{plan.namespace.strip('/')}") as observer:
         names = [observer.node.resolve_topic_name(node) for node in wanted]
         reports = observer.diagnostics
@@ -33,7 +33,7 @@ def say_when_ready(
             if not all(name in reports for name in names):
                 continue
             failing = {name: reports[name].message for name in names if _fails(reports[name])}
-            if not failing or not plan.has_pid:
+            if not failing or not plan.runs_controller_node:
                 say(_ready_line(plan, observer, reports[names[0]]))
                 return
             reported = reported or monotonic()
@@ -49,18 +49,22 @@ def _fails(said: Diagnostic) -> bool:
 def _ready_line(plan: ProcessPlan, observer: Observer, plant: Diagnostic) -> str:
     lockstep = plant.values.get("mode") == "lockstep"
     mode = "lock-step" if lockstep else "real time"
-    namespace = observer.node.get_namespace()
-    option = "" if namespace == "/" else f" --namespace {namespace}"
     return (
-        f"ready: preset {plan.preset}, {mode}; {_next_step(plan, observer, lockstep, option)}; "
-        f"look: rodless status{option}; stop: Ctrl-C"
+        f"ready: preset {plan.preset}, {mode}. {_next_step(plan, observer, lockstep)}. "
+        f"State: {_command('status', observer)}. Stop: Ctrl-C."
     )
 
 
-def _next_step(plan: ProcessPlan, observer: Observer, lockstep: bool, option: str) -> str:
+def _next_step(plan: ProcessPlan, observer: Observer, lockstep: bool) -> str:
     samples, commands = map(observer.node.resolve_topic_name, (JOINT_STATES, VALVE_VOLTAGE))
-    if plan.has_pid:
-        return f"move the carriage: rodless move 58{option}"
+    if plan.runs_controller_node:
+        return f"Move: {_command('move 58', observer)}"
     if lockstep:
-        return f"waiting for a subscriber to {samples} and one publisher on {commands}"
-    return f"commands are expected on {commands}"
+        return f"Waiting for a subscriber to {samples} and one publisher on {commands}"
+    return f"Commands are expected on {commands}"
+
+
+def _command(verb: str, observer: Observer) -> str:
+    """Return the command line of ``verb`` for the rig in the namespace of ``observer``."""
+    namespace = observer.node.get_namespace()
+    return f"rodless {verb}" + ("" if namespace == "/" else f" --namespace {namespace}")

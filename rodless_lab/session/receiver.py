@@ -1,6 +1,6 @@
 """Listens to a rig for a session, in the order that its nodes need to start together."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.subscription import Subscription
@@ -8,11 +8,13 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
+from rodless_base.constants import CARRIAGE
+from rodless_base.ros.joint import joint_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Observer
-from rodless_lab.session.samples import TERMS, Received, Stamped, Unstamped
+from rodless_lab.session.samples import Received, Stamped, Unstamped
 
 
 class Receiver:
@@ -32,21 +34,23 @@ class Receiver:
             self._listen_to(VALVE_VOLTAGE, self.received.voltage)
         return lambda: bool(answers.get_publisher_count())
 
-    def listen_to_the_rest(self, telemetry: bool) -> Callable[[], bool]:
-        """Take plant and telemetry; return whether all of it is matched.
+    def listen_to_the_rest(self, terms: Sequence[str]) -> dict[str, Callable[[], int]]:
+        """Take the plant and these terms of the controller; return what is matched, by topic.
 
         The order matters: nodes learn of subscriptions in the order they are made in, and the
         plant starts with the last of its own.
         """
-        terms = TERMS if telemetry else ()
-        heard = [self._listen_to(f"controller/{t}", self.received.terms[t]) for t in terms]
+        heard = {}
+        for term in terms:
+            messages = self.received.terms.setdefault(term, [])
+            heard[f"controller/{term}"] = self._listen_to(f"controller/{term}", messages)
         _ = self._observer.diagnostics  # subscribes
         for topic, received in zip(PRESSURES.values(), self.received.pressures, strict=True):
-            heard.append(self._take(FluidPressure, topic, received.put))
+            heard[topic] = self._take(FluidPressure, topic, received.put)
         # The plant also waits for a listener to /clock.
         self._observer.subscribe(Clock, "/clock", _ignore, raw=True)
-        heard.append(self._take(JointState, JOINT_STATES, self.received.joint.put))
-        return lambda: all(subscription.get_publisher_count() for subscription in heard)
+        heard[JOINT_STATES] = self._take(JointState, JOINT_STATES, self.received.joint.put)
+        return {topic: subscription.get_publisher_count for topic, subscription in heard.items()}
 
     def stand_in_for_a_controller(self) -> None:
         """Be the further subscriber of ``joint_states`` that the plant waits for."""
@@ -60,6 +64,8 @@ class Receiver:
 
     def _take(self, kind: type, topic: str, put: Callable[[Stamped], None]) -> Subscription:
         def take(message: Any, info: Info) -> None:
+            if kind is JointState and joint_position(message, CARRIAGE) is None:
+                return
             stamp = stamp_nanoseconds(message.header.stamp)
             put(Stamped(info["source_timestamp"], stamp, _content(message)))
 
@@ -73,4 +79,5 @@ def _ignore(_message: bytes) -> None:
 def _content(message: Any) -> tuple[float, ...]:
     if isinstance(message, FluidPressure):
         return (message.fluid_pressure,)
-    return (message.position[0], message.velocity[0], message.effort[0])
+    place = message.name.index(CARRIAGE)
+    return (message.position[place], message.velocity[place], message.effort[place])

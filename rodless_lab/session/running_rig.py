@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from types import TracebackType
 
 from rodless_base.start import Stop
+from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import Diagnostic, Observer
 
@@ -22,8 +23,8 @@ class RunningRig:
     """
 
     def __init__(self, namespace: str, stop: Stop) -> None:
-        """Join the domain that the environment names."""
-        self.namespace = f"/{namespace.strip('/')}"
+        """Join the domain that the environment names; raises HarnessError for one it cannot."""
+        self.namespace = full_namespace(namespace)
         self._stop = stop
         self._may_stop = True
         self.observer = Observer(namespace=self.namespace, check=self._check)
@@ -58,7 +59,7 @@ class RunningRig:
         """Return the full name of a topic or node."""
         return str(self.observer.node.resolve_topic_name(relative))
 
-    def come(self, condition: Callable[[], object], timeout: float) -> bool:
+    def wait_for(self, condition: Callable[[], object], timeout: float) -> bool:
         """Wait until ``condition()`` is true; return whether it was within ``timeout`` s."""
         try:
             self.observer.wait(condition, "", timeout)
@@ -66,20 +67,20 @@ class RunningRig:
             return False
         return True
 
-    # Nodes
-
-    def runs(self, node: str) -> bool:
+    def is_known(self, node: str) -> bool:
         """Whether ``node`` is known in this namespace."""
         return (node, self.namespace) in self._nodes()
 
-    def find(self, node: str, timeout: float) -> None:
+    def wait_for_node(self, node: str, timeout: float) -> None:
         """Wait for ``node`` to appear; raises :class:`RigError` saying where there is one."""
-        if not self.come(lambda: self.runs(node), timeout):
+        if not self.wait_for(lambda: self.is_known(node), timeout):
             raise RigError(self.missing(node, timeout))
 
     def missing(self, node: str, timeout: float) -> str:
         """Say that ``node`` has not appeared, and what to do about it."""
-        elsewhere = sorted({where for name, where in self._nodes() if name == node})
+        elsewhere = sorted(
+            {where for name, where in self._nodes() if name == node and where != self.namespace}
+        )
         advice = (
             f"there is one in {', '.join(elsewhere)}: use --namespace"
             if elsewhere
@@ -91,20 +92,18 @@ class RunningRig:
             f"{timeout:g} s; {advice}"
         )
 
+    def unreported(self, node: str, timeout: float) -> str:
+        """Say that ``node`` has not reported: it is silent, or not there at all."""
+        if not self.is_known(node):
+            return self.missing(node, timeout)
+        return f"the {node} is there but has published nothing on /diagnostics within {timeout:g} s"
+
     def _nodes(self) -> list[tuple[str, str]]:
         return list(self.observer.node.get_node_names_and_namespaces())
 
     def diagnostic(self, node: str) -> Diagnostic | None:
         """Return what a node last said of itself, None before it has."""
         return self._diagnostics.get(self.name(node))
-
-    # Parameters
-
-    def parameter_names(self, node: str) -> list[str]:
-        """Return the names of a node's parameters."""
-        client = self.observer.parameter_client(node)
-        answer = self.observer.result(client.list_parameters, f"the parameters of {node}")
-        return list(answer.result.names)
 
     def parameter_types(self, node: str, names: Sequence[str]) -> dict[str, int]:
         """Return the declared types of parameters, as in ``rcl_interfaces/ParameterType``."""

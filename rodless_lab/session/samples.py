@@ -1,6 +1,7 @@
 """The messages of a rig, put together to samples: one row per instant of plant time."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -8,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 
 Array = npt.NDArray[np.float64]
 
+# What the PID publishes of itself, the reference first.
 TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 
 
@@ -36,7 +39,8 @@ class Samples(Columns):
 
     ``voltage[k]`` is the last command sent after sample k and before sample k+1, NaN where there
     was none. ``reference``, ``error`` (m), ``p``, ``i``, ``d`` and ``feedforward`` (V) are the
-    controller's answer to sample k, NaN where it sent none and in a session without telemetry.
+    controller's answer to sample k, NaN where it sent none, where its law has no such term, and in
+    a session without telemetry. ``terms`` holds the TERMS of its law, whichever it is, by name.
     """
 
     time: Annotated[Array, "s"]
@@ -53,6 +57,7 @@ class Samples(Columns):
     i: Annotated[Array, "V"]
     d: Annotated[Array, "V"]
     feedforward: Annotated[Array, "V"]
+    terms: Mapping[str, Array] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -103,7 +108,8 @@ class Received:
     )
     voltage: list[Unstamped] = field(default_factory=list)
     answers: list[Unstamped] = field(default_factory=list)
-    terms: dict[str, list[Unstamped]] = field(default_factory=lambda: {t: [] for t in TERMS})
+    # Of the reference and of each term of the controller's law, by name.
+    terms: dict[str, list[Unstamped]] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -128,7 +134,9 @@ class Received:
         """Return a complete sample."""
         joint = self.joint.runs[run][index]
         pressures = (topic.runs[run][index] for topic in self.pressures)
-        return Sample(joint.stamp * 1e-9, *joint.values, *(p.values[0] for p in pressures))
+        return Sample(
+            joint.stamp * SECONDS_PER_NANOSECOND, *joint.values, *(p.values[0] for p in pressures)
+        )
 
     def samples(self, run: int) -> Samples:
         """Return the complete samples of a run; raises LostSampleError if some are missing."""
@@ -138,8 +146,13 @@ class Received:
         sent = np.array([message.sent for message in self.joint.runs[run][:count]], dtype=np.int64)
         end = self._end(run, count)
         columns = dict(zip(Sample._fields, rows.T.copy(), strict=True))
-        terms = {term: self._term(term, sent, end) for term in TERMS}
-        return Samples(**columns, voltage=_latest(self.voltage, sent, end), **terms)
+        terms = {term: self._term(term, sent, end) for term in self.terms}
+        return Samples(
+            **columns,
+            voltage=_latest(self.voltage, sent, end),
+            **{term: terms.get(term, np.full(count, np.nan)) for term in TERMS},
+            terms={name: terms[name] for name in terms if name != "reference"},
+        )
 
     def _check(self, run: int, count: int) -> None:
         stamps = np.array(

@@ -10,6 +10,8 @@ from types import TracebackType
 from std_msgs.msg import Float64
 
 from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
+from rodless_control.controller_parameters import DEFAULT_LAW
+from rodless_control.laws import law_class
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
@@ -67,7 +69,7 @@ class RigSession(PlantTime, Controls, Faults):
         ``plant`` are parameters on top of ``preset``. ``controller`` are those of the PID node,
         or the command line of a controller of your own, or None: the test itself sends the
         voltages. The run ends at plant time ``duration`` (s; 0: never). With ``one_process``
-        plant and PID share a process; with ``telemetry`` the PID's terms are received; with
+        plant and PID share a process; with ``telemetry`` the terms of its law are received; with
         ``relay_commands`` commands pass through the test, which can lose or change them; with
         ``paused`` the plant holds at sample 0. ``check`` is called over and over in every wait,
         and ends it by an exception. ``environment`` is added for the nodes, and what they print
@@ -99,6 +101,8 @@ class RigSession(PlantTime, Controls, Faults):
             one_process=one_process,
             relay_commands=relay_commands,
         )
+        if telemetry and controller is None:
+            raise ValueError("telemetry: there is no controller whose terms to receive")
 
     @property
     def _recorders(self) -> int:
@@ -179,7 +183,7 @@ class RigSession(PlantTime, Controls, Faults):
         if self._bag_path is not None:
             self._record(self._bag_path, stack)
         self._listen()
-        self._wait(self._all_listen, "plant and controller to listen")
+        self._wait_for_listeners()
         self._wait(lambda: self._received.runs, "sample 0")
 
     def _record(self, path: Path, stack: ExitStack) -> None:
@@ -187,23 +191,34 @@ class RigSession(PlantTime, Controls, Faults):
         bag = SessionBag(path, self._bag_topics, self._observer)
         stack.callback(bag.close)
         self._bag = bag
-        self._setpoint_recorders = 1
         self._wait(lambda: bag.ready, "the topics of the bag to appear")
 
     def _listen(self) -> None:
         topic = WANTED_VOLTAGE if self._relay else VALVE_VOLTAGE
-        if self._has_controller and not self._plan.has_pid:
+        if self._has_controller and not self._plan.runs_controller_node:
             # The plant starts once it is heard. A controller of which that depends on nothing
             # should by then know the plant, or its first answer is lost.
             self._heard = self._receiver.listen_to_answers(topic)
-            self._wait(self._heard, "a publisher of valve/voltage")
-            plant_is_heard = self._receiver.listen_to_the_rest(self._telemetry)
+            self._wait(self._heard, f"a publisher of {topic}")
+            rest = self._receiver.listen_to_the_rest(self._terms)
         else:
             # The PID starts once its commands are heard: they must be the last thing to be.
-            plant_is_heard = self._receiver.listen_to_the_rest(self._telemetry)
+            rest = self._receiver.listen_to_the_rest(self._terms)
             self._heard = self._receiver.listen_to_answers(topic)
-        self._wait(plant_is_heard, "the plant to appear")
-        self._wait(self._heard, "a publisher of valve/voltage")
+        for other, is_heard in rest.items():
+            self._wait(is_heard, f"a publisher of {other}")
+        self._wait(self._heard, f"a publisher of {topic}")
+
+    @property
+    def _terms(self) -> tuple[str, ...]:
+        """What the session receives of the controller's insides."""
+        if not self._telemetry:
+            return ()
+        given = self._plan.controller
+        name = (
+            given.get("controller.law", DEFAULT_LAW) if isinstance(given, Mapping) else DEFAULT_LAW
+        )
+        return ("reference", *law_class(str(name)).TERMS)
 
     def _make_commander(self) -> None:
         commander = self._observer.publisher(Float64, VALVE_VOLTAGE, subscribers=0)
@@ -217,10 +232,12 @@ class RigSession(PlantTime, Controls, Faults):
         else:
             self._own = OwnCommands(self._received, send)
 
-    def _all_listen(self) -> bool:
+    def _wait_for_listeners(self) -> None:
         # The plant and the recorders, where the test sends.
         listeners = 1 + self._recorders if self._relay or not self._has_controller else 0
-        return self._command_listeners() >= listeners and (
-            not self._plan.has_pid
-            or self._setpoint.get_subscription_count() > self._setpoint_recorders
+        self._wait(
+            lambda: self._command_listeners() >= listeners,
+            f"the plant to listen to {VALVE_VOLTAGE}",
         )
+        if self._plan.runs_controller_node:
+            self._wait_for_controller()

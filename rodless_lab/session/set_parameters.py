@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import yaml
 from rcl_interfaces.msg import ParameterType
 
-from rodless_lab.session.errors import HarnessError
+from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
 
 NODES = (PLANT, CONTROLLER)
@@ -31,23 +31,23 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
     """Set parameters to the values that the texts ``given`` stand for; return what has changed.
 
     A name may have the node before it, ``plant:NAME``. Each node takes its share as one change. If
-    the second node refuses its own, the first gets its old values back, so that in the end nothing
-    has changed; in between, for some milliseconds, it runs with the new ones. Raises
-    :class:`RigError` for a rig that is not there, a name that no node or more than one has, a value
-    of the wrong kind, and with the node's own reason where it refuses.
+    the second node refuses its own, the first gets its old values back after running with the new
+    ones for a few milliseconds. The nodes have ``timeout`` (wall-clock s) to be found, and again
+    for each answer. Raises :class:`RigError` for a rig that is not there, a name that no node or
+    more than one has, a value of the wrong kind, with the node's own reason where it refuses, and
+    where a node does not answer; the text then says what has changed.
     """
-    names = {node: rig.parameter_names(node) for node in _found(rig, timeout)}
+    names = {node: rig.observer.parameter_names(node) for node in _found(rig, timeout)}
     shares: dict[str, dict[str, str]] = {}
     for name, text in given.items():
         node, bare = _owner(name, names)
         shares.setdefault(node, {})[bare] = text
     values = {node: _typed(rig, node, share) for node, share in shares.items()}
-    old = _values(rig, values)
+    old = {node: rig.observer.get_parameters(node, list(share)) for node, share in values.items()}
     with rig.uninterrupted():
-        _set_all(rig, values, old)
-        new = _values(rig, values)
+        _set_all(rig, values, old, timeout)
     return [
-        Change(node, name, old[node][name], new[node][name])
+        Change(node, name, old[node][name], share[name])
         for node, share in values.items()
         for name in share
     ]
@@ -55,10 +55,10 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
 
 def _found(rig: RunningRig, timeout: float) -> list[str]:
     """Wait for both nodes, for the second only a moment."""
-    if not rig.come(lambda: any(map(rig.runs, NODES)), timeout):
+    if not rig.wait_for(lambda: any(map(rig.is_known, NODES)), timeout):
         raise RigError(rig.missing(PLANT, timeout))
-    rig.come(lambda: all(map(rig.runs, NODES)), min(timeout, OTHER_NODE_TIMEOUT))
-    return [node for node in NODES if rig.runs(node)]
+    rig.wait_for(lambda: all(map(rig.is_known, NODES)), min(timeout, OTHER_NODE_TIMEOUT))
+    return [node for node in NODES if rig.is_known(node)]
 
 
 def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
@@ -74,7 +74,8 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
     if not owners:
         near = difflib.get_close_matches(bare, [n for has in asked.values() for n in has], n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        raise RigError(f"{bare}: no such parameter on {' or '.join(asked)}{hint}")
+        absent = "".join(f"; the {node} was not found" for node in NODES if node not in names)
+        raise RigError(f"{bare}: no such parameter on {' or '.join(asked)}{hint}{absent}")
     return owners[0], bare
 
 
@@ -122,18 +123,29 @@ _KINDS: dict[int, tuple[Callable[[str], object], str]] = {
 Values = Mapping[str, Mapping[str, object]]
 
 
-def _values(rig: RunningRig, names: Mapping[str, Iterable[str]]) -> Values:
-    """Return the values by node and name that are in force now."""
-    return {node: rig.observer.get_parameters(node, list(some)) for node, some in names.items()}
-
-
-def _set_all(rig: RunningRig, values: Values, old: Values) -> None:
+def _set_all(rig: RunningRig, values: Values, old: Values, timeout: float) -> None:
     changed: list[str] = []
     for node, share in values.items():
         try:
-            rig.observer.set_parameters(node, share)
-        except HarnessError as error:
-            for earlier in changed:
-                rig.observer.set_parameters(earlier, old[earlier])
-            raise RigError(f"{node}: {error}; nothing has changed") from error
+            rig.observer.set_parameters(node, share, timeout)
+        except RefusedError as error:
+            kept = _take_back(rig, changed, old, timeout)
+            raise RigError(f"{node}: {error}; {kept or 'nothing has changed'}") from error
+        except WaitTimeoutError as error:
+            kept = _take_back(rig, changed, old, timeout)
+            raise RigError(
+                f"{node} has not answered: whether it has taken the values is unknown; check with "
+                f"rodless status{kept and '; '}{kept}"
+            ) from error
         changed.append(node)
+
+
+def _take_back(rig: RunningRig, nodes: Iterable[str], old: Values, timeout: float) -> str:
+    """Give nodes their old values; return what is to be said of those that keep the new ones."""
+    kept = []
+    for node in nodes:
+        try:
+            rig.observer.set_parameters(node, old[node], timeout)
+        except HarnessError as error:
+            kept.append(f"{node} keeps the new values: {error}")
+    return "; ".join(kept)

@@ -1,6 +1,5 @@
 """How a running rig is: what its nodes say of themselves, and what its topics carry now."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +8,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
-from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
+from rodless_base.ros.joint import joint_position
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic
@@ -79,11 +79,11 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     """Listen until both nodes have reported, at most ``timeout`` s, and return what came."""
     readings: dict[str, float | None] = dict.fromkeys(READINGS)
     _listen(rig, readings)
-    rig.come(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
+    rig.wait_for(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
     nodes = {node: _node_status(rig.diagnostic(node)) for node in (PLANT, CONTROLLER)}
     status = RigStatus(rig.namespace, nodes, readings)
     rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
-    rig.come(lambda: None not in readings.values(), min(timeout, rest))
+    rig.wait_for(lambda: None not in readings.values(), min(timeout, rest))
     return status
 
 
@@ -96,7 +96,7 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
 
     def sample(message: JointState) -> None:
         readings["time"] = stamp_nanoseconds(message.header.stamp) / NANOSECONDS_PER_SECOND
-        readings["position"] = message.position[0] if message.position else math.nan
+        readings["position"] = joint_position(message, CARRIAGE)
 
     observer = rig.observer
     for field, topic in PRESSURES.items():

@@ -1,11 +1,13 @@
 """What the topics of a rig carry around a set-point, and what that says of the move; no ROS."""
 
+import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
 
 # Plant time in ns for which the carriage must stay in the band to have settled.
@@ -109,7 +111,7 @@ class Track:
         return self.is_followed and since is not None and self._stamps[-1] - since >= STAY
 
     def result(self) -> MoveResult:
-        """Measure the move; raises ValueError without a command since the set-point."""
+        """Measure the move; raises ValueError for commands that are missing or not finite."""
         assert self._first is not None
         first, why = self._first, self._from_sending
         if why is None and self._changed is not None:
@@ -120,6 +122,10 @@ class Track:
         if abs(start - self._target) <= SETTLING_BAND:
             return MoveResult(self.has_settled, None, why)
         voltages = [value for sent, value in self._voltages if sent >= self._sent[first]]
+        if not voltages:
+            raise ValueError(f"no command on {VALVE_VOLTAGE} since the set-point")
+        if not all(map(math.isfinite, voltages)):
+            raise ValueError(f"a command on {VALVE_VOLTAGE} is not finite")
         metrics = step_metrics(
             np.array(self._stamps[first:]) / NANOSECONDS_PER_SECOND,
             np.array(self._positions[first:]),

@@ -151,7 +151,7 @@ def test_a_field_that_moves_in_a_named_tuple_gives_another_cache(tmp_path: Path)
     text = file.read_text(encoding="utf-8")
     supply, ambient = (f"    {name}_pressure: float  # Pa" for name in ("supply", "ambient"))
     assert text.count(supply) == text.count(ambient) == 1
-    swapped = text.replace(supply, "@").replace(ambient, supply).replace("@", ambient)
+    swapped = text.replace(supply, "\0").replace(ambient, supply).replace("\0", ambient)
     file.write_text(swapped, encoding="utf-8")
     assert output(PLANT, variables, tmp_path).split() == ["600000.0", "0"]
 

@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
@@ -114,7 +115,8 @@ def bench_lockstep(one_process: bool, check: Callable[[], object]) -> dict[str, 
     def take(message: DiagnosticArray) -> None:
         if message.status[0].name == "/plant":
             stamp = message.header.stamp
-            seen.append((time.monotonic(), stamp.sec + stamp.nanosec * 1e-9))
+            seconds = stamp.sec + stamp.nanosec * SECONDS_PER_NANOSECOND
+            seen.append((time.monotonic(), seconds))
 
     with bench(check, plant, controller, one_process) as rig:
         rig.observer.subscribe(DiagnosticArray, "/diagnostics", take)

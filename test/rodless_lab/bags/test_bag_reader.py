@@ -1,6 +1,7 @@
 """Bags as arrays, and every way a bag can be no bag, told in words."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Header
 
-from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.metadata import METADATA_FILE, BagError, BagTopic, listed_messages
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import BagWriter, recover_bag
 
@@ -197,3 +198,26 @@ def test_other_storage_is_refused_with_the_way_out(tmp_path: Path) -> None:
         pass
     with pytest.raises(BagError, match="is not MCAP, the only storage read here; `ros2 bag conv"):
         read_bag(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("what", ["read_text", "iterdir"])
+@pytest.mark.parametrize("use", [read_bag, recover_bag, listed_messages])
+def test_a_bag_that_may_not_be_read_is_not_called_unwritable(
+    sample_bag, monkeypatch: pytest.MonkeyPatch, what: str, use: Callable[[Path], object]
+) -> None:
+    """Its description or its folder: the path, and the system's own reason."""
+    description = sample_bag.path / METADATA_FILE
+    place = description
+    if what == "iterdir":
+        if use is listed_messages:
+            return
+        description.unlink()
+        place = sample_bag.path
+
+    def refuse(path: Path, *_: object, **__: object) -> str:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, what, refuse)
+    with pytest.raises(BagError) as refused:
+        use(sample_bag.path)
+    assert str(refused.value) == f"{place}: cannot be read: Permission denied"

@@ -2,9 +2,13 @@
 
 import subprocess
 import sys
+from types import ModuleType
 
 import pytest
+from quiet_stop import Quiet
 
+from rodless_lab.cli import rig as rig_verb
+from rodless_lab.cli import status as status_verb
 from rodless_lab.cli.status import screen
 from rodless_lab.session.status import NodeStatus, RigStatus
 
@@ -68,6 +72,31 @@ def test_without_ros_one_line_says_how_to_get_it(arguments: str) -> None:
     assert "rclpy is missing: source a ROS 2 distribution" in run.stderr
     assert "Traceback" not in run.stderr
     assert len(run.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", [status_verb, rig_verb], ids=["status", "rig"])
+@pytest.mark.parametrize(
+    ("domain", "namespace", "line"),
+    [
+        ("7", "a b", "--namespace 'a b': letters, digits, _ and / only, no digit after a /"),
+        ("abc", "a", "ROS_DOMAIN_ID='abc': must be a whole number from 0 to 232"),
+        ("999", "a", "ROS_DOMAIN_ID='999': must be a whole number from 0 to 232"),
+    ],
+)
+def test_a_domain_or_namespace_that_ros_does_not_have_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: ModuleType,
+    domain: str,
+    namespace: str,
+    line: str,
+) -> None:
+    """Exit code 2 and one line; no process starts."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    assert command.main(["--namespace", namespace], Quiet()) == 2
+    printed = capsys.readouterr()
+    assert printed.err == f"{line}\n"
+    assert printed.out == ""
 
 
 PLANT = {"mode": "realtime", "paused": "False", "speed factor": "0.870", "lag (s)": "1.500"}

@@ -61,39 +61,34 @@ def test_a_missing_controller_and_a_missing_rig_are_shown(
 
 
 @pytest.mark.parametrize(
-    ("options", "lines"),
+    ("options", "line"),
     [
         (
             "--namespace left",
-            [
-                "ready: preset paper, real time; move the carriage: rodless move 58 "
-                "--namespace /left; look: rodless status --namespace /left; stop: Ctrl-C"
-            ],
+            "ready: preset paper, real time. Move: rodless move 58 --namespace /left. "
+            "State: rodless status --namespace /left. Stop: Ctrl-C.\n",
         ),
         (
             "--lockstep --preset calibrated",
-            ["ready: preset calibrated, lock-step; move the carriage: rodless move 58; look: "],
+            "ready: preset calibrated, lock-step. Move: rodless move 58. State: rodless status. ",
         ),
         (
             "--without-controller --namespace bare",
-            ["ready: preset paper, real time; commands are expected on /bare/valve/voltage; "],
+            "ready: preset paper, real time. Commands are expected on /bare/valve/voltage. State: ",
         ),
         (
             "--without-controller --lockstep",
-            [
-                "ready: preset paper, lock-step; waiting for a subscriber to /joint_states and "
-                "one publisher on /valve/voltage; "
-            ],
+            "ready: preset paper, lock-step. Waiting for a subscriber to /joint_states and "
+            "one publisher on /valve/voltage. State: rodless status. ",
         ),
     ],
 )
 def test_rig_says_when_it_is_ready_and_what_to_do_next(
-    rodless: StartProcess, options: str, lines: list[str]
+    rodless: StartProcess, options: str, line: str
 ) -> None:
     """One line, once the nodes work; Ctrl-C still ends all with 0."""
     with rodless("rig", *options.split()) as rig:
-        for line in lines:
-            until_it_says(rig, line)
+        until_it_says(rig, line)
         rig.signal(signal.SIGINT)
         assert rig.wait(8.0) == 0
     assert rig.output.count("ready: preset") == 1

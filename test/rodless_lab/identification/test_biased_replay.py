@@ -1,5 +1,6 @@
 """Identified friction holds the bias of the sensors it was identified with; a replay shows it."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import bias_force
 from rodless_lab.identification.parameter_writer import parameter_text, title
 from rodless_lab.runs.comparison import difference
+from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import RigParameters, simulate
@@ -112,3 +114,30 @@ def test_replay_with_a_file_that_is_not_there(
     assert command.main([*arguments, "--output", str(tmp_path / "out")], Quiet()) == 2
     assert f"{tmp_path / 'no.yaml'}: cannot be read" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_replay_lays_a_file_on_the_preset(
+    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file of one value: the others are those of --preset, by default those of paper.
+
+    What a replay writes is compared with a simulation of the same parameters; a file with a name
+    that no parameter has is named.
+    """
+    run = biased(steps((5.4, 3.0)), 0.0, 0.0, 0.06)
+    bag, file = write_bag(tmp_path / "bag", run), tmp_path / "mine.yaml"
+    file.write_text("/**/plant:\n  ros__parameters:\n    cylinder.moving_mass: 3.0\n")
+    recorded = read_run(bag)
+    largest = []
+    for preset in ("paper", "calibrated"):
+        out = tmp_path / preset
+        arguments = ["--preset", preset, "--parameters", str(file), "--output", str(out)]
+        assert command.main([str(bag), *arguments], Quiet()) == 0
+        written = json.loads((out / "replay.json").read_text(encoding="utf-8"))
+        layered = RigParameters.preset(preset).with_values({"cylinder.moving_mass": 3.0})
+        largest.append(farthest(layered, recorded))
+        assert written["position"]["largest"] == largest[-1]
+    assert largest[0] != largest[1]
+    file.write_text("/**/plant:\n  ros__parameters:\n    cylinder.mas: 3.0\n")
+    assert command.main([str(bag), "--parameters", str(file), "--output", str(out)], Quiet()) == 2
+    assert f"{file}: cylinder.mas: no such parameter" in capsys.readouterr().err

@@ -10,8 +10,11 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.validate_namespace import validate_namespace
 
-from rodless_lab.session.domain import DOMAINS, own_domain
+from rodless_lab.session.domain import DOMAINS, full_namespace, named_domain, own_domain
+from rodless_lab.session.errors import HarnessError
 
 HOLD = """
 import sys
@@ -143,3 +146,39 @@ def test_lock_files_belong_to_their_user(tmp_path: Path) -> None:
     """Their names carry the user: nobody's lock file, closed to others, is in another's way."""
     with own_domain():
         assert [f"-{os.getuid()}-" in path.name for path in tmp_path.iterdir()] == [True]
+
+
+@pytest.mark.parametrize(("text", "domain"), [("", None), ("0", 0), ("232", 232)])
+def test_the_domain_of_the_environment(
+    monkeypatch: pytest.MonkeyPatch, text: str, domain: int | None
+) -> None:
+    """From 0 to the greatest; an empty text is the default, as for ROS."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", text)
+    assert named_domain() == domain
+
+
+@pytest.mark.parametrize("text", ["abc", "999", "233", "-1", "1.5", " ", "²"])
+def test_a_domain_that_does_not_exist_is_named(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    """With the range, in one line."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", text)
+    with pytest.raises(HarnessError) as refused:
+        named_domain()
+    assert str(refused.value) == f"ROS_DOMAIN_ID={text!r}: must be a whole number from 0 to 232"
+
+
+@pytest.mark.parametrize(
+    ("text", "full"),
+    [("", "/"), ("/", "/"), ("a", "/a"), ("/a/_b2/", "/a/_b2"), ("cell/rig1", "/cell/rig1")],
+)
+def test_a_namespace_with_or_without_its_slash(text: str, full: str) -> None:
+    """Both name the same."""
+    assert full_namespace(text) == full
+
+
+@pytest.mark.parametrize("text", ["a b", "1a", "/a/2", "a//b", "ä", "a-b", "a\n", "~a", "{ns}"])
+def test_a_namespace_that_ros_refuses_is_named(text: str) -> None:
+    """As rclpy refuses it, but in one line of our own."""
+    with pytest.raises(InvalidNamespaceException):
+        validate_namespace(f"/{text.strip('/')}")
+    with pytest.raises(HarnessError, match="letters, digits, _ and / only"):
+        full_namespace(text)

@@ -135,6 +135,27 @@ def test_parameters_change_together_or_not_at_all(observer: Observer, node: Node
     assert list(observer.get_parameters("/there/server", ["list"])["list"]) == [4.0, 5.0]
 
 
+def test_a_parameter_that_the_node_does_not_have_is_named(observer: Observer, node: Node) -> None:
+    """Not an error of lengths, and not a value for the others."""
+    assert node.has_parameter("gain")
+    with pytest.raises(RefusedError, match=r"^gian: no such parameter on /there/server$"):
+        observer.get_parameters("/there/server", ["gain", "gian"])
+
+
+def test_a_change_that_is_not_answered_ends_after_the_time_given(
+    domain: dict[str, str], node: Node
+) -> None:
+    """Not after the observer's own: the node is there, but nobody spins it."""
+    with Observer(domain, timeout=60.0) as asking:
+        client = asking.parameter_client("/there/server", 30.0)
+        assert client.services_are_ready()
+        start = time.monotonic()
+        with pytest.raises(WaitTimeoutError, match=r"after 0\.3 s waiting for /there/server"):
+            asking.set_parameters("/there/server", {"gain": 5.0}, 0.3)
+        assert time.monotonic() - start < 20.0
+    assert node.get_parameter("gain").value != 5.0
+
+
 def test_diagnostics_are_kept_by_full_name(observer: Observer, node: Node) -> None:
     """The last of each node, with its level and values; a fresh one is one that comes later."""
     publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)

@@ -13,4 +13,5 @@ def test_telemetry_has_the_terms_of_the_pid() -> None:
 
 def test_a_run_has_a_column_for_each_part_of_a_sample_and_each_term() -> None:
     """Samples are the fields of one sample, the voltage, and the terms, in this order."""
-    assert tuple(field.name for field in fields(Samples)) == (*Sample._fields, "voltage", *TERMS)
+    names = (*Sample._fields, "voltage", *TERMS, "terms")
+    assert tuple(field.name for field in fields(Samples)) == names

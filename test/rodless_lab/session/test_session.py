@@ -22,9 +22,29 @@ from rodless_lab.harness import (
     Sample,
     WaitTimeoutError,
 )
+from rodless_lab.session.processes import node_command
 from rodless_sim import RigParameters, simulate
 
 pytestmark = pytest.mark.usefixtures("compiled")
+
+LAW_WITH_A_TERM = """
+from typing import NamedTuple
+
+from rodless_control import Law
+
+
+class Command(NamedTuple):
+    voltage: float
+    doubled: float
+
+
+class Doubling(Law):
+    TERMS = ("doubled",)
+
+    def update(self, measurement, reference, interval):
+        voltage = 5.08 + 20.0 * (reference.position - measurement.position)
+        return Command(voltage, 2.0 * voltage)
+"""
 
 STEP = {"reference.type": "step", "reference.at": 0.05, "reference.target": 0.058}
 FIELDS = ("position", "velocity", "force", "pressure_a", "pressure_b", "voltage")
@@ -50,6 +70,34 @@ def test_a_lockstep_run_is_complete_and_equals_the_closed_loop(one_process: bool
     assert np.all(run.supply_pressure == 0.52e6 + 101325.0)
     assert np.all(np.isfinite([run.p, run.i, run.d, run.feedforward]))
     assert set(rig.exit_codes.values()) == {0}
+
+
+def test_telemetry_is_that_of_the_law_in_force(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A law of the user's own: its terms and the reference come; the PID's columns are NaN."""
+    (tmp_path / "law_with_a_term.py").write_text(LAW_WITH_A_TERM, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with RigSession(
+        "lockstep",
+        duration=0.1,
+        telemetry=True,
+        controller={**STEP, "controller.law": "law_with_a_term:Doubling"},
+        environment={"PYTHONPATH": str(tmp_path)},
+    ) as rig:
+        run = rig.run()
+    assert np.array_equal(run.reference, np.where(run.time < 0.05, 0.0, 0.058))
+    assert list(run.terms) == ["doubled"]
+    assert np.array_equal(run.terms["doubled"], 2.0 * run.voltage)
+    assert np.all(np.isnan([run.error, run.p, run.i, run.d, run.feedforward]))
+
+
+def test_a_topic_that_does_not_come_is_named() -> None:
+    """A controller that publishes one term elsewhere: the wait says which topic is missing."""
+    elsewhere = [*node_command("controller"), "-r", "/controller/error:=/elsewhere"]
+    rig = RigSession(telemetry=True, controller=elsewhere, timeout=20.0)
+    with pytest.raises(WaitTimeoutError, match="waiting for a publisher of controller/error"):
+        rig.__enter__()
 
 
 def test_a_realtime_run_follows_a_setpoint(rig_session: StartSession) -> None:
@@ -195,6 +243,8 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
     """Options and calls that contradict each other raise instead of waiting for ever."""
     with pytest.raises(ValueError, match="one_process"):
         RigSession(controller=None, one_process=True)
+    with pytest.raises(ValueError, match="telemetry"):
+        RigSession(controller=None, telemetry=True)
     with pytest.raises(ValueError, match="relay_commands"):
         RigSession(controller=None, relay_commands=True)
     with pytest.raises(FileNotFoundError, match="paper"):

@@ -144,3 +144,20 @@ def test_a_reset_is_noticed() -> None:
     assert not track.was_reset
     track.take_sample(sent(11 * PERIOD), 0, 0.0)
     assert track.was_reset
+
+
+@pytest.mark.parametrize(
+    ("voltages", "words"),
+    [((), "no command on valve/voltage since the set-point"), ((6.0, math.nan), "is not finite")],
+)
+def test_commands_that_measure_nothing_are_said(voltages: tuple[float, ...], words: str) -> None:
+    """None at all, as of a controller that was killed, and one that is no number."""
+    track = Track(TARGET)
+    track.take_sample(sent(9 * PERIOD), 9 * PERIOD, 0.0)
+    track.begin()
+    for k in range(10, 20):
+        track.take_sample(sent(k * PERIOD), k * PERIOD, 0.0)
+    for k, voltage in enumerate(voltages):
+        track.take_voltage(sent((11 + k) * PERIOD), voltage)
+    with pytest.raises(ValueError, match=words):
+        track.result()

@@ -2,6 +2,8 @@
 
 import threading
 from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 import rclpy
@@ -9,7 +11,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 
 from rodless_base.ros import publish
-from rodless_base.ros.process import make_executor
+from rodless_base.ros.process import make_executor, spin
+from rodless_base.start import Stop
 from rodless_lab.session.observer import Observer
 from rodless_sim.node import plant_node
 
@@ -32,13 +35,14 @@ def test_lost_messages_are_a_fault(
     """They are counted, of all topics, and the warning stays."""
     lost = []
     monkeypatch.setattr(module, "send", lambda *_: bool(lost.append(None)))
-    observer.collect(plant_node.Clock, "/clock")
     plant = plant_node.PlantNode(context=context)
     executor = make_executor(context)
     executor.add_node(plant.node)
-    spinning = threading.Thread(target=executor.spin, daemon=True)
+    stop = cast(Stop, SimpleNamespace(requested=False))
+    spinning = threading.Thread(target=spin, args=(executor, stop), daemon=True)
     spinning.start()
     try:
+        observer.collect(plant_node.Clock, "/clock")
         observer.wait(lambda: len(lost) > 10, "messages")
         before = len(lost)
         status = observer.diagnostic("/plant", fresh=True)
@@ -46,6 +50,6 @@ def test_lost_messages_are_a_fault(
         assert status.level == DiagnosticStatus.WARN
         assert LOST in status.message
     finally:
-        executor.shutdown()
-        spinning.join()
+        stop.requested = True
+        spinning.join(10.0)
         plant.close()

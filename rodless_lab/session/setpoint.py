@@ -1,0 +1,36 @@
+"""When a set-point reaches the controller, whoever else listens to set-points."""
+
+from rclpy.node import Node, NodeNameNonExistentError
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
+
+# What a recorder publishes too; a controller publishes more.
+OF_ANY_NODE = ("/rosout", "/parameter_events", "/events/write_split")
+
+
+def setpoint_is_heard(node: Node, publisher: Publisher) -> bool:
+    """Whether every listener to the set-points of ``publisher`` is matched, a controller included.
+
+    A recorder may be matched before the controller, which would then miss the set-point. Listeners
+    that want earlier set-points too do not count: ``publisher``, which keeps none, never matches
+    them.
+    """
+    listeners = [
+        listener
+        for listener in node.get_subscriptions_info_by_topic(publisher.topic_name)
+        if listener.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL
+    ]
+    return publisher.get_subscription_count() >= len(listeners) and any(
+        _controls(node, listener.node_name, listener.node_namespace) for listener in listeners
+    )
+
+
+def _controls(node: Node, name: str, namespace: str) -> bool:
+    """Whether a node does more than listen; not as long as its name is not discovered."""
+    if not namespace.startswith("/"):
+        return False
+    try:
+        published = node.get_publisher_names_and_types_by_node(name, namespace)
+    except NodeNameNonExistentError:
+        return False
+    return any(not topic.endswith(OF_ANY_NODE) for topic, _ in published)

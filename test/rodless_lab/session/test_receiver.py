@@ -1,0 +1,56 @@
+"""A session takes the carriage's columns by the joint's name, wherever it stands in the message."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from sensor_msgs.msg import FluidPressure, JointState
+
+from rodless_base.topics import JOINT_STATES, PRESSURES
+from rodless_lab.session.receiver import Receiver
+from rodless_lab.session.samples import Sample
+
+
+class StandInObserver:
+    """Keeps the callbacks of subscriptions."""
+
+    diagnostics: object = None
+
+    def __init__(self) -> None:
+        self.callbacks: dict[str, Callable[..., None]] = {}
+
+    def subscribe(
+        self, _kind: type, topic: str, callback: Callable[..., None], **_options: bool
+    ) -> SimpleNamespace:
+        """As the observer does."""
+        self.callbacks[topic] = callback
+        return SimpleNamespace(get_publisher_count=lambda: topic != "controller/force")
+
+
+def put(observer: StandInObserver, topic: str, message: Any) -> None:
+    """Let a message come."""
+    observer.callbacks[topic](message, {"source_timestamp": 5})
+
+
+def test_the_carriage_is_found_by_its_name() -> None:
+    """A second joint before it changes nothing, and a message without it is no sample."""
+    observer = StandInObserver()
+    receiver = Receiver(observer)
+    receiver.listen_to_the_rest(())
+    for topic, pressure in zip(PRESSURES.values(), (1.0, 2.0, 3.0), strict=True):
+        put(observer, topic, FluidPressure(fluid_pressure=pressure))
+    other = JointState(name=["gripper"], position=[9.0], velocity=[9.0], effort=[9.0])
+    put(observer, JOINT_STATES, other)
+    assert receiver.received.runs == 0
+    both = JointState(
+        name=["gripper", "carriage"], position=[9.0, 0.05], velocity=[9.0, 0.4], effort=[9.0, 7.0]
+    )
+    put(observer, JOINT_STATES, both)
+    assert receiver.received.sample(0, 0) == Sample(0.0, 0.05, 0.4, 7.0, 1.0, 2.0, 3.0)
+
+
+def test_what_is_matched_is_told_by_topic() -> None:
+    """So that a wait can name the topic that does not come."""
+    heard = Receiver(StandInObserver()).listen_to_the_rest(("reference", "force"))
+    assert [topic for topic, matched in heard.items() if not matched()] == ["controller/force"]
+    assert {"controller/reference", JOINT_STATES, *PRESSURES.values()} < set(heard)
