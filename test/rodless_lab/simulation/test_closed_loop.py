@@ -97,7 +97,7 @@ def test_it_repeats_bit_for_bit() -> None:
     run("calibrated", MOVE, 0.5)
     again = run("paper", STEP, 1.0)
     for name, values in first.columns().items():
-        assert values.tobytes() == getattr(again, name).tobytes()
+        assert values.tobytes() == again.columns()[name].tobytes()
 
 
 @pytest.mark.parametrize("preset", preset_names())
