@@ -55,7 +55,7 @@ test: test-tools
 
 # For the edit-run loop: no nodes, nothing slow, no coverage.
 test-fast: test-tools
-	@$(VENV)/bin/python -m pytest -q -m "not ros and not slow"
+	@$(VENV)/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench

@@ -22,6 +22,7 @@ REQUIREMENTS = [
 TEST_REQUIREMENTS = [
     "pytest",
     "pytest-cov",
+    "pytest-xdist",  # make test-fast uses every core
     "coverage>=7.10",  # measures the nodes, which are processes of their own
     "rosbags",  # an independent reader of the bags
     "pandas",  # runs as data frames,

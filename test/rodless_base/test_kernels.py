@@ -132,6 +132,7 @@ PLANT = (
 )
 
 
+@pytest.mark.slow
 def test_a_field_that_moves_in_a_named_tuple_gives_another_cache(tmp_path: Path) -> None:
     """Two pressures of Plant change places, in a file without kernels: none is taken for another.
 
@@ -248,6 +249,7 @@ def test_a_linked_copy_calls_what_it_is_given() -> None:
     assert kernels.unlinked(one_more, inner=math.sqrt)(9.0) == 4.0
 
 
+@pytest.mark.slow
 def test_what_runs_long_lets_other_threads_run() -> None:
     """An outlined kernel, and a linked one, release the GIL: Python counts on beside them."""
 

@@ -44,6 +44,7 @@ def run(disable: str) -> list[list[float]]:
     return result
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_compiled_numbers() -> None:
     """With NUMBA_DISABLE_JIT=1 every end state is the compiled one to within rounding."""
     compiled, plain = run("0"), run("1")

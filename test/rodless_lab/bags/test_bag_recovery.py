@@ -107,6 +107,7 @@ def test_a_disk_full_from_the_start_is_told_apart(tmp_path: Path) -> None:
         fill(tmp_path / "bag", 100)
 
 
+@pytest.mark.slow
 def test_a_bag_cut_anywhere_can_be_recovered(sample_bag, tmp_path: Path) -> None:
     """Wherever a kill cuts the file, all whole chunks before are read, and ended in place."""
     whole = payloads(read_bag(sample_bag.path))
@@ -213,6 +214,7 @@ def test_damage_is_found_and_named(sample_bag, tmp_path: Path) -> None:
     assert 0 < len(rest["/joint_states"]) < 300
 
 
+@pytest.mark.slow
 def test_no_damage_gives_anything_but_a_bag_error(sample_bag, tmp_path: Path) -> None:
     """Whatever byte is wrong, the user reads a sentence, or the messages are right."""
     bag = tmp_path / "bag"

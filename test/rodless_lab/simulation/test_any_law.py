@@ -250,6 +250,7 @@ def test_each_run_starts_the_law_afresh() -> None:
         assert same(run(law), run(law))
 
 
+@pytest.mark.slow
 def test_a_users_compiled_law_is_the_same_compiled_and_in_python(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -366,6 +367,7 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
 
 
+@pytest.mark.slow
 def test_the_loop_of_a_law_of_the_package_is_kept_between_processes() -> None:
     """Another process loads the loop from the cache that this one has filled."""
     run(PidParameters())
@@ -377,6 +379,7 @@ def test_the_loop_of_a_law_of_the_package_is_kept_between_processes() -> None:
     assert done.stdout.split() == ["1", "0"]
 
 
+@pytest.mark.slow
 def test_the_loop_of_a_law_from_elsewhere_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -171,6 +171,7 @@ def found(folder: Path, **parameters: object) -> dict[str, list[float]]:
     return result
 
 
+@pytest.mark.slow
 def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(extended: Path) -> None:
     """Chosen, each gives what it says; not chosen, all is as before.
 
@@ -196,6 +197,7 @@ def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(exte
     assert after["valve"] != before["valve"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("values", "refusal"),
     [
