@@ -19,7 +19,7 @@ from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAG
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.figures.step import save_step_picture
 from rodless_lab.runs.step_metrics import StepMetrics, step_metrics
-from rodless_lab.session.errors import InterruptedRunError
+from rodless_lab.session.errors import HarnessError, InterruptedRunError
 from rodless_lab.session.session import RigSession
 
 Array = npt.NDArray[np.float64]
@@ -55,6 +55,17 @@ class Progress:
             self._show(min(sample.time / DURATION, 0.999), sample.position)
 
 
+def remove_old_bag(bag: Path) -> None:
+    """Remove the bag of an earlier demo; raises HarnessError for anything else at its place."""
+    if not bag.exists():
+        return
+    if not bag.is_dir() or any(
+        file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir()
+    ):
+        raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
+    shutil.rmtree(bag)
+
+
 def move(
     preset: str,
     bag: Path,
@@ -67,7 +78,7 @@ def move(
     ``on_move`` is called when the set-point is sent; for ``show`` see :class:`Progress`. Raises
     InterruptedRunError where ``stop`` is requested, and HarnessError where a node fails.
     """
-    shutil.rmtree(bag, ignore_errors=True)
+    remove_old_bag(bag)
     progress = Progress(stop, show)
     with RigSession(
         "lockstep",

@@ -103,7 +103,8 @@ def _boolean(text: str) -> bool:
 
 def _integer(text: str) -> int:
     number = float(text)
-    if not math.isfinite(number) or number != int(number):
+    # Parameters of ROS hold 64 bits.
+    if not math.isfinite(number) or number != int(number) or not -(2**63) <= number < 2**63:
         raise ValueError(text)
     return int(number)
 
@@ -137,6 +138,10 @@ def _set_all(rig: RunningRig, values: Values, old: Values, timeout: float) -> No
                 f"{node} has not answered: whether it has taken the values is unknown; check with "
                 f"rodless status{kept and '; '}{kept}"
             ) from error
+        except Exception:
+            # Whatever it was, it must not leave half of a change behind.
+            _take_back(rig, changed, old, timeout)
+            raise
         changed.append(node)
 
 
