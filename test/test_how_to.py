@@ -66,9 +66,9 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
-    """Run Python in the copy, its compiled functions kept there."""
+    """Run Python in the copy, its compiled functions kept there and its lines not measured."""
     environment = {
-        **os.environ,
+        **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
         "PYTHONPATH": os.pathsep.join([str(folder), *(path for path in sys.path if path)]),
         "NUMBA_CACHE_DIR": str(folder / "cache"),
     }
