@@ -6,7 +6,11 @@ from pathlib import Path
 
 
 def atomic_write(path: Path, content: str | bytes) -> None:
-    """Write ``content`` to ``path`` whole or not at all; raises OSError."""
+    """Write ``content`` to ``path`` whole or not at all; raises OSError.
+
+    Where ``path`` is a symbolic link, its target is written and the link stays.
+    """
+    path = Path(os.path.realpath(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     unfinished = Path(name)

@@ -1,6 +1,6 @@
 """The controller as a ROS node: each sample of the rig triggers one valve command."""
 
-from time import monotonic_ns
+from time import monotonic_ns, perf_counter, time_ns
 
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
@@ -9,7 +9,7 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import (
@@ -21,15 +21,18 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.message_info import Info
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, send
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
+from rodless_control.controller import law_name
 from rodless_control.controller_parameters import ControllerParameters
-from rodless_control.loop import ControlLoop
+from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.inputs import Inputs
+from rodless_control.node.law_pace import LawPace
 from rodless_control.node.telemetry import Telemetry
 from rodless_control.parameters import NODE_PARAMETERS
 
@@ -38,6 +41,12 @@ WATCH_PERIOD = 0.02
 
 # How long the last command may take to arrive; less than Ctrl-C promises.
 LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
+
+# Warnings that could come with every message, in wall-clock seconds; diagnostics count them all.
+WARNING_PERIOD = 1.0
+
+# How often a law that is too slow is said to be.
+SLOW_LAW_PERIOD = 10.0
 
 # What is said with the failure of a law.
 CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
@@ -54,6 +63,7 @@ class ControllerNode:
         kind = self._parameters_of_law()
         self._parameters = RosParameters(self.node, kind, self._configure)
         self._loop = ControlLoop(self._parameters.values)
+        self._pace = LawPace()
         self._inputs = Inputs(
             self.node,
             self._loop.law.USES_PRESSURES,
@@ -140,10 +150,12 @@ class ControllerNode:
         self._loop.configure(values)
         self._report_failure()
 
-    def _take_sample(self, measurement: Measurement) -> None:
+    def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._arrived = True
         self._stamp = measurement.stamp
-        output = self._loop.sample(measurement) if self._enabled else None
+        if self._enabled and self._must_skip(info):
+            return
+        output = self._answer(measurement) if self._enabled else None
         self._refused = self._enabled and output is None
         if output is None:
             self._command_neutral()
@@ -152,6 +164,18 @@ class ControllerNode:
             self._command(output.voltage)
             self._telemetry.publish(output)
             self._report_ready()
+
+    def _must_skip(self, info: Info) -> bool:
+        # Some middlewares do not tell when a message was received.
+        times = info["source_timestamp"], info["received_timestamp"] or info["source_timestamp"]
+        sent, received, now = (time * SECONDS_PER_NANOSECOND for time in (*times, time_ns()))
+        return self._pace.must_skip(sent, received, now)
+
+    def _answer(self, measurement: Measurement) -> Output | None:
+        began = perf_counter()
+        output = self._loop.sample(measurement)
+        self._pace.took(perf_counter() - began)
+        return output
 
     def _report_failure(self) -> None:
         """Say once why the law is not called any more."""
@@ -165,7 +189,7 @@ class ControllerNode:
             self._loop.setpoints.receive(message.data)
         except ParameterError as error:
             self._bad_setpoints += 1
-            self.node.get_logger().warning(str(error))
+            self.node.get_logger().warning(str(error), throttle_duration_sec=WARNING_PERIOD)
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.reset()
@@ -246,15 +270,20 @@ class ControllerNode:
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
             LOST: self._lost_commands + self._telemetry.lost,
+            "samples skipped": self._pace.skipped,
         }
         if loop.law.USES_PRESSURES:
             faults["samples without all pressures"] = inputs.incomplete
-        level, text = self._judge(faults)
+        slow = self._pace.news(law_name(loop.law))
+        if slow is not None:
+            self.node.get_logger().warning(slow, throttle_duration_sec=SLOW_LAW_PERIOD)
+        level, text = self._judge(faults, slow)
         second, nanosecond = divmod(self._stamp, NANOSECONDS_PER_SECOND)
         stamp = Time(sec=second, nanosec=nanosecond)
-        self._diagnostics.publish(diagnostic(self.node, stamp, level, text, faults))
+        values = {**faults, "law's time per sample (ms)": f"{self._pace.law_time * 1e3:.3g}"}
+        self._diagnostics.publish(diagnostic(self.node, stamp, level, text, values))
 
-    def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
+    def _judge(self, faults: dict[str, int], slow: str | None) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for past faults, or all well."""
         if self._loop.failure is not None:
             return ERROR, f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
@@ -266,8 +295,8 @@ class ControllerNode:
             used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
             return ERROR, f"{used} not finite: valve closed"
         seen = [name for name, count in faults.items() if count]
-        if seen:
-            return WARN, "since start: " + ", ".join(seen)
+        if slow is not None or seen:
+            return WARN, slow or "since start: " + ", ".join(seen)
         return OK, "controlling"
 
 

@@ -115,6 +115,12 @@ class Bag:
         self.complete = complete
         self._messages = messages
 
+    def __repr__(self) -> str:
+        """Show where it is and how many messages each topic has."""
+        counts = ", ".join(f"{name}: {len(found)}" for name, found in self._messages.items())
+        state = "" if self.complete else ", incomplete"
+        return f"<Bag {self.path}{state}: {counts or 'no topics'}>"
+
     @property
     def topics(self) -> list[str]:
         """Names of the recorded topics."""

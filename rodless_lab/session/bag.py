@@ -32,6 +32,11 @@ class SessionBag:
         return self._recorder.ready
 
     @property
+    def missing(self) -> list[str]:
+        """Topics that nobody has published yet."""
+        return self._recorder.missing
+
+    @property
     def commands(self) -> int:
         """Number of commands recorded so far."""
         topic = self._recorder.node.resolve_topic_name(VALVE_VOLTAGE)
