@@ -24,7 +24,8 @@ class _Loader(yaml.SafeLoader):
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Refuse aliases, as ROS does, and what is nested beyond reason."""
-        line = self.peek_event().start_mark.line + 1
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        line = event.start_mark.line + 1
         if self.check_event(yaml.AliasEvent):
             raise ValueError(f"line {line}: aliases (*name) are not for ROS; write the values out")
         if self._depth == DEEPEST_NESTING:

@@ -84,7 +84,7 @@ class Parameter:
     def _checked_integer(self, value: object) -> int:
         self._checked_number(value)
         # A float has not the digits of every whole number.
-        whole = int(value)  # type: ignore[call-overload]
+        whole: int = int(value)  # type: ignore[call-overload]
         if value != whole:
             raise self._refuse(value, "a whole number")
         if not SMALLEST_INTEGER <= whole <= LARGEST_INTEGER:

@@ -12,7 +12,7 @@ Examples
 import math
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import Protocol
+from typing import Protocol, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -83,16 +83,13 @@ def _array(reference: object, answer: object, count: int) -> Array:
 
 def _point(reference: object, time: float, answer: object) -> tuple[float, float]:
     try:
-        position, velocity = answer  # type: ignore[misc]
-    except (TypeError, ValueError) as error:
+        numbers: list[object] = list(answer)  # type: ignore[call-overload]
+        position, velocity = (float(each) for each in numbers if _is_number(each))
+    except (TypeError, ValueError, OverflowError) as error:
         raise _no_point(reference, time, answer) from error
-    for number in (position, velocity):
-        if isinstance(number, bool) or not isinstance(number, Real):
-            raise _no_point(reference, time, answer)
-    try:
-        return float(position), float(velocity)
-    except OverflowError as error:
-        raise _no_point(reference, time, answer) from error
+    if len(numbers) != 2:
+        raise _no_point(reference, time, answer)
+    return position, velocity
 
 
 def _no_point(reference: object, time: float, answer: object) -> ValueError:
@@ -134,10 +131,14 @@ class _Finite:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, bool) or not isinstance(value, Real | np.ndarray):
+            if not (_is_number(value) or isinstance(value, np.ndarray)):
                 raise TypeError(f"{field.name} {shown(value)} refused: must be a number")
             if not _is_finite(value):
                 raise ValueError(f"{field.name} {shown(value)} refused: must be finite")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _is_finite(value: object) -> bool:
