@@ -100,9 +100,7 @@ class Parameter:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
-            bounded = math.isfinite(self.minimum) or math.isfinite(self.maximum)
-            wanted = f"from {self.minimum:g} to {self.maximum:g}" if bounded else "finite"
-            raise self._refuse(value, wanted)
+            raise self._refuse(value, f"from {self.minimum:g} to {self.maximum:g}")
         return number
 
     def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:

@@ -371,7 +371,7 @@ def checked_terms(law: type[Law]) -> tuple[str, ...]:
     )
     if not sound or len({"reference", "voltage", *terms}) < len(terms) + 2:
         raise TypeError(
-            f"{law.__name__}: its TERMS {shown(terms)} must be a tuple of identifiers, each once, "
+            f"{law.__name__}: its TERMS {shown(terms)} must be identifiers, each once, in a tuple, "
             "and none of them reference or voltage"
         )
     return tuple(terms)

@@ -55,7 +55,7 @@ def sampled(reference: Reference, times: Array) -> Array:
         answers = [reference.sample(time) for time in times.tolist()]
         points = np.array(
             [_point(reference, *each) for each in zip(times.tolist(), answers, strict=True)]
-        )
+        ).reshape(-1, 2)
     else:
         raise TypeError(
             f"{shown(reference)} is no reference: give one of rodless_control.references, or an "
@@ -244,6 +244,10 @@ class Sine(_Finite):
         return _sine_samples(self.centre, self.amplitude, rate, self.at, times)
 
 
+# A distance (m) that no carriage knows: shorter moves need not be computed in all their digits.
+SMALLEST = 1e-12
+
+
 @dataclass(frozen=True)
 class Move(_Finite):
     """Rest to rest from ``start`` to ``target`` (m), from time ``at`` (s), as fast as limits allow.
@@ -285,7 +289,7 @@ class Move(_Finite):
                 acceleration += t * jerk
         except (ZeroDivisionError, OverflowError):
             return False
-        return math.isfinite(distance) and abs(position - distance) <= 1e-6 * distance
+        return math.isfinite(distance) and abs(position - distance) <= 1e-6 * distance + SMALLEST
 
     @property
     def duration(self) -> float:

@@ -88,9 +88,7 @@ def _two_pressures(pressures: object) -> tuple[float, float]:
 def rig_parameters(parameters: object) -> RigParameters:
     """Return ``parameters``; raises TypeError for what is no :class:`RigParameters`."""
     if not isinstance(parameters, RigParameters):
-        raise TypeError(
-            f"{shown(parameters)} refused: no RigParameters; give RigParameters({{...}})"
-        )
+        raise TypeError(f"{shown(parameters)} are no RigParameters: give RigParameters({{...}})")
     return parameters
 
 
@@ -176,14 +174,14 @@ class Rig:
         700000.0
         """
         self.check(parameters)
-        before = self._parameters, self._plant
+        before = dict(vars(self))
         self._parameters, self._plant = parameters, Plant.of(parameters)
         try:
             self._apply(self._voltage, self._motion, 0.0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
         except BaseException:
-            self._parameters, self._plant = before
+            vars(self).update(before)
             raise
 
     def check(self, parameters: RigParameters) -> None:

@@ -112,7 +112,7 @@ def test_a_name_that_no_law_can_have_is_one_short_line(name: object) -> None:
 def test_terms_that_cannot_be_topics_are_refused(laws: ModuleType, terms: object) -> None:
     """A text would be taken letter by letter; ROS has no umlauts."""
     laws.First.TERMS = terms
-    with pytest.raises(ParameterError, match=r"its TERMS .* must be a tuple of identifiers"):
+    with pytest.raises(ParameterError, match=r"its TERMS .* must be identifiers"):
         ControllerParameters.for_law.__wrapped__("odd_laws:First")
 
 

@@ -58,10 +58,10 @@ def test_what_are_no_parameters_are_refused_and_change_nothing(
 ) -> None:
     """By the rig and by simulate."""
     before = seen(rig)
-    with pytest.raises(TypeError, match="refused: no RigParameters; give RigParameters"):
+    with pytest.raises(TypeError, match="are no RigParameters: give RigParameters"):
         rig.configure(parameters)  # type: ignore[arg-type]
     assert seen(rig) == before
-    with pytest.raises(TypeError, match="refused: no RigParameters; give RigParameters"):
+    with pytest.raises(TypeError, match="are no RigParameters: give RigParameters"):
         simulate(parameters, [6.0], 1e-3)  # type: ignore[arg-type]
 
 

@@ -134,7 +134,7 @@ def test_a_bad_time_is_refused_by_its_own_name(bad: float) -> None:
 
 def test_what_are_no_rig_parameters_are_refused() -> None:
     """By name, before anything runs."""
-    with pytest.raises(TypeError, match="no RigParameters; give RigParameters"):
+    with pytest.raises(TypeError, match="no RigParameters: give RigParameters"):
         closed_loop({}, hold, HOLD, 0.005, 1e-3)  # type: ignore[arg-type]
 
 
@@ -147,7 +147,7 @@ def test_terms_of_a_law_that_cannot_be_columns_are_refused() -> None:
         def update(self, *_: object) -> float:
             return 5.08
 
-    with pytest.raises(TypeError, match=r"^Odd: its TERMS 'force' must be a tuple"):
+    with pytest.raises(TypeError, match=r"^Odd: its TERMS 'force' must be identifiers"):
         run(Odd(), HOLD)
 
 
