@@ -33,8 +33,10 @@ class SessionBag:
 
     @property
     def missing(self) -> list[str]:
-        """Topics that nobody has published yet."""
-        return self._recorder.missing
+        """Topics that nobody publishes, once the rig publishes its own; none before."""
+        missing = self._recorder.missing
+        own = map(self._recorder.node.resolve_topic_name, RIG_TOPICS)
+        return [] if set(own).intersection(missing) else missing
 
     @property
     def commands(self) -> int:
