@@ -65,9 +65,20 @@ class RosParameters(Generic[Set]):
     :class:`ParameterError` where what was given is not a valid set.
     """
 
-    def __init__(self, node: Node, kind: type[Set], apply: Callable[[Set], None]) -> None:
-        """Declare all of ``kind``; call ``apply`` after each change with the new values."""
+    def __init__(
+        self,
+        node: Node,
+        kind: type[Set],
+        apply: Callable[[Set], None],
+        check: Callable[[Set], None] = lambda _: None,
+    ) -> None:
+        """Declare all of ``kind``; call ``apply`` after each change with the new values.
+
+        ``check`` is called before; the ParameterError it raises refuses what the node's state does
+        not allow.
+        """
         self._node = node
+        self._check_state = check
         self._apply = apply
         self.values = kind(self._given())
         self._declare()
@@ -113,7 +124,7 @@ class RosParameters(Generic[Set]):
 
     def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
-            self.values.with_values(self._ours(parameters))
+            self._check_state(self.values.with_values(self._ours(parameters)))
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -12,7 +12,6 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
-from rclpy.utilities import remove_ros_args
 
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
@@ -69,11 +68,6 @@ def leave_ros() -> None:
     Ctrl-C would then kill the process on its way out.
     """
     rclpy.get_default_context().try_shutdown()
-
-
-def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments that are not for ROS (``--ros-args …``)."""
-    return list(remove_ros_args(["", *arguments])[1:])
 
 
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:

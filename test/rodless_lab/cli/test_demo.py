@@ -193,3 +193,43 @@ def test_ctrl_c_while_the_nodes_start_ends_clean_too(tmp_path: Path) -> None:
     assert process.returncode == 0, rest
     assert "Traceback" not in rest
     assert not (tmp_path / "metrics.json").exists()
+
+
+def test_a_full_disk_is_said_in_one_line(tmp_path: Path) -> None:
+    """The disk takes 100 kB of the bag: exit code 1, the bag is named, what fits can be read."""
+    full = (
+        "from rodless_lab.bags.mcap_file.writer import McapWriter\n"
+        "append = McapWriter._append\n"
+        "def limited(self, data):\n"
+        "    if self.index.end + len(data) > 100_000:\n"
+        "        raise OSError(28, 'No space left on device')\n"
+        "    append(self, data)\n"
+        "McapWriter._append = limited\n"
+    )
+    python, option, program, *arguments = COMMAND
+    run = subprocess.run(
+        [python, option, full + program, *arguments, "--output", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert run.returncode == 1, run.stdout + run.stderr
+    assert run.stderr.split("\n", 1)[1] == (
+        f"{tmp_path / 'bag'}: cannot be written any more: No space left on device\n"
+    )
+    assert len(positions(tmp_path / "bag")[0])
+
+
+def test_nobody_who_reads_its_output_is_missed(tmp_path: Path) -> None:
+    """Behind a closed pipe the demo runs to its end and says nothing of it."""
+    command = [*COMMAND, "--output", str(tmp_path)]
+    run = subprocess.run(
+        ["bash", "-c", 'set -o pipefail; "$@" | true', "bash", *command],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert (run.returncode, run.stderr) == (0, "")
+    assert abs(metrics_of(tmp_path)["final_error"]) <= 2e-4

@@ -57,6 +57,9 @@ class StandInRig:
         assert timeout > 0.0
         return bool(condition())
 
+    def check_alone(self) -> None:
+        """Nobody has the same name."""
+
     def parameter_types(self, _node: str, names: Sequence[str]) -> dict[str, int]:
         """As the rig does."""
         return dict.fromkeys(names, ParameterType.PARAMETER_DOUBLE)
