@@ -17,6 +17,9 @@ PLANT, CONTROLLER = "plant", "controller"
 # How long to wait for the second node once the first is there, in s: Fast DDS may take 3 s.
 OTHER_NODE_TIMEOUT = 5.0
 
+# In which time whoever is in a domain is mostly discovered, in wall-clock s.
+DISCOVERY = 2.0
+
 # Nodes report once a second: one that has not for so long, in wall-clock s, is silent.
 SILENCE = 3.0
 
@@ -42,6 +45,7 @@ class RunningRig(Closing):
         self.namespace = full_namespace(namespace)
         self._stop = stop
         self._may_stop = True
+        self._joined = monotonic()
         self.observer = Observer(namespace=self.namespace, timeout=timeout, check=self._check)
         # Asked for now, so that what the nodes say once a second is not missed.
         self._diagnostics = self.observer.diagnostics
@@ -86,10 +90,14 @@ class RunningRig(Closing):
 
     def check_alone(self) -> None:
         """Raise :class:`RigError` where a node of the rig has a namesake here."""
-        for node in (PLANT, CONTROLLER):
-            text = self.namesakes(node)
-            if text is not None:
-                raise RigError(text)
+        for text in self.doubles():
+            raise RigError(text)
+
+    def doubles(self) -> list[str]:
+        """Say which nodes of the rig have namesakes here, as where two rigs have one name."""
+        rest = self._joined + DISCOVERY - monotonic()
+        self.wait_for(lambda: any(map(self.namesakes, (PLANT, CONTROLLER))), max(rest, 0.0))
+        return [text for node in (PLANT, CONTROLLER) if (text := self.namesakes(node))]
 
     def namesakes(self, node: str) -> str | None:
         """Say that several nodes are called ``node`` here, as of two rigs; None where one is."""
@@ -108,11 +116,13 @@ class RunningRig(Closing):
         elsewhere = sorted(
             {where for name, where in self._nodes() if name == node and where != self.namespace}
         )
-        advice = (
-            f"there is one in {', '.join(elsewhere)}: use --namespace"
-            if elsewhere
-            else "start a rig with rodless rig, or choose its ROS_DOMAIN_ID and --namespace"
-        )
+        other = CONTROLLER if node == PLANT else PLANT
+        if elsewhere:
+            advice = f"there is one in {', '.join(elsewhere)}: use --namespace"
+        elif self.is_known(other):
+            advice = f"the {other} is there: the {node} was not started, has ended, or is frozen"
+        else:
+            advice = "start a rig with rodless rig, or choose its ROS_DOMAIN_ID and --namespace"
         domain = self.observer.context.get_domain_id()
         return (
             f"no {node} in namespace {self.namespace} of ROS domain {domain} within "

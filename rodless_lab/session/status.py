@@ -89,8 +89,7 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     _listen(rig, readings)
     rig.wait_for(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
     nodes = {node: _node_status(rig, node) for node in (PLANT, CONTROLLER)}
-    problems = tuple(filter(None, map(rig.namesakes, nodes)))
-    status = RigStatus(rig.namespace, nodes, readings, problems)
+    status = RigStatus(rig.namespace, nodes, readings, tuple(rig.doubles()))
     rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: None not in readings.values(), min(timeout, rest))
     return status

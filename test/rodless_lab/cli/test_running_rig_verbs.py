@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from types import ModuleType
 
 import pytest
@@ -41,7 +42,7 @@ def test_help_needs_no_ros(verb: str) -> None:
     shown = run_bare(verb, "--help")
     assert shown.returncode == 0, shown.stderr
     assert f"usage: rodless {verb}" in shown.stdout
-    if verb in ("move", "set", "status"):
+    if verb in ("move", "set", "get", "status", "pause", "resume", "reset", "enable", "disable"):
         assert "Exit code: 0" in " ".join(shown.stdout.split())
 
 
@@ -56,6 +57,9 @@ def test_help_needs_no_ros(verb: str) -> None:
         ("set supply.pressure", "'supply.pressure' is not NAME=VALUE"),
         ("set =5", "'=5' is not NAME=VALUE"),
         ("set a=1 a=2", "the same parameter is given twice"),
+        ("set a=\udcff", "'a=\\udcff' is not text in UTF-8"),
+        ("get --timeout -1", "'-1' is not a positive number of seconds"),
+        ("pause now", "unrecognized arguments: now"),
         ("status --timeout soon", "'soon' is not a positive number of seconds"),
     ],
 )
@@ -147,6 +151,21 @@ def test_a_rig_that_stands_still_is_not_shown_as_running() -> None:
     assert "/left, realtime, paused" in screen(status(paused="True"))[0]
     still = {"mode": "lockstep", "speed factor": "0.000"}
     assert "/left, lockstep, standing still" in screen(status(**still))[0]
+
+
+def test_a_rig_whose_time_is_over_is_shown_as_ended() -> None:
+    """It stands still because its duration is over, and what to do is said."""
+    ended = status(**{"speed factor": "0.000"})
+    ended.nodes["plant"] = NodeStatus("WARN", "ended; since start: overruns", PLANT)
+    state = "ended: time.duration is over, rodless reset begins anew"
+    assert screen(ended)[0] == f"rig           /left, realtime, {state}"
+
+
+def test_two_rigs_of_one_name_are_not_well() -> None:
+    """However well each node is."""
+    found = status()
+    assert found.is_well
+    assert not replace(found, problems=("2 nodes named plant",)).is_well
 
 
 @pytest.mark.parametrize(
