@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -150,8 +150,15 @@ class ParameterSet(Mapping[str, Value]):
         return found._come_from(f"preset({name!r})")
 
     @classmethod
-    def from_file(cls: type[Set], path: str | Path) -> Set:
+    def from_file(cls: type[Set], path: str | Path, foreign: Collection[str] = ()) -> Set:
         """Read this node's section of a ROS parameter file (YAML); what it leaves out is default.
+
+        Parameters
+        ----------
+        path
+            The file.
+        foreign
+            Names of other nodes' parameters, which a section for every node (``/**``) may have.
 
         Raises
         ------
@@ -173,7 +180,7 @@ class ParameterSet(Mapping[str, Value]):
         600000.0
         """
         try:
-            found = cls(cls.own(read_parameter_file(path, cls.NODE)))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE, foreign)))
         except ValueError as error:
             raise ParameterError(f"{path}: {error}") from error
         return found._come_from(f"from_file({str(path)!r})")

@@ -81,15 +81,19 @@ def results_folder(folder: Path) -> Iterator[None]:
         os.close(claim)
 
 
-def remove_old_bag(bag: Path) -> None:
-    """Remove the bag of an earlier demo; raises HarnessError for anything else at its place."""
+def remove_old_bag(bag: Path) -> bool:
+    """Remove the bag of an earlier demo; return whether there was one.
+
+    Raises HarnessError for anything else at its place.
+    """
     if not bag.exists():
-        return
+        return False
     if not bag.is_dir() or any(
         file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir()
     ):
         raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
     shutil.rmtree(bag)
+    return True
 
 
 def move(

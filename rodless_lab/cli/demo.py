@@ -11,6 +11,7 @@ from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
+from rodless_lab.reports.differences import IN_PLACE
 from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
 from rodless_lab.session.errors import HarnessError, InterruptedRunError
 
@@ -34,18 +35,18 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     with ExitStack() as stack:
         try:
             stack.enter_context(results_folder(options.output))
-            remove_old_bag(options.output / "bag")
+            replaced = remove_old_bag(options.output / "bag")
         except HarnessError as error:
             print(error, file=sys.stderr)
             return 2
         except OSError as error:
             print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
             return 2
-        return run(options.preset, options.output, stop)
+        return run(options.preset, options.output, replaced, stop)
 
 
-def run(preset: str, folder: Path, stop: Stop) -> int:
-    """Move, measure and print; return the exit code."""
+def run(preset: str, folder: Path, replaced: bool, stop: Stop) -> int:
+    """Move, measure and print; return the exit code. ``replaced``: an earlier demo was there."""
     from rodless_lab.demo import move, write_results  # noqa: PLC0415
 
     bag = folder / "bag"
@@ -63,7 +64,7 @@ def run(preset: str, folder: Path, stop: Stop) -> int:
         print(f"\n{error.filename or folder}: cannot be written: {error.strerror}", file=sys.stderr)
         return 1
     print_table(preset, outcome)
-    print(f"bag, metrics.json and step.png are in {folder}")
+    print(f"bag, metrics.json and step.png are in {folder}{IN_PLACE if replaced else ''}")
     if abs(outcome.metrics.final_error) > SETTLING_BAND:
         print("the final error exceeds 0.2 mm", file=sys.stderr)
         return 1

@@ -13,6 +13,7 @@ import yaml
 
 from rodless_base.parameter_file import preset_file
 from rodless_base.topics import VALVE_VOLTAGE
+from rodless_lab.parameter_sections import divided
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 
@@ -114,7 +115,7 @@ class ProcessPlan:
         given = {"plant": self.plant}
         if isinstance(self.controller, Mapping):
             given["controller"] = {"use_sim_time": True, **self.controller}
-        between = [self.parameter_file] if self.parameter_file else []
+        between = [divided(self.parameter_file, folder)] if self.parameter_file else []
         files = [preset_file(self.preset), *between]
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))

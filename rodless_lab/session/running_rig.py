@@ -120,7 +120,10 @@ class RunningRig(Closing):
         if elsewhere:
             advice = f"there is one in {', '.join(elsewhere)}: use --namespace"
         elif self.is_known(other):
-            advice = f"the {other} is there: the {node} was not started, has ended, or is frozen"
+            advice = (
+                f"the {other} is there, so it was not started, has ended or is frozen; or choose "
+                "another --namespace"
+            )
         else:
             advice = "start a rig with rodless rig, or choose its ROS_DOMAIN_ID and --namespace"
         domain = self.observer.context.get_domain_id()

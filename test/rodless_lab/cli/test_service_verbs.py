@@ -2,13 +2,13 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from running import StartProcess, StartRig, until_it_says
 from std_srvs.srv import SetBool
 
-from rodless_lab.session.observer import Observer
+from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import SessionProcesses
 
 PERIOD = 5e-3
@@ -19,7 +19,8 @@ def rig(start_rig: StartRig) -> Iterator[SessionProcesses]:
     """Run a rig in a namespace of its own."""
     with start_rig(plant={"time.period": PERIOD}, namespace="rig") as processes:
         for node in processes.names:
-            until_it_says(processes[node], "ready: ")
+            # The first start compiles.
+            until_it_says(processes[node], "ready: ", 180.0)
         yield processes
 
 
@@ -31,14 +32,21 @@ def run(rodless: StartProcess, *arguments: str, namespace: str = "/rig") -> tupl
         return code, process.output
 
 
+def until_it_reports(observer: Observer, node: str, expected: Callable[[Diagnostic], bool]) -> None:
+    """Wait for a report of a node of the rig in which something is as expected."""
+    reports = observer.diagnostics
+    name = f"/rig/{node}"
+    observer.wait(lambda: name in reports and expected(reports[name]), f"a report of {node}")
+
+
 def test_plant_time_is_paused_and_runs_on(rodless: StartProcess, observer: Observer) -> None:
     """The plant says so itself; pausing twice is no fault."""
     for _ in range(2):
         assert run(rodless, "pause") == (0, "plant/pause: paused\n")
-        assert observer.diagnostic("/rig/plant", fresh=True).values["paused"] == "True"
+        until_it_reports(observer, "plant", lambda said: said.values["paused"] == "True")
     assert "realtime, paused" in run(rodless, "status")[1]
     assert run(rodless, "resume") == (0, "plant/pause: running\n")
-    assert observer.diagnostic("/rig/plant", fresh=True).values["paused"] == "False"
+    until_it_reports(observer, "plant", lambda said: said.values["paused"] == "False")
 
 
 def test_a_disabled_controller_closes_the_valve_until_it_is_enabled(
@@ -46,8 +54,7 @@ def test_a_disabled_controller_closes_the_valve_until_it_is_enabled(
 ) -> None:
     """A move says why it cannot be made, and sends nothing."""
     assert run(rodless, "disable") == (0, "controller/enable: disabled: valve closed\n")
-    said = observer.diagnostic("/rig/controller", fresh=True)
-    assert said.message == "disabled: valve closed"
+    until_it_reports(observer, "controller", lambda said: said.message == "disabled: valve closed")
     code, output = run(rodless, "move", "10")
     assert (code, output) == (2, "the controller does not control: disabled: valve closed\n")
     assert run(rodless, "enable") == (0, "controller/enable: enabled\n")

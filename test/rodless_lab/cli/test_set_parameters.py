@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from rclpy.duration import Duration
 from running import StartProcess, StartRig, until_it_says
 from std_msgs.msg import Float64
 
@@ -133,10 +132,9 @@ def test_a_refusal_that_only_the_node_can_give_takes_the_other_back(
     """The set-point in force is beyond the new limit: that is said, and the plant is as it was."""
     change = {"reference.type": "setpoint"}
     observer.set_parameters("/right/controller", change)
-    setpoint = observer.publisher(Float64, "/right/setpoint")
-    setpoint.publish(Float64(data=0.15))
-    observer.wait(lambda: setpoint.wait_for_all_acked(Duration(seconds=0.01)), "the set-point")
-    observer.counter("/right/controller", "set-points refused", fresh=True)
+    references = observer.collect(Float64, "/right/controller/reference")
+    observer.publisher(Float64, "/right/setpoint").publish(Float64(data=0.15))
+    observer.wait(lambda: references and references[-1].data == 0.15, "the set-point in force")
     before = values(observer)
     code, output = run(rodless, "reference.maximum=0.1", "supply.pressure=550000")
     assert code == 2
@@ -164,7 +162,7 @@ def test_a_law_that_fails_with_the_new_values_is_reported(
             assert fails.wait() == 1, fails.output
     assert "controller brittle.gain: 20.0 → 90.0\n" in fails.output
     assert "Brittle failed: ValueError: too much for me" in fails.output
-    assert fails.output.endswith("; the new values are in force\n")
+    assert "; the new values are in force\n" in fails.output
 
 
 BRITTLE = """
