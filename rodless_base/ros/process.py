@@ -85,7 +85,7 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     stop.from_now_on_wait()
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
+    except (RuntimeError, UnicodeEncodeError) as error:
         print(f"refused to start: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     running: list[RunningNode] = []

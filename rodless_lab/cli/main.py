@@ -55,6 +55,10 @@ def main() -> None:
     parser.add_argument("verb", choices=VERBS, metavar="verb")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="see rodless VERB --help")
     chosen = parser.parse_args()
+    for text in chosen.arguments:
+        # Neither ROS nor a bag takes another text.
+        if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+            parser.error(f"{text!a} is not text in UTF-8")
     try:
         module = importlib.import_module(VERBS[chosen.verb][0])
         code = module.main(chosen.arguments, stop)

@@ -55,10 +55,6 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _change(text: str) -> tuple[str, str]:
-    try:
-        text.encode()
-    except UnicodeEncodeError as error:
-        raise argparse.ArgumentTypeError(f"{text!a} is not text in UTF-8") from error
     name, separator, value = text.partition("=")
     if not (name and separator and value):
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")

@@ -58,6 +58,8 @@ def test_help_needs_no_ros(verb: str) -> None:
         ("set =5", "'=5' is not NAME=VALUE"),
         ("set a=1 a=2", "the same parameter is given twice"),
         ("set a=\udcff", "'a=\\udcff' is not text in UTF-8"),
+        ("get \udcff", "'\\udcff' is not text in UTF-8"),
+        ("record -o b\udcff", "'b\\udcff' is not text in UTF-8"),
         ("get --timeout -1", "'-1' is not a positive number of seconds"),
         ("pause now", "unrecognized arguments: now"),
         ("status --timeout soon", "'soon' is not a positive number of seconds"),
