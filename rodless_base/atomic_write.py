@@ -27,6 +27,16 @@ def atomic_write(path: Path, content: str | bytes) -> None:
         raise
 
 
+def check_writable(folder: Path) -> None:
+    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+    for place in made:
+        place.rmdir()
+
+
 def _mask() -> int:
     mask = os.umask(0)
     os.umask(mask)

@@ -4,7 +4,7 @@ import errno
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -84,14 +84,37 @@ def preset_file(name: str) -> Path:
     return preset_directory() / f"{name}.yaml"
 
 
-def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
+# The last part of a section's name that stands for every node.
+EVERY_NODE = ("*", "**")
+
+
+def read_parameter_file(
+    path: str | Path, node: str, foreign: Collection[str] = ()
+) -> dict[str, object]:
     """Return the parameters that the file at ``path`` gives to ``node``, dotted names as keys.
 
     A section applies when the last part of its name is ``node``, ``*`` or ``**``
     (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it; later
-    sections win. Parameters that every node has are left out. Raises ValueError for a file that is
-    not a ROS parameter file, and OSError for one that cannot be read.
+    sections win. Parameters that every node has are left out, and in sections for every node the
+    names ``foreign``, which are for other nodes. Raises ValueError for a file that is not a ROS
+    parameter file, and OSError for one that cannot be read.
     """
+    found: dict[str, object] = {}
+    for section, tree in read_sections(path):
+        if is_for_every_node(section):
+            found |= {k: value for k, value in flattened(tree).items() if k not in foreign}
+        elif section.rsplit("/", 1)[-1] == node:
+            found |= flattened(tree)
+    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+
+
+def is_for_every_node(section: str) -> bool:
+    """Whether a section's name stands for every node: ``/**``."""
+    return section.rsplit("/", 1)[-1] in EVERY_NODE
+
+
+def read_sections(path: str | Path) -> list[tuple[str, object]]:
+    """Return names and contents of a parameter file's sections; raises ValueError."""
     try:
         document = yaml.load(_text(path), _Loader)
     except yaml.YAMLError as error:
@@ -100,13 +123,12 @@ def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
         raise ValueError(f"not a text in UTF-8: byte {error.start}") from error
     if not isinstance(document, dict):
         raise ValueError("not a ROS parameter file: no node sections")
-    found: dict[str, object] = {}
+    sections = []
     for section, content in document.items():
         if not isinstance(content, dict) or set(content) != {"ros__parameters"}:
             raise ValueError(f"section {shown(section)} must hold ros__parameters and nothing else")
-        if str(section).rsplit("/", 1)[-1] in (node, "*", "**"):
-            found.update(_of_section(content["ros__parameters"] or {}))
-    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+        sections.append((str(section), content["ros__parameters"] or {}))
+    return sections
 
 
 def _text(path: str | Path) -> str:
@@ -131,8 +153,8 @@ def is_of_rclpy(name: str) -> bool:
     )
 
 
-def _of_section(tree: object) -> dict[str, object]:
-    """Return a section's parameters; raises ValueError for one that stands there twice."""
+def flattened(tree: object) -> dict[str, object]:
+    """Return a section's parameters by dotted name; raises ValueError for one that is there twice."""
     found: dict[str, object] = {}
     for name, value in _flattened(tree, ""):
         if name in found:

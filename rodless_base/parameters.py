@@ -193,8 +193,15 @@ class ParameterSet(Mapping[str, Value]):
         return found._come_from(f"preset({name!r})")
 
     @classmethod
-    def from_file(cls: type[Set], path: str | Path) -> Set:
+    def from_file(cls: type[Set], path: str | Path, foreign: Collection[str] = ()) -> Set:
         """Read this node's section of a ROS parameter file (YAML); what it leaves out is default.
+
+        Parameters
+        ----------
+        path
+            The file.
+        foreign
+            Names of other nodes' parameters, which a section for every node (``/**``) may have.
 
         Raises
         ------
@@ -216,7 +223,7 @@ class ParameterSet(Mapping[str, Value]):
         600000.0
         """
         try:
-            found = cls(cls.own(read_parameter_file(path, cls.NODE)))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE, foreign)))
         except OSError as error:
             raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
         except ValueError as error:

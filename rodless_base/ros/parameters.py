@@ -84,10 +84,11 @@ class RosParameters(Generic[Set]):
     ) -> None:
         """Declare all of ``kind``; call ``apply`` after each change with the new values.
 
-        ``check`` may refuse these before, by a :class:`ParameterError`.
+        ``check`` is called before; the ParameterError it raises refuses what the node's state does
+        not allow.
         """
         self._node = node
-        self._check_now = check
+        self._check_state = check
         self._apply = apply
         self.values = kind(self._given())
         self._declare()
@@ -147,7 +148,7 @@ class RosParameters(Generic[Set]):
 
     def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
-            self._check_now(self.values.with_values(self._ours(parameters)))
+            self._check_state(self.values.with_values(self._ours(parameters)))
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from rclpy.serialization import deserialize_message
 
 from rodless_base.columns import Columns
 from rodless_lab.bags.mcap_file.reader import McapError, McapMessage, McapReader
@@ -50,6 +49,9 @@ class TopicMessages(Columns):
     @cached_property
     def messages(self) -> list[Any]:
         """Messages as objects of their ROS type; raises :class:`BagError`."""
+        # Here, so that the commands that read bags show their help without ROS.
+        from rclpy.serialization import deserialize_message  # noqa: PLC0415
+
         name = self.topic.type_name
         try:
             kind = message_class(name)

@@ -238,19 +238,22 @@ class PlantNode:
 
     def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for now or for past faults, or all well."""
-        if self._time.problem is not None:
-            return ERROR, self._time.problem
         seen = [name for name, count in faults.items() if count]
         since_start = ["since start: " + ", ".join(seen)] if seen else []
-        if self._time.paused:
-            return (WARN if seen else OK), "; ".join(["paused", *since_start])
+        # Nothing that a plant at its end lacks is a fault.
+        ended = self._engine.ended and self._engine.failure is None
+        if self._time.problem is not None and not ended:
+            return ERROR, self._time.problem
+        if ended or self._time.paused:
+            state = "ended" if ended else "paused"
+            return (WARN if seen else OK), "; ".join([state, *since_start])
         if self._pace_news.behind:
             return WARN, "; ".join(["plant time falls behind", *since_start])
         if seen:
             return WARN, since_start[0]
         if not self._engine.command.received:
             return OK, "waiting for commands, valve closed"
-        return OK, "ended" if self._engine.ended else "running"
+        return OK, "running"
 
 
 def pressure_variance(values: RigParameters) -> float:
