@@ -37,6 +37,8 @@ THIRD_PARTY = {
     "pandas": ("pandas", "python3-pandas"),
     "pyarrow": ("pyarrow", None),
     "psutil": ("psutil", "python3-psutil"),
+    "casadi": ("casadi", None),
+    "sksundae": ("scikit-sundae", None),
     "pytest": ("pytest", "python3-pytest"),
     "rosbags": ("rosbags", "python3-rosbags-pip"),
     "setuptools": ("setuptools", None),
