@@ -1,6 +1,7 @@
 """The other solvers of the benchmark: they solve the same rig, or say how to get them."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +13,19 @@ from rodless_lab.benchmark.solvers.right_hand_side import HELD, STATES, right_ha
 from rodless_lab.benchmark.solvers.scipy_solvers import LSODA, RADAU, RK45
 from rodless_lab.benchmark.solvers.solver import Solver
 from rodless_lab.benchmark.solvers.sundae import CVODE_BY_SUNDAE
-from rodless_lab.benchmark.tables import markdown
+from rodless_lab.benchmark.tables import SOLVERS, markdown
 from rodless_lab.benchmark.work import Work
 
 # The step begins at 0.5 s; the voltages hold the valve open, then closed.
 VOLTAGES = np.repeat([6.0, 5.08], 300)
 WORK = Work("paper", "step", VOLTAGES)
+
+
+def test_the_page_shows_every_solver_with_its_settings() -> None:
+    """docs/benchmarks.md has a row of settings for each solver of the bench, as the tables do."""
+    page = (Path(__file__).parents[3] / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    for solver in SOLVERS:
+        assert f"| {solver.name} | {solver.settings} | " in page
 
 
 @pytest.mark.parametrize("solver", [RK45, LSODA, RADAU], ids=lambda solver: solver.name)
