@@ -86,6 +86,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
