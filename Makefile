@@ -32,8 +32,8 @@ endif
 PYTHON_VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 PACKAGES := rodless_base rodless_sim rodless_control rodless_lab rodless_pytest
 # Folders too, so that a deleted file counts as a change.
-SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) config launch resource \
-	templates scripts -name __pycache__ -prune -o -print)
+SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmarks config launch \
+	resource templates scripts -name __pycache__ -prune -o -print)
 
 # Per cent. Not in pyproject.toml: `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85

@@ -77,13 +77,16 @@ setup(
         *find_packages(include=["rodless_*"]),
         "rodless_base.config",
         "rodless_base.config.sensors",
+        "rodless_lab.benchmark.c",
     ],
-    # An installed package carries the presets inside, so that they are found without ROS.
-    package_dir={"rodless_base.config": "config"},
-    package_data={"": ["*.yaml", "*.xml", "py.typed"]},
+    # An installed package carries the presets inside, so that they are found without ROS, and the
+    # C file of the benchmark.
+    package_dir={"rodless_base.config": "config", "rodless_lab.benchmark.c": "benchmarks"},
+    package_data={"": ["*.yaml", "*.xml", "*.c", "py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
@@ -100,6 +103,10 @@ setup(
     extras_require={
         "test": TEST_REQUIREMENTS,
         "data": ["pandas", "pyarrow"],  # runs as data frames and as Parquet; CSV needs neither
-        "bench": ["psutil"],  # reads the processor time of the nodes
+        "bench": [
+            "psutil",  # reads the processor time of the nodes
+            "scikit-sundae",  # CVODE, to compare with
+            "casadi",  # CVODES, to compare with
+        ],
     },
 )

@@ -37,6 +37,8 @@ THIRD_PARTY = {
     "pandas": ("pandas", "python3-pandas"),
     "pyarrow": ("pyarrow", None),
     "psutil": ("psutil", "python3-psutil"),
+    "casadi": ("casadi", None),
+    "sksundae": ("scikit-sundae", None),
     "pytest": ("pytest", "python3-pytest"),
     "rosbags": ("rosbags", "python3-rosbags-pip"),
     "setuptools": ("setuptools", None),
@@ -89,7 +91,7 @@ def copied_tree(destination: Path) -> Path:
     for name in ("package.xml", "setup.py", "pyproject.toml", "LICENSE"):
         destination.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, destination)
-    for name in ("config", "launch", "resource", "scripts", "templates", *PRODUCT):
+    for name in ("benchmarks", "config", "launch", "resource", "scripts", "templates", *PRODUCT):
         shutil.copytree(
             ROOT / name, destination / name, ignore=shutil.ignore_patterns("__pycache__")
         )
@@ -223,6 +225,7 @@ def test_the_wheel_carries_presets_and_types(wheel: zipfile.ZipFile) -> None:
     names = set(wheel.namelist())
     assert {f"rodless_base/config/{preset}" for preset in PRESETS} <= names
     assert "rodless_base/config/sensors/data_sheet.yaml" in names
+    assert "rodless_lab/benchmark/c/rig.c" in names
     assert {f"{package}/py.typed" for package in PRODUCT} <= names
 
 

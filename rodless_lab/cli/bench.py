@@ -1,10 +1,10 @@
-"""`rodless bench`: what the kernels and the nodes cost on this machine."""
+"""`rodless bench`: what the kernels, other solvers and the nodes cost on this machine."""
 
 import argparse
 import importlib.util
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
@@ -15,42 +15,64 @@ class _InterruptedError(Exception):
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Print a table and write it as JSON; return 2 without psutil, 1 after Ctrl-C."""
+    """Print tables and write all numbers as JSON; return 2 without psutil, 1 after Ctrl-C.
+
+    Beside the JSON stand the tables as Markdown and the work–precision picture.
+    """
     parser = argparse.ArgumentParser(prog="rodless bench", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("results/bench/metrics.json"))
-    output = parser.parse_args(arguments).output
-    if importlib.util.find_spec("psutil") is None:
+    parser.add_argument("--only", choices=("solvers", "nodes"), help="leave the other out")
+    options = parser.parse_args(arguments)
+    if options.only != "solvers" and importlib.util.find_spec("psutil") is None:
         print("rodless bench needs psutil: pip install 'rodless_sim[bench]'", file=sys.stderr)
         return 2
     stop.from_now_on_wait()
-    try:
-        figures = _measure(stop)
-    except _InterruptedError:
-        print("interrupted", file=sys.stderr)
-        return 1
-    except RuntimeError as error:
-        print(error, file=sys.stderr)
-        return 1
-    for name, value in figures.items():
-        print(f"{name:66} {value:10.4g}")
-    output.parent.mkdir(parents=True, exist_ok=True)
-    output.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-    return 0
-
-
-def _measure(stop: Stop) -> dict[str, float]:
-    # They load numba and ROS: not for help.
-    from rodless_lab.benchmark.closed_loop import bench_closed_loop  # noqa: PLC0415
-    from rodless_lab.benchmark.ros.nodes import bench_lockstep, bench_realtime  # noqa: PLC0415
 
     def check() -> None:
         if stop.requested:
             raise _InterruptedError
 
-    figures = bench_closed_loop()
-    check()
+    output: Path = options.output
+    figures: dict[str, float] = {}
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        if options.only != "nodes":
+            figures |= _solvers(output.parent, check)
+        if options.only != "solvers":
+            figures |= _nodes(check)
+    except _InterruptedError:
+        print("interrupted", file=sys.stderr)
+        return 1
+    except (RuntimeError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    output.write_text(json.dumps(figures, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    return 0
+
+
+def _solvers(folder: Path, check: Callable[[], None]) -> dict[str, float]:
+    # They load numba and matplotlib: not for help.
+    from rodless_lab.benchmark.picture import work_precision  # noqa: PLC0415
+    from rodless_lab.benchmark.side_by_side import bench_side_by_side  # noqa: PLC0415
+    from rodless_lab.benchmark.tables import markdown  # noqa: PLC0415
+    from rodless_lab.figures.files import write_figure  # noqa: PLC0415
+
+    found = bench_side_by_side(check)
+    tables = markdown(found)
+    print(tables)
+    (folder / "side_by_side.md").write_text(tables + "\n", encoding="utf-8")
+    write_figure(folder, "work_precision", lambda: work_precision(found))
+    return found.figures()
+
+
+def _nodes(check: Callable[[], None]) -> dict[str, float]:
+    from rodless_lab.benchmark.ros.nodes import bench_lockstep, bench_realtime  # noqa: PLC0415
+
+    figures: dict[str, float] = {}
     for rate in (100.0, 500.0, 1000.0):
         figures |= bench_realtime(rate, check)
     for one_process in (False, True):
         figures |= bench_lockstep(one_process, check)
+    for name, value in figures.items():
+        print(f"{name:66} {value:10.4g}")
     return figures

@@ -1,0 +1,183 @@
+"""The rig in C, ``benchmarks/rig.c``: compiled with the machine's compiler and called as it is."""
+
+import ctypes
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_control.laws.pid import Command, Gains
+from rodless_sim.physics.faults import simulation_error
+from rodless_sim.physics.friction import FORMS
+from rodless_sim.physics.friction_forms import saturating
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.state import Motion
+from rodless_sim.physics.valve_assemblies import reconciled
+from rodless_sim.physics.valve_assembly import ASSEMBLIES
+from rodless_sim.trace import COLUMNS
+
+Array = npt.NDArray[np.float64]
+
+# Rounding as the package's: no fused multiplications. With them, -march=native, the file is no
+# quicker; -ffast-math would gain 5 %, and give other numbers on other machines.
+FLAGS = ("-std=gnu11", "-O3", "-ffp-contract=off")
+
+
+class NoCompilerError(RuntimeError):
+    """There is no C compiler, or it refuses the file."""
+
+
+def source() -> Path:
+    """Return ``benchmarks/rig.c`` of the source tree, or its copy in the installed package."""
+    installed = Path(__file__).parent / "c" / "rig.c"
+    return installed if installed.is_file() else Path(__file__).parents[2] / "benchmarks" / "rig.c"
+
+
+def compiler() -> list[str]:
+    """Return the command of the C compiler: ``CC``, or else ``cc``; raises NoCompilerError."""
+    command = shlex.split(os.environ.get("CC") or "cc")
+    if shutil.which(command[0]) is None:
+        raise NoCompilerError(f"no C compiler {command[0]!r}: install gcc or set CC")
+    return command
+
+
+def _numbers(*names: str) -> list[tuple[str, Any]]:
+    return [(name, ctypes.c_double) for name in names]
+
+
+class _Direction(ctypes.Structure):
+    _fields_ = _numbers("static_force", "coulomb", "stribeck_velocity", "viscous")
+
+
+class _Plant(ctypes.Structure):
+    _fields_ = [
+        *_numbers("gas_constant", "isentropic_index", "critical_ratio", "viscosity"),
+        *_numbers("temperature", "choked_function", "closed_voltage", "curve_centre"),
+        ("area_coefficients", ctypes.c_double * 9),
+        ("flow_coefficients", ctypes.c_double * 6),
+        *_numbers("spool_diameter", "gap_length", "gap_height", "gap_fade_voltage"),
+        *_numbers("piston_area", "stroke", "moving_mass", "dead_volume_a", "dead_volume_b"),
+        *_numbers("saturating", "high_speed_viscous", "saturation_velocity"),
+        ("forward", _Direction),
+        ("reverse", _Direction),
+        *_numbers("capture_velocity", "restitution", "supply_pressure", "ambient_pressure"),
+    ]
+
+
+class _Gains(ctypes.Structure):
+    _fields_ = _numbers(*Gains._fields)
+
+
+class _Motion(ctypes.Structure):
+    _fields_ = _numbers(*Motion._fields)
+
+
+def _plant(plant: Plant) -> _Plant:
+    """Return the constants as C has them; raises ValueError for a rig that it does not know."""
+    if ASSEMBLIES[plant.assembly.code] is not reconciled or plant.cylinder.locked:
+        raise ValueError("the C file knows the reconciled valve and a free carriage only")
+    known = {
+        **plant.air._asdict(),
+        **plant.valve._asdict(),
+        **plant.assembly.own[ASSEMBLIES.index(reconciled)]._asdict(),
+        **plant.cylinder._asdict(),
+        **plant.friction.own[FORMS.index(saturating)]._asdict(),
+        **plant.end_stop._asdict(),
+        **plant._asdict(),
+        "saturating": FORMS[plant.friction.form] is saturating,
+        "forward": _Direction(*plant.friction.forward),
+        "reverse": _Direction(*plant.friction.reverse),
+        "capture_velocity": plant.friction.capture_velocity,
+    }
+    found = _Plant()
+    for name, kind in (one[:2] for one in _Plant._fields_):
+        value = known[name]
+        setattr(found, name, kind(*value) if isinstance(value, tuple) else value)
+    return found
+
+
+def _address(values: Array) -> ctypes.c_void_p:
+    return ctypes.c_void_p(values.ctypes.data)
+
+
+class CFile:
+    """The compiled file; its runs are shaped as those of the package's compiled loops.
+
+    Raises
+    ------
+    NoCompilerError
+        Where there is no compiler, or it refuses the file.
+    """
+
+    def __init__(self) -> None:
+        """Compile."""
+        with tempfile.TemporaryDirectory() as folder:
+            library = Path(folder) / "rig.so"
+            command = [
+                *compiler(),
+                *FLAGS,
+                "-shared",
+                "-fPIC",
+                "-o",
+                str(library),
+                str(source()),
+                "-lm",
+            ]
+            run = subprocess.run(command, capture_output=True, text=True, check=False)
+            if run.returncode != 0:
+                raise NoCompilerError(f"the C compiler refuses {source().name}: {run.stderr}")
+            self._library = ctypes.CDLL(str(library))
+
+    def closed_loop(
+        self,
+        plant: Plant,
+        gains: Gains,
+        references: Array,
+        state: Motion,
+        period: float,
+        tolerance: float,
+    ) -> tuple[Array, Array]:
+        """Follow ``references``, shape (n, 2): rows and commands, a row of each per sample.
+
+        Raises SimulationError.
+        """
+        count = len(references)
+        rows, commands = np.empty((count, len(COLUMNS))), np.empty((count, len(Command._fields)))
+        fault = self._library.closed_loop(
+            ctypes.byref(_plant(plant)),
+            ctypes.byref(_Gains(*gains)),
+            _address(references),
+            ctypes.c_long(count),
+            _Motion(*state),
+            ctypes.c_double(period),
+            ctypes.c_double(tolerance),
+            _address(rows),
+            _address(commands),
+        )
+        if fault:
+            raise simulation_error(fault, 0.0, state)
+        return rows, commands
+
+    def open_loop(
+        self, plant: Plant, voltages: Array, state: Motion, period: float, tolerance: float
+    ) -> Array:
+        """Apply ``voltages``, shape (n,): n + 1 rows. Raises SimulationError."""
+        rows = np.empty((len(voltages) + 1, len(COLUMNS)))
+        fault = self._library.open_loop(
+            ctypes.byref(_plant(plant)),
+            _address(voltages),
+            ctypes.c_long(len(voltages)),
+            _Motion(*state),
+            ctypes.c_double(period),
+            ctypes.c_double(tolerance),
+            _address(rows),
+        )
+        if fault:
+            raise simulation_error(fault, 0.0, state)
+        return rows

@@ -1,0 +1,1 @@
+"""What the benchmark compares: this package, the same in C, and other people's solvers."""

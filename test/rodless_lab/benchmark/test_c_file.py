@@ -1,0 +1,116 @@
+"""The rig in C, which the package's speed is measured against: the same runs, and how quick."""
+
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rodless_lab.benchmark.c_file import FLAGS, CFile, NoCompilerError, compiler, source
+from rodless_lab.benchmark.work import PERIOD, PRESETS, TASKS, Work
+from rodless_sim import RigParameters
+from rodless_sim.physics.plant import Plant
+from rodless_sim.rig import starting_motion
+from rodless_sim.trace import run_open_loop
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("cc") is None, reason="no C compiler: the C file cannot be compiled here"
+)
+
+NANOMETRE = 1e-9
+PASCAL = 1e-3
+
+
+@pytest.fixture(scope="module")
+def c_file() -> CFile:
+    """Return the C file, compiled once for this module."""
+    return CFile()
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("task", TASKS)
+def test_same_closed_loop(c_file: CFile, preset: str, task: str) -> None:
+    """Six seconds of step and sine: every sample within 1 nm and 1 mPa of the package's."""
+    work = Work(preset, task)
+    ours = work.run(1.0)
+    rows, commands = c_file.closed_loop(
+        work.plant, work.gains, work.references, work.state, PERIOD, 1.0
+    )
+    assert np.ptp(ours[:, 0]) > 0.03
+    assert np.abs(rows[:, 0] - ours[:, 0]).max() < NANOMETRE
+    assert np.abs(rows[:, 2:4] - ours[:, 2:4]).max() < PASCAL
+    assert np.ptp(commands[:, 0]) > 0.5
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(
+    "changes", [{}, {"end_stop.restitution": 0.9, "friction.capture_velocity": 0.0}]
+)
+def test_same_events(c_file: CFile, preset: str, changes: dict[str, object]) -> None:
+    """Breakaway, stops and both caps: the samples of the package within 1 nm and 1 mPa."""
+    parameters = RigParameters.preset(preset).with_values(changes)
+    plant = Plant.of(parameters)
+    state = starting_motion(plant, parameters, 0.15)
+    voltages = np.repeat([10.0, 5.08, 0.0, 5.24, 4.0, 6.0], 800)
+    ours = run_open_loop(plant, voltages, state, PERIOD, 1.0)[0]
+    rows = c_file.open_loop(plant, voltages, state, PERIOD, 1.0)
+    assert ours[:, 0].max() == plant.cylinder.stroke
+    assert np.any(ours[1:, 1] == 0.0)
+    assert np.abs(rows[:, 0] - ours[:, 0]).max() < NANOMETRE
+    assert np.abs(rows[:, 2:4] - ours[:, 2:4]).max() < PASCAL
+
+
+def test_other_rigs_are_refused(c_file: CFile) -> None:
+    """A rig that the C file does not know is refused, not computed as another."""
+    work = Work("paper", "step")
+    for name, value in (("valve.assembly", "printed"), ("cylinder.locked", True)):
+        plant = Plant.of(RigParameters({name: value}))
+        with pytest.raises(ValueError, match="the C file knows"):
+            c_file.open_loop(plant, np.array([6.0]), work.state, PERIOD, 1.0)
+
+
+def test_it_compiles_without_a_warning() -> None:
+    """All warnings on: the compiler has nothing to say."""
+    command = [*compiler(), *FLAGS, "-Wall", "-Wextra", "-fsyntax-only", str(source())]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.stderr == ""
+    assert run.returncode == 0
+
+
+def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error names the command that is missing."""
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(NoCompilerError, match="no-such-compiler"):
+        CFile()
+
+
+def processor_seconds(function: Callable[[], object]) -> float:
+    """Processor time of one call."""
+    start = time.process_time()
+    function()
+    return time.process_time() - start
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("task", TASKS)
+def test_the_compiled_loop_keeps_up_with_c(c_file: CFile, preset: str, task: str) -> None:
+    """In processor time the package's closed loop takes at most twice that of the C file.
+
+    They take turns and the best of 30 counts, so that what else runs on the machine hits both. On a
+    quiet machine the ratio is 0.95 to 1.15.
+    """
+    work = Work(preset, task)
+
+    def in_c() -> object:
+        return c_file.closed_loop(work.plant, work.gains, work.references, work.state, PERIOD, 1.0)
+
+    def ours() -> object:
+        return work.run(1.0)
+
+    ours()
+    times = [(processor_seconds(ours), processor_seconds(in_c)) for _ in range(30)]
+    best, best_in_c = (min(column) for column in zip(*times, strict=True))
+    assert best <= 2.0 * best_in_c
