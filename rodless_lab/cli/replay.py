@@ -11,8 +11,9 @@ from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import differences_table, write_differences
+from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
-from rodless_lab.runs.from_bag import read_run
+from rodless_lab.runs.from_bag import read_commands, read_run
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import ParameterError, RigParameters
@@ -62,6 +63,7 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     numbers = {name: asdict(value) for name, value in found.items()}
     write_differences(options.output / "replay", names, (recorded, replayed), time, numbers)
     print(differences_table(names, found))
+    print(summary(read_commands(options.bag, options.namespace), recorded.period))
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")
     print(f"replay.json and replay.png are in {options.output}")

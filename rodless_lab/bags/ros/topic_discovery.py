@@ -22,6 +22,9 @@ class Offer(NamedTuple):
 class TopicDiscovery:
     """Looks for the topics in ``wanted``, or for all that are not hidden if it is empty.
 
+    Those there are come in the order of ``wanted``, so that whoever waits for a subscription to
+    the last of them has found the others.
+
     Topics of the looking node itself do not count. A topic that cannot be recorded is named once
     in the log.
     """
@@ -38,7 +41,9 @@ class TopicDiscovery:
             for topic, types in self._node.get_topic_names_and_types()
             if topic not in known and self._is_wanted(topic)
         ]
-        return [offer for offer in found if offer is not None]
+        places = {topic: place for place, topic in enumerate(self._wanted)}
+        offers = [offer for offer in found if offer is not None]
+        return sorted(offers, key=lambda offer: places.get(offer.topic, 0))
 
     def _is_wanted(self, topic: str) -> bool:
         if self._wanted:
