@@ -50,7 +50,7 @@ class BagTopic:
 
 
 def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
-    """Return the topics that a storage file names, by channel."""
+    """Return the topics that a storage file names, by channel; raises :class:`BagError`."""
     return {number: _topic(channel, index) for number, channel in index.channels.items()}
 
 
@@ -60,18 +60,18 @@ def _topic(channel: Channel, index: McapIndex) -> BagTopic:
         name=channel.topic,
         type_name="" if schema is None else schema.name,
         type_hash=channel.metadata.get("topic_type_hash", ""),
-        qos=_profiles(channel.metadata.get("offered_qos_profiles", "")),
+        qos=_profiles(channel),
     )
 
 
-def _profiles(text: str) -> tuple[Mapping[str, object], ...]:
-    """Return the profiles in the text of a channel; none where it holds something else."""
+def _profiles(channel: Channel) -> tuple[Mapping[str, object], ...]:
+    text = channel.metadata.get("offered_qos_profiles", "")
     try:
-        profiles = yaml.safe_load(text)
+        profiles = yaml.safe_load(text) or []
     except (yaml.YAMLError, ValueError, TypeError, RecursionError):
-        return ()
+        profiles = text
     if not isinstance(profiles, list) or not all(isinstance(one, dict) for one in profiles):
-        return ()
+        raise BagError(f"{channel.topic}: {text[:40]!r} are no profiles of quality of service")
     return tuple(profiles)
 
 

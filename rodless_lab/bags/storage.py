@@ -56,9 +56,9 @@ def read_storage(file: Path, into: Storage) -> None:
             _read_plain(plain, into, decompressor)
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror or error}") from error
+    except BagError as error:
+        raise BagError(str(error) if str(file) in str(error) else f"{file}: {error}") from error
     except ValueError as error:
-        if isinstance(error, BagError):
-            raise
         into.fault = into.fault or f"{file.name} {error}"
 
 

@@ -159,7 +159,9 @@ def _scanned(file: Path) -> McapReader:
             if is_zstd(message.data):
                 # Its description must say so, and how it was compressed is not known here.
                 raise McapError("holds messages compressed one by one; try `ros2 bag reindex`")
-    except McapError as error:
+        # Before anything is changed.
+        recorded_topics(reader.index)
+    except (McapError, BagError) as error:
         raise BagError(f"{file}: {error}") from error
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error

@@ -208,7 +208,7 @@ def _field(messages: TopicMessages, name: str) -> Array:
 def _of_joint(messages: TopicMessages, field: str, joint: str) -> Array:
     """Return a field of ``joint``, or of the only joint."""
     values = _field(messages, field)
-    names = list(messages.messages[0].name)
+    names = list(getattr(messages.messages[0], "name", []))
     if values.ndim != 2 or not values.shape[1]:
         raise RunError(f"{messages.topic.name}: its messages carry no {field}")
     if joint in names[: values.shape[1]]:
