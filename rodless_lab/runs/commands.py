@@ -21,6 +21,9 @@ _ACCIDENTS = 0.01
 # A sample less than this share of a period after the one before: one of them was held up.
 _BUNCHED = 0.5
 
+# Samples over which their period by the bag's clock is measured.
+_SPAN = 100
+
 # How many samples after the one it answers the valve may first hold a command. With no new command
 # for longer, it may have closed.
 _LATEST = 20
@@ -71,6 +74,8 @@ class SampleTimes:
 
         That is not in the bag. Where machine or recorder were late, though, it shows.
         """
+        if len(self._sent) < 2:
+            return ""
         steps = np.diff(self.answered(commands), append=len(self._sent) - 1)
         count = len(steps)
         if np.median(steps) == 1:
@@ -80,9 +85,11 @@ class SampleTimes:
             if steps.max() > _LATEST:
                 return f"{steps.max()} samples have no command, for which the valve may close"
             return ""
-        spacing = np.diff(self._sent)
-        bunched = int(np.count_nonzero(spacing < _BUNCHED * np.median(spacing)))
-        if bunched > _ACCIDENTS * len(spacing):
+        # Over many samples: bunches do not change it, nor does a pause.
+        span = min(_SPAN, len(self._sent) - 1)
+        period = np.median(self._sent[span:] - self._sent[:-span]) / span
+        bunched = int(np.count_nonzero(np.diff(self._sent) < _BUNCHED * period))
+        if bunched > _ACCIDENTS * len(self._sent):
             return f"{bunched} of {len(self._sent)} samples were recorded in bunches"
         return ""
 
@@ -102,11 +109,6 @@ class Commands(Columns):
     sample to that of the command by the bag's clock: in a bag in plant time it is 0. From
     ``held_from`` on the valve held the command; NaN where another came first, and in a bag without
     ``valve/state``.
-
-    Examples
-    --------
-    >>> commands = read_commands("run1")
-    >>> commands.save("commands.csv")
     """
 
     time: Annotated[Array, "s"]
@@ -151,8 +153,10 @@ def summary(commands: Commands, period: float) -> str:
         later = np.count_nonzero(followed) - at_once
         if later:
             parts.append(f"{later} later, by {np.nanmax(late):.0f} samples at most")
-        if not followed.all():
-            parts.append(f"{np.count_nonzero(~followed)} never")
+        # The last sample's answer acts on nothing in the bag.
+        never = np.count_nonzero(~followed & (commands.sample < commands.sample.max()))
+        if never:
+            parts.append(f"{never} never")
     latency = commands.latency[np.isfinite(commands.latency)] * 1e3
     if latency.any():
         parts.append(

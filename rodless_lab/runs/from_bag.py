@@ -113,7 +113,9 @@ def read_commands(path: str | Path, namespace: str = "") -> Commands:
     Examples
     --------
     >>> commands = read_commands("run1")
-    >>> late = commands.held_from - commands.time
+    >>> commands.sample[:3].tolist(), float(commands.latency.max())
+    ([0, 1, 2], 0.0)
+    >>> commands.save("commands.csv")
     """
     space = namespace.rstrip("/")
     try:
@@ -141,15 +143,15 @@ def _commands(bag: Bag, namespace: str) -> Commands:
 def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
     """Times (s) and the voltage (V) that the valve held from each on, if that was recorded.
 
-    A message tells what was held up to its stamp. After the last one it is taken to stay.
+    A message tells what was held up to its stamp, since that of the message before.
     """
     name = f"{namespace}/{VALVE_STATE}"
-    if name not in bag or not len(bag[name]):
+    if name not in bag or len(bag[name]) < 2:
         return None
     messages = bag[name]
     time = _stamps(messages)
     voltage = _checked(messages, _of_joint(messages, "effort", SPOOL), time)
-    return time, np.append(voltage[1:], voltage[-1])
+    return time[:-1], voltage[1:]
 
 
 def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, Array], str]:

@@ -208,9 +208,7 @@ def test_quality_of_service_that_is_none(
     assert not (bag / METADATA_FILE).exists()
 
 
-@pytest.mark.parametrize(
-    "kind", ["../x", "", "/", "a/b/c/d", "os/path", "antigravity/msg/X"]
-)
+@pytest.mark.parametrize("kind", ["../x", "", "/", "a/b/c/d", "os/path", "antigravity/msg/X"])
 def test_a_type_that_is_no_message_is_not_imported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
 ) -> None:
