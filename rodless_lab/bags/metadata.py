@@ -192,6 +192,11 @@ def _storage(file: Path) -> str:
     return suffix if suffix in _STORAGES else ""
 
 
+def is_plain(file: Path) -> bool:
+    """Whether a storage file is MCAP and not compressed as a whole, as recordings here are."""
+    return file.suffix == ".mcap"
+
+
 def listed_messages(bag: Path) -> int | None:
     """Return how many messages the description says there are; None for a bag without one.
 

@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message
 
 from rodless_base.columns import Columns
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, storage_files
+from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, storage_files
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
@@ -170,11 +170,13 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     >>> bag["/joint_states"].save("joint_states.csv")
     """
     contents = Storage()
-    for file in storage_files(Path(path)):
+    files = storage_files(Path(path))
+    for file in files:
         read_storage(file, contents)
     if contents.fault and not recover:
         count = sum(len(one.payloads) for one in contents.recorded.values())
-        rest = f"; {count} messages can be recovered (rodless recover)" if count else ""
+        way = "rodless recover" if all(map(is_plain, files)) else "read_bag(..., recover=True)"
+        rest = f"; {count} messages can be recovered ({way})" if count else ""
         raise BagError(f"{path}: {contents.fault}{rest}")
     by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
     return Bag(Path(path), by_topic, complete=not contents.fault)

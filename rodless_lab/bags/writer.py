@@ -16,6 +16,7 @@ from rodless_lab.bags.metadata import (
     BagTopic,
     FileContents,
     information_text,
+    is_plain,
     recorded_topics,
     storage_files,
     write_metadata,
@@ -146,7 +147,7 @@ def recover_bag(path: str | Path) -> int:
 
 def _check_ours(bag: Path, file: Path) -> None:
     """Refuse a file that this does not write, or that is somebody else's."""
-    if file.suffix != ".mcap":
+    if not is_plain(file):
         raise BagError(f"{bag}: {file.name} is not plain MCAP; `ros2 bag reindex` may help")
     if not file.resolve().is_relative_to(bag.resolve()):
         raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")

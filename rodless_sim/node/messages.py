@@ -13,6 +13,9 @@ from rodless_sim.physics.valve import spool_displacement
 # The frame of each pressure, by field of Measurement: the place that its topic names.
 PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
 
+# Uncompiled: compiling it would hold up the first sample that somebody records.
+_displacement = getattr(spool_displacement, "py_func", spool_displacement)
+
 
 def stamp(nanoseconds: int) -> Time:
     """Plant time (ns) as a ROS time."""
@@ -50,7 +53,7 @@ def valve_state(voltage: float, nanoseconds: int) -> JointState:
     return JointState(
         header=Header(stamp=stamp(nanoseconds)),
         name=[SPOOL],
-        position=[spool_displacement(voltage)],
+        position=[_displacement(voltage)],
         effort=[voltage],
     )
 
