@@ -74,7 +74,6 @@ def _report(options: argparse.Namespace, runs: Pair) -> None:
     }
     write_differences(options.output / "compare", names, runs, time, numbers)
     print(differences_table(names, found))
-    for name, run in zip(names, runs, strict=True):
-        if run.doubt:
-            print(f"{name}: {run.doubt}", file=sys.stderr)
+    for doubt in dict.fromkeys(run.doubt for run in runs if run.doubt):
+        print(doubt, file=sys.stderr)
     print(f"compare.json and compare.png are in {options.output}")

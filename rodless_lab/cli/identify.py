@@ -38,7 +38,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     if run.doubt:
-        print(f"{options.bag}: {run.doubt}", file=sys.stderr)
+        print(run.doubt, file=sys.stderr)
     print(findings_table(findings))
     print(f"written to {options.output}; the plant takes it with --params-file")
     return 0

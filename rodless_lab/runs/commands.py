@@ -39,7 +39,8 @@ class SampleTimes:
         """Take the samples and their plant times (s)."""
         self._stamp = stamp
         self._by_sender = _senders_times_recorded(samples)
-        self._sent = self._times(samples)
+        # Log times may go back; a search needs order, and what is out of it shows as a bunch.
+        self._sent = np.maximum.accumulate(self._times(samples))
 
     def _times(self, messages: TopicMessages) -> Places:
         return messages.publish_time if self._by_sender else messages.log_time

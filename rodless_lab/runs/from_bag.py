@@ -163,8 +163,8 @@ def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, 
     doubt = sent.doubt(commands)
     if doubt:
         doubt = (
-            f"{commands.topic.name}: {doubt}, so it is not known when the valve took them; "
-            f"record {VALVE_STATE} too, as the plant publishes it"
+            f"{bag.path}: {commands.topic.name}: {doubt}, so it is not known when the valve took "
+            f"them; record {VALVE_STATE} too, as the plant publishes it"
         )
     return _unstamped(commands, sent), doubt
 

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rclpy.node import Node
@@ -38,7 +38,7 @@ class Recorder:
     def __init__(
         self,
         writer: BagWriter,
-        topics: Collection[str] = (),
+        topics: Sequence[str] = (),
         *,
         wall_time: bool = False,
         on_topics: Callable[[list[str]], None] = lambda _: None,

@@ -1,6 +1,6 @@
 """Which topics there are to record, and how to subscribe to them."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
@@ -29,7 +29,7 @@ class TopicDiscovery:
     in the log.
     """
 
-    def __init__(self, node: Node, wanted: Collection[str]) -> None:
+    def __init__(self, node: Node, wanted: Sequence[str]) -> None:
         self._node = node
         self._wanted = wanted
         self._complained: set[str] = set()
