@@ -15,7 +15,9 @@ REQUIREMENTS = [
     "scipy",  # solves for the settled chambers
     "numba",  # compiles the plant and the controller
     "PyYAML",  # parameter files
-    "mcap",  # rosbag2's storage format, written without rosbag2
+    "mcap",  # rosbag2's storage format, written without rosbag2,
+    "lz4",  # and its compressions, which mcap needs too
+    "zstandard",
     "matplotlib",  # pictures of runs
 ]
 
@@ -103,6 +105,9 @@ setup(
     extras_require={
         "test": TEST_REQUIREMENTS,
         "data": ["pandas", "pyarrow"],  # runs as data frames and as Parquet; CSV needs neither
+        # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
+        # build farm refuses, and MCAP is what rosbag2 writes by default.
+        "bags": ["rosbags"],
         "bench": [
             "psutil",  # reads the processor time of the nodes
             "scikit-sundae",  # CVODE, to compare with

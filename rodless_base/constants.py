@@ -8,6 +8,9 @@ SECONDS_PER_NANOSECOND = 1e-9
 # Name of the joint in joint_states.
 CARRIAGE = "carriage"
 
+# Name of the joint in valve/state.
+SPOOL = "valve_spool"
+
 # Standard atmosphere, Pa: what a gauge pressure counts from.
 STANDARD_ATMOSPHERE = 101325.0
 

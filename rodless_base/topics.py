@@ -2,6 +2,7 @@
 
 JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
+VALVE_STATE = "valve/state"
 SETPOINT = "setpoint"
 
 # Of the controller, as seen from beside it.
@@ -14,5 +15,6 @@ PRESSURES = {
     "supply_pressure": "supply/pressure",
 }
 
-# What a bag of the rig holds.
-RIG_TOPICS = (JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)
+# What a bag of the rig holds. A plant waits for recorders of the other topics, not for one of the
+# valve's state: subscribed to first, that is heard by then.
+RIG_TOPICS = (VALVE_STATE, JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)

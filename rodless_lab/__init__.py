@@ -5,17 +5,20 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
-    from rodless_lab.runs.from_bag import read_run
+    from rodless_lab.runs.commands import Commands
+    from rodless_lab.runs.from_bag import read_commands, read_run
     from rodless_lab.runs.measured_run import MeasuredRun
     from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
 
 __all__ = [
     "Bag",
     "ClosedLoopTrace",
+    "Commands",
     "MeasuredRun",
     "TopicMessages",
     "closed_loop",
     "read_bag",
+    "read_commands",
     "read_run",
 ]
 
@@ -24,10 +27,12 @@ __all__ = [
 _MODULES = {
     "Bag": "bags.reader",
     "ClosedLoopTrace": "simulation.closed_loop",
+    "Commands": "runs.commands",
     "MeasuredRun": "runs.measured_run",
     "TopicMessages": "bags.reader",
     "closed_loop": "simulation.closed_loop",
     "read_bag": "bags.reader",
+    "read_commands": "runs.from_bag",
     "read_run": "runs.from_bag",
 }
 

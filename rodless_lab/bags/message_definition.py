@@ -27,7 +27,11 @@ class MessageDefinition:
 
 def message_class(type_name: str) -> type[Any]:
     """Return the Python class of a type; raises ModuleNotFoundError or AttributeError."""
-    package, *_, name = type_name.split("/")
+    match = _TYPE_NAME.fullmatch(type_name)
+    # A type name may come from anywhere; importing a module that is no ROS package runs it.
+    if match is None or not any(map(Path.is_dir, share_directories(match[1]))):
+        raise ModuleNotFoundError(f"{type_name} is no message type of an installed package")
+    package, name = match.groups()
     found: type[Any] = getattr(importlib.import_module(f"{package}.msg"), name)
     return found
 

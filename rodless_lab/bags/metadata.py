@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import yaml
@@ -14,6 +14,14 @@ from rodless_base.atomic_write import atomic_write
 from rodless_lab.bags.mcap_file.index import McapIndex
 
 METADATA_FILE = "metadata.yaml"
+
+# What rosbag2 puts behind the name of a storage file that it has compressed as a whole.
+COMPRESSED = ".zstd"
+
+_STORAGES = (".mcap", ".db3")
+
+# Bytes. A description of a thousand files, with as many topics, is shorter.
+_LONGEST_METADATA = 10_000_000
 
 # rosbag2's own format version in the distribution jazzy; newer ones read it too.
 _VERSION = 9
@@ -42,22 +50,29 @@ class BagTopic:
 
 
 def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
-    """Return the topics that a storage file names, by channel."""
+    """Return the topics that a storage file names, by channel; raises :class:`BagError`."""
     return {number: _topic(channel, index) for number, channel in index.channels.items()}
 
 
 def _topic(channel: Channel, index: McapIndex) -> BagTopic:
     schema = index.schemas.get(channel.schema_id)
-    try:
-        qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
-    except yaml.YAMLError:
-        qos = ()
     return BagTopic(
         name=channel.topic,
         type_name="" if schema is None else schema.name,
         type_hash=channel.metadata.get("topic_type_hash", ""),
-        qos=tuple(qos),
+        qos=_profiles(channel),
     )
+
+
+def _profiles(channel: Channel) -> tuple[Mapping[str, object], ...]:
+    text = channel.metadata.get("offered_qos_profiles", "")
+    try:
+        profiles = yaml.safe_load(text) or []
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+        profiles = text
+    if not isinstance(profiles, list) or not all(isinstance(one, dict) for one in profiles):
+        raise BagError(f"{channel.topic}: {text[:40]!r} are no profiles of quality of service")
+    return tuple(profiles)
 
 
 @dataclass(frozen=True)
@@ -136,7 +151,7 @@ def storage_files(bag: Path) -> list[Path]:
 
     A folder without ``metadata.yaml`` (the recording was killed) is searched. Raises
     :class:`BagError` where there is no bag, one that cannot be read, or one in a storage that is
-    not MCAP.
+    neither MCAP nor SQLite.
     """
     with _reading(bag):
         return _checked(_storage_files(bag), bag)
@@ -148,11 +163,38 @@ def _storage_files(bag: Path) -> list[Path]:
     if not bag.is_dir():
         raise BagError(f"{bag}: no such bag")
     if (bag / METADATA_FILE).is_file():
-        return [bag / str(name) for name in _listed(bag, "relative_file_paths")]
-    found = [path for path in bag.iterdir() if path.suffix in (".mcap", ".db3")]
+        return _listed_files(bag)
+    found = [path for path in bag.iterdir() if _storage(path)]
     if not found:
         raise BagError(f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it")
     return sorted(found, key=_file_number)
+
+
+def _listed_files(bag: Path) -> list[Path]:
+    listed = _listed(bag, "relative_file_paths")
+    if not isinstance(listed, list):
+        raise BagError(f"{bag / METADATA_FILE}: relative_file_paths is {listed!r:.40}, not a list")
+    return [_inside(bag, str(name)) for name in listed]
+
+
+def _inside(bag: Path, name: str) -> Path:
+    """Return the file of that name in the bag; raises :class:`BagError` for one outside it."""
+    relative = PurePath(name)
+    if relative.is_absolute() or ".." in relative.parts or "\0" in name:
+        raise BagError(f"{bag / METADATA_FILE}: names {name!r:.80}, which is not in the bag")
+    # Before version 4 rosbag2 put the name of the bag's folder first.
+    return bag / relative if (bag / relative).is_file() else bag / relative.name
+
+
+def _storage(file: Path) -> str:
+    """Return the suffix that tells a file's storage, or nothing for one that is not read."""
+    suffix = Path(file.stem).suffix if file.suffix == COMPRESSED else file.suffix
+    return suffix if suffix in _STORAGES else ""
+
+
+def is_plain(file: Path) -> bool:
+    """Whether a storage file is MCAP and not compressed as a whole, as recordings here are."""
+    return file.suffix == ".mcap"
 
 
 def listed_messages(bag: Path) -> int | None:
@@ -163,7 +205,11 @@ def listed_messages(bag: Path) -> int | None:
     with _reading(bag):
         if not (bag / METADATA_FILE).is_file():
             return None
-        return int(_listed(bag, "message_count"))
+        count = _listed(bag, "message_count")
+        if not isinstance(count, int):
+            path = bag / METADATA_FILE
+            raise BagError(f"{path}: message_count is {count!r:.40}, not a number of messages")
+        return count
 
 
 @contextmanager
@@ -178,9 +224,11 @@ def _reading(bag: Path) -> Iterator[None]:
 def _listed(bag: Path, entry: str) -> Any:
     path = bag / METADATA_FILE
     try:
+        if path.stat().st_size > _LONGEST_METADATA:
+            raise ValueError(f"longer than {_LONGEST_METADATA} bytes")
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
         return content["rosbag2_bagfile_information"][entry]
-    except (yaml.YAMLError, KeyError, TypeError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, RecursionError) as error:
         fault = str(error).partition("\n")[0]
         raise BagError(f"{path}: not the description of a rosbag2 bag ({fault})") from error
 
@@ -188,11 +236,8 @@ def _listed(bag: Path, entry: str) -> Any:
 def _checked(files: Iterable[Path], bag: Path) -> list[Path]:
     checked = list(files)
     for path in checked:
-        if path.suffix != ".mcap":
-            raise BagError(
-                f"{bag}: {path.name} is not MCAP, the only storage read here; "
-                "`ros2 bag convert` makes an MCAP bag of it"
-            )
+        if not _storage(path):
+            raise BagError(f"{bag}: {path.name} is neither MCAP nor SQLite, the storages read here")
         if not path.is_file():
             raise BagError(f"{bag}: its file {path.name} is missing")
     return checked

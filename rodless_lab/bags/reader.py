@@ -1,20 +1,19 @@
-"""Read a rosbag2 bag in MCAP storage into arrays."""
+"""Read a rosbag2 bag into arrays."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
-from rodless_lab.bags.mcap_file.reader import McapError, McapMessage, McapReader
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, recorded_topics, storage_files
+from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, storage_files
+from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
-Times = npt.NDArray[np.int64]
 Array = npt.NDArray[Any]
 
 
@@ -57,7 +56,15 @@ class TopicMessages(Columns):
             kind = message_class(name)
         except (ImportError, AttributeError) as error:
             raise BagError(f"{self.topic.name}: its type {name} is not installed") from error
-        return [deserialize_message(payload, kind) for payload in self.payloads]
+        return [self._message(place, kind) for place in range(len(self))]
+
+    def _message(self, place: int, kind: type[Any]) -> Any:
+        try:
+            return deserialize_message(self.payloads[place], kind)
+        except Exception as error:  # rclpy raises whatever the middleware reports
+            raise BagError(
+                f"{self.topic.name}: message {place} is no {self.topic.type_name}"
+            ) from error
 
     @cached_property
     def stamp(self) -> npt.NDArray[np.float64]:
@@ -147,7 +154,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     Parameters
     ----------
     path
-        The bag's folder, or one of its storage files (MCAP).
+        The bag's folder, or one of its storage files: MCAP or SQLite, each as rosbag2 compresses
+        it. SQLite needs the extra ``bags``.
     recover
         Read a bag whose recording was killed as far as it goes, and a damaged one up to the damage.
 
@@ -159,8 +167,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     Raises
     ------
     BagError
-        For a bag that is missing, in another storage than MCAP, or, without ``recover``, cut off or
-        damaged.
+        For a bag that is missing, in a storage that is not read, or, without ``recover``, cut off
+        or damaged.
 
     Examples
     --------
@@ -169,53 +177,25 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     ['/joint_states', '/valve/voltage']
     >>> bag["/joint_states"].save("joint_states.csv")
     """
-    topics: dict[str, BagTopic] = {}
-    messages: dict[str, list[McapMessage]] = {}
-    fault = ""
-    for file in storage_files(Path(path)):
-        contents = _read_file(file)
-        for topic, recorded in contents.recorded:
-            topics.setdefault(topic.name, topic)
-            messages.setdefault(topic.name, []).extend(recorded)
-        fault = fault or contents.fault
-    if fault and not recover:
-        count = sum(map(len, messages.values()))
-        rest = f"; {count} messages can be recovered (rodless recover)" if count else ""
-        raise BagError(f"{path}: {fault}{rest}")
-    by_topic = {name: _of_topic(topic, messages[name]) for name, topic in topics.items()}
-    return Bag(Path(path), by_topic, complete=not fault)
+    contents = Storage()
+    files = storage_files(Path(path))
+    for file in files:
+        read_storage(file, contents)
+    if contents.fault and not recover:
+        count = sum(len(one.payloads) for one in contents.recorded.values())
+        way = "rodless recover" if all(map(is_plain, files)) else "read_bag(..., recover=True)"
+        rest = f"; {count} messages can be recovered ({way})" if count else ""
+        raise BagError(f"{path}: {contents.fault}{rest}")
+    by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
+    return Bag(Path(path), by_topic, complete=not contents.fault)
 
 
-class _FileContents(NamedTuple):
-    recorded: list[tuple[BagTopic, list[McapMessage]]]
-    fault: str
-
-
-def _read_file(file: Path) -> _FileContents:
-    reader = McapReader(file)
-    by_channel: dict[int, list[McapMessage]] = {}
-    fault = ""
-    try:
-        for message in reader.messages():
-            by_channel.setdefault(message.channel, []).append(message)
-        if not reader.complete:
-            fault = "is cut off, or was never closed because its recording was killed"
-    except McapError as error:
-        fault = f"{file.name} {error}"
-    except OSError as error:
-        raise BagError(f"{file}: cannot be read: {error.strerror}") from error
-    topics = recorded_topics(reader.index)
-    return _FileContents(
-        [(topic, by_channel.get(number, [])) for number, topic in topics.items()], fault
-    )
-
-
-def _of_topic(topic: BagTopic, messages: Sequence[McapMessage]) -> TopicMessages:
+def _of_topic(recorded: Recorded) -> TopicMessages:
     return TopicMessages(
-        topic,
-        np.array([message.log_time for message in messages], dtype=np.int64),
-        np.array([message.publish_time for message in messages], dtype=np.int64),
-        [message.data for message in messages],
+        recorded.topic,
+        np.array(recorded.log_time, dtype=np.int64),
+        np.array(recorded.publish_time, dtype=np.int64),
+        recorded.payloads,
     )
 
 

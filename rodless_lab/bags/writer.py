@@ -5,6 +5,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rodless_base.closing import Closing
+from rodless_lab.bags.decompress import is_zstd
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.mcap_file.writer import McapWriter
@@ -15,6 +16,7 @@ from rodless_lab.bags.metadata import (
     BagTopic,
     FileContents,
     information_text,
+    is_plain,
     recorded_topics,
     storage_files,
     write_metadata,
@@ -107,12 +109,16 @@ def recover_bag(path: str | Path) -> int:
     """End a bag whose recording was killed, in place, so that it opens again.
 
     Only the cut end of its files is thrown away; a bag that was closed stays as it is. Returns
-    the number of messages. Raises :class:`BagError`, also for a bag damaged before its end.
+    the number of messages. Raises :class:`BagError`, also for a bag damaged before its end, in
+    another storage than MCAP, compressed, or with a file that leads out of its folder.
     """
     bag = Path(path)
     if not bag.is_dir():
         raise BagError(f"{path}: not the folder of a bag")
-    readers = {file: _scanned(file) for file in storage_files(bag)}
+    files = storage_files(bag)
+    for file in files:
+        _check_ours(bag, file)
+    readers = {file: _scanned(file) for file in files}
     done: list[FileContents] = []
     try:
         for file, reader in readers.items():
@@ -128,12 +134,24 @@ def recover_bag(path: str | Path) -> int:
     return sum(sum(contents.counts.values()) for contents in done)
 
 
+def _check_ours(bag: Path, file: Path) -> None:
+    """Refuse a file that this does not write, or that is somebody else's."""
+    if not is_plain(file):
+        raise BagError(f"{bag}: {file.name} is not plain MCAP; `ros2 bag reindex` may help")
+    if not file.resolve().is_relative_to(bag.resolve()):
+        raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")
+
+
 def _scanned(file: Path) -> McapReader:
     reader = McapReader(file)
     try:
-        for _ in reader.messages():
-            pass
-    except McapError as error:
+        for message in reader.messages():
+            if is_zstd(message.data):
+                # Its description must say so, and how it was compressed is not known here.
+                raise McapError("holds messages compressed one by one; try `ros2 bag reindex`")
+        # Before anything is changed.
+        recorded_topics(reader.index)
+    except (McapError, BagError) as error:
         raise BagError(f"{file}: {error}") from error
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error

@@ -1,6 +1,7 @@
 """`rodless compare`: overlay two runs and report their differences as the paper does."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -73,4 +74,6 @@ def _report(options: argparse.Namespace, runs: Pair) -> None:
     }
     replaced = write_differences(options.output / "compare", names, runs, time, numbers)
     print(differences_table(names, found))
+    for doubt in dict.fromkeys(run.doubt for run in runs if run.doubt):
+        print(doubt, file=sys.stderr)
     print(f"compare.json and compare.png are in {options.output}{IN_PLACE if replaced else ''}")

@@ -37,6 +37,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     except OSError as error:
         print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
+    if run.doubt:
+        print(run.doubt, file=sys.stderr)
     print(findings_table(findings))
     print(f"written to {options.output}; the plant takes it with --params-file")
     return 0
@@ -47,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="rodless identify",
         description="Identify parameters of a rig from a recorded run.",
         epilog="Topics read: joint_states, chamber_a/pressure, chamber_b/pressure, "
-        "supply/pressure, valve/voltage. Pressures are absolute.",
+        "supply/pressure, valve/state (or valve/voltage). Pressures are absolute.",
     )
     parser.add_argument("subject", choices=sorted(FINDINGS))
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of a rosbag2 bag")

@@ -12,8 +12,9 @@ from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.parameter_sections import names_of_controller
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
+from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
-from rodless_lab.runs.from_bag import read_run
+from rodless_lab.runs.from_bag import read_commands, read_run
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import ParameterError, RigParameters
@@ -65,6 +66,7 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     numbers = {name: asdict(value) for name, value in found.items()}
     replaced = write_differences(options.output / "replay", names, runs, time, numbers)
     print(differences_table(names, found))
+    print(summary(read_commands(options.bag, options.namespace), recorded.period))
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")
     print(f"replay.json and replay.png are in {options.output}{IN_PLACE if replaced else ''}")

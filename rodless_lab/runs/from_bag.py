@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.constants import CARRIAGE
-from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_VOLTAGE
+from rodless_base.constants import CARRIAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SPOOL
+from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
+from rodless_lab.runs.commands import Commands, SampleTimes, held_from
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 
 Array = npt.NDArray[np.float64]
@@ -22,14 +23,15 @@ LONGEST_GAP = 20.0
 def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
     """Read position, pressures and voltage from a bag of the rig's topics; time begins at 0.
 
-    Stamped topics count by their stamps; the voltage, which has none, by its log time, shifted as
-    those of the positions are from their stamps. All are put on the evenly spaced time base of the
+    Stamped topics count by their stamps, the voltage too where the plant's ``valve/state`` was
+    recorded. Where only ``valve/voltage`` was, which has none, a command is taken to act from the
+    sample on that was sent last before it. All are put on the evenly spaced time base of the
     positions.
 
     Parameters
     ----------
     path
-        The bag's folder, or one of its storage files (MCAP).
+        The bag's folder, or one of its storage files.
     namespace
         Namespace of the rig, such as ``/rig1``.
 
@@ -42,7 +44,8 @@ def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
     ------
     RunError
         Names topic and place, for a bag that is missing, damaged or empty, lacks a topic, holds
-        values that are not finite, or time going backwards.
+        values that are not finite, or time going backwards. Where commands cannot be dated to a
+        sample, ``doubt`` of the run says why, and the run cannot be replayed.
 
     Examples
     --------
@@ -60,33 +63,116 @@ def read_run_and_setpoint(
         bag = read_bag(path)
         return _run(bag, namespace.rstrip("/"))
     except (BagError, RunError) as error:
-        text = str(error)
-        raise RunError(text if str(path) in text else f"{path}: {text}") from error
+        raise _naming(path, error) from error
+
+
+def _naming(path: str | Path, error: ValueError) -> RunError:
+    text = str(error)
+    return RunError(text if str(path) in text else f"{path}: {text}")
 
 
 def _run(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
     joint = _recorded(bag, namespace, JOINT_STATES)
     time = _stamps(joint)
-    position = _checked(joint, _position(joint), time)
+    position = _checked(joint, _of_joint(joint, "position", CARRIAGE), time)
     pressures = []
     for topic in PRESSURES.values():
         messages = _recorded(bag, namespace, topic)
         own = _stamps(messages)
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
-    offset = float(np.median(joint.time - time))
-    voltage = _unstamped(_recorded(bag, namespace, VALVE_VOLTAGE), offset)
-    run = _on_one_base((time, position), pressures, voltage)
+    sent = SampleTimes(joint, time)
+    voltage, doubt = _voltage(bag, namespace, sent)
+    run = replace(_on_one_base((time, position), pressures, voltage), doubt=doubt)
     setpoint = None
     if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
-        when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), offset)
+        when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), sent)
         setpoint = Setpoint(when - run.time[0], wanted)
     return replace(run, time=run.time - run.time[0]), setpoint
 
 
-def _unstamped(messages: TopicMessages, offset: float) -> tuple[Array, Array]:
-    """Times, ``offset`` s before the log times, and values of a topic of plain numbers."""
+def read_commands(path: str | Path, namespace: str = "") -> Commands:
+    """Read the commands of a bag: which sample each answers, how fast, and when the valve followed.
+
+    Parameters
+    ----------
+    path
+        The bag's folder, or one of its storage files.
+    namespace
+        Namespace of the rig, such as ``/rig1``.
+
+    Returns
+    -------
+    Commands
+        Arrays, one entry per command; times are plant time as it is in the stamps.
+
+    Raises
+    ------
+    RunError
+        For a bag that is missing, damaged, or lacks ``joint_states`` or ``valve/voltage``.
+
+    Examples
+    --------
+    >>> commands = read_commands("run1")
+    >>> commands.sample[:3].tolist(), float(commands.latency.max())
+    ([0, 1, 2], 0.0)
+    >>> commands.save("commands.csv")
+    """
+    space = namespace.rstrip("/")
+    try:
+        return _commands(read_bag(path), space)
+    except (BagError, RunError) as error:
+        raise _naming(path, error) from error
+
+
+def _commands(bag: Bag, namespace: str) -> Commands:
+    joint = _recorded(bag, namespace, JOINT_STATES)
+    sent = SampleTimes(joint, _stamps(joint))
+    messages = _recorded(bag, namespace, VALVE_VOLTAGE)
+    time, voltage = sent.plant_time(messages), _field(messages, "data")
+    held = _held(bag, namespace) or (np.empty(0), np.empty(0))
+    limits = (MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE)
+    return Commands(
+        time,
+        voltage,
+        sent.answered(messages),
+        sent.latency(messages),
+        held_from(time, voltage, held, limits),
+    )
+
+
+def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
+    """Times (s) and the voltage (V) that the valve held from each on, if that was recorded.
+
+    A message tells what was held up to its stamp, since that of the message before.
+    """
+    name = f"{namespace}/{VALVE_STATE}"
+    if name not in bag or len(bag[name]) < 2:
+        return None
+    messages = bag[name]
+    time = _stamps(messages)
+    voltage = _checked(messages, _of_joint(messages, "effort", SPOOL), time)
+    return time[:-1], voltage[1:]
+
+
+def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, Array], str]:
+    """Times (s) from which the valve held which voltage (V), and why to doubt them, if so."""
+    held = _held(bag, namespace)
+    if held is not None:
+        return held, ""
+    commands = _recorded(bag, namespace, VALVE_VOLTAGE)
+    doubt = sent.doubt(commands)
+    if doubt:
+        doubt = (
+            f"{bag.path}: {commands.topic.name}: {doubt}, so it is not known when the valve took "
+            f"them; record {VALVE_STATE} too, as the plant publishes it"
+        )
+    return _unstamped(commands, sent), doubt
+
+
+def _unstamped(messages: TopicMessages, sent: SampleTimes) -> tuple[Array, Array]:
+    """Plant times (s) and values of a topic of plain numbers."""
     _refuse_backwards(messages, messages.time)
-    when = messages.time - offset
+    when = sent.plant_time(messages)
     return when, _checked(messages, _field(messages, "data"), when)
 
 
@@ -121,17 +207,17 @@ def _field(messages: TopicMessages, name: str) -> Array:
     return np.asarray(fields[name], dtype=np.float64)
 
 
-def _position(messages: TopicMessages) -> Array:
-    """Position of the carriage, or of the only joint."""
-    positions = _field(messages, "position")
-    names = list(messages.messages[0].name)
-    if positions.ndim != 2 or not positions.shape[1]:
-        raise RunError(f"{messages.topic.name}: its messages carry no position")
-    if CARRIAGE in names:
-        return np.asarray(positions[:, names.index(CARRIAGE)])
-    if positions.shape[1] == 1:
-        return np.asarray(positions[:, 0])
-    raise RunError(f"{messages.topic.name}: no joint {CARRIAGE!r} among {', '.join(names)}")
+def _of_joint(messages: TopicMessages, field: str, joint: str) -> Array:
+    """Return a field of ``joint``, or of the only joint."""
+    values = _field(messages, field)
+    names = list(getattr(messages.messages[0], "name", []))
+    if values.ndim != 2 or not values.shape[1]:
+        raise RunError(f"{messages.topic.name}: its messages carry no {field}")
+    if joint in names[: values.shape[1]]:
+        return np.asarray(values[:, names.index(joint)])
+    if values.shape[1] == 1:
+        return np.asarray(values[:, 0])
+    raise RunError(f"{messages.topic.name}: no joint {joint!r} among {', '.join(names)}")
 
 
 def _checked(messages: TopicMessages, values: Array, time: Array) -> Array:

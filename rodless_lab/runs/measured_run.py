@@ -30,7 +30,8 @@ class UninformativeRunError(RunError):
 class MeasuredRun(Columns):
     """Arrays of one shape (n,) on one evenly spaced time base; pressures are absolute.
 
-    ``voltage[k]`` is held from sample k to sample k+1. Saved and made a data frame by
+    ``voltage[k]`` is held from sample k to sample k+1; ``doubt`` says why that is not known sample
+    by sample, if so. Saved and made a data frame by
     :class:`~rodless_base.columns.Columns`.
 
     Examples
@@ -50,6 +51,7 @@ class MeasuredRun(Columns):
     pressure_b: Annotated[Array, "Pa"]
     supply_pressure: Annotated[Array, "Pa"]
     voltage: Annotated[Array, "V"]
+    doubt: str = ""
 
     def __post_init__(self) -> None:
         """Raise :class:`RunError` for a run too short, not finite, or with time going backwards."""
@@ -78,6 +80,11 @@ class MeasuredRun(Columns):
                 raise RunError(
                     f"{name} falls to {lowest:.6g} Pa; absolute pressures are needed, in Pa"
                 )
+
+    def check_voltage(self) -> None:
+        """Raise :class:`RunError` where the voltage is not known well enough to repeat the run."""
+        if self.doubt:
+            raise RunError(self.doubt)
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,9 @@ def resimulate(
     """Feed the recorded voltages to a rig at rest where the recorded one starts.
 
     ``pressures`` (Pa) are what the chambers start with, as :func:`rodless_sim.simulate` takes them.
-    Raises as :func:`rig_of`.
+    Raises as :func:`rig_of`, and RunError where the recorded voltages are in doubt.
     """
+    recorded.check_voltage()
     rig, start = rig_of(parameters, recorded)
     trace = simulate(rig, recorded.voltage[:-1], recorded.period, start, pressures)
     run = run_of_trace(trace, rig.number("supply.pressure"))

@@ -5,12 +5,16 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Header
 
-from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
+from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
 from rodless_base.measurement import Measurement
 from rodless_base.topics import PRESSURES
+from rodless_sim.physics.valve import spool_displacement
 
 # The frame of each pressure, by field of Measurement: the place that its topic names.
 PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
+
+# Uncompiled: compiling it would hold up the first sample that somebody records.
+_displacement = getattr(spool_displacement, "py_func", spool_displacement)
 
 
 def stamp(nanoseconds: int) -> Time:
@@ -38,6 +42,19 @@ def joint_state(measurement: Measurement, velocity: float, piston_area: float) -
         position=[measurement.position],
         velocity=[velocity],
         effort=[force],
+    )
+
+
+def valve_state(voltage: float, nanoseconds: int) -> JointState:
+    """What the valve held up to a sample: displacement of its spool (m), eq. (24), and voltage (V).
+
+    The voltage stands in ``effort``: it is what drives the joint.
+    """
+    return JointState(
+        header=Header(stamp=stamp(nanoseconds)),
+        name=[SPOOL],
+        position=[_displacement(voltage)],
+        effort=[voltage],
     )
 
 

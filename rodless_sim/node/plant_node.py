@@ -25,7 +25,7 @@ from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, OnDemand, send
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
-from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
+from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_STATE, VALVE_VOLTAGE
 from rodless_sim.node import messages
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
@@ -102,12 +102,15 @@ class PlantNode:
             field: OnDemand(publisher(FluidPressure, topic), messages.pressure)
             for field, topic in PRESSURES.items()
         }
+        self._valve_state = OnDemand(publisher(JointState, VALVE_STATE), messages.valve_state)
         self._clock = (
             OnDemand(publisher(Clock, "/clock"), messages.clock)
             if self._parameters.values["time.publish_clock"]
             else None
         )
-        self._on_demand = [*self._pressures.values(), *([self._clock] if self._clock else [])]
+        # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
+        self._awaited = [*self._pressures.values(), *([self._clock] if self._clock else [])]
+        self._on_demand = [*self._awaited, self._valve_state]
         self._diagnostics = diagnostics_publisher(self.node)
 
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
@@ -141,9 +144,9 @@ class PlantNode:
         recorders = int(self._parameters.values.number("time.recorders"))
         lockstep = self._parameters.values.text("time.mode") == "lockstep"
         # In real time without recorders, too: this polls whom the first sample goes to.
-        listening = all_listen(
-            self._joint_states.get_subscription_count, self._on_demand, recorders
-        )
+        listening = all_listen(self._joint_states.get_subscription_count, self._awaited, recorders)
+        # Last: whoever subscribes to it first has it from sample 0 on.
+        self._valve_state.poll()
         return listening or not (recorders or lockstep)
 
     def _commanders(self) -> int:
@@ -193,6 +196,7 @@ class PlantNode:
         for field, frame in messages.PRESSURE_FRAMES.items():
             value = getattr(measurement, field)
             self._pressures[field].publish(value, self._pressure_variance, frame, time)
+        self._valve_state.publish(state.voltage, time)
         area = self._engine.rig.plant.cylinder.piston_area
         message = messages.joint_state(measurement, state.velocity, area)
         self._samples_lost += not send(self._joint_states, message)

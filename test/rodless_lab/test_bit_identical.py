@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from busy import busy_cores
 
+from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_control import PidParameters, references
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.cli.replay import replay
@@ -69,7 +70,7 @@ def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
     """Every bag holds samples 0 to N of each topic once, at the plant times k periods."""
     found = recordings(bags[name])
     assert len(found.pop("/setpoint")) == 0
-    assert len(found) == 6
+    assert len(found) == 7
     for topic, recording in found.items():
         assert len(recording) == SAMPLES, topic
         assert recording.log_time.tolist() == [k * 1_000_000 for k in range(SAMPLES)], topic
@@ -111,6 +112,8 @@ def test_in_process_loop_gives_the_same_numbers(
         ("/chamber_a/pressure", "fluid_pressure", run.pressure_a),
         ("/chamber_b/pressure", "fluid_pressure", run.pressure_b),
         ("/valve/voltage", "data", run.voltage),
+        # What was held up to each sample; before the first the valve was closed.
+        ("/valve/state", "effort", np.append(CLOSED_VOLTAGE, run.voltage[:-1])),
     ):
         assert np.array_equal(bag[topic].fields[field].ravel(), expected), (topic, field)
 

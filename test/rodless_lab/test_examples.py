@@ -16,7 +16,7 @@ from rodless_sim import RigParameters, simulate
 # Classes of results, which a function makes, are shown by its example.
 EXAMPLES = [
     *(("rodless_lab", name) for name in ("Bag", "MeasuredRun", "TopicMessages")),
-    *(("rodless_lab", name) for name in ("read_bag", "read_run")),
+    *(("rodless_lab", name) for name in ("read_bag", "read_commands", "read_run")),
     *(("rodless_lab.identification", name) for name in identification.__all__ if name.islower()),
 ]
 

@@ -28,6 +28,7 @@ PUBLISHED = {
         "chamber_a/pressure": PRESSURE,
         "chamber_b/pressure": PRESSURE,
         "supply/pressure": PRESSURE,
+        "valve/state": JOINT,
         "/clock": "rosgraph_msgs/msg/Clock",
         "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     },

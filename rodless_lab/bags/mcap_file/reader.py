@@ -2,6 +2,7 @@
 
 import mmap
 import struct
+import zlib
 from collections import Counter
 from collections.abc import Iterator
 from io import BytesIO
@@ -11,8 +12,8 @@ from typing import NamedTuple
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, MessageIndex, Metadata, MetadataIndex, Schema
-from mcap.stream_reader import get_chunk_data_stream
 
+from rodless_lab.bags.decompress import Decompressor
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
 
 _HEAD = struct.Struct("<BQ")
@@ -59,6 +60,7 @@ class McapReader:
         with self._path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise McapError("is not an MCAP file, or cut within its first bytes")
+            self._decompressor = Decompressor(self._path.stat().st_size)
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
                 yield from self._messages(content)
 
@@ -94,8 +96,9 @@ class McapReader:
 
     def _messages_in_chunk(self, record: _Record) -> Iterator[McapMessage]:
         chunk = Chunk.read(_stream(record.content))
-        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-        content = stream.read(length)
+        content = self._decompressor.chunk(chunk.compression, chunk.data, chunk.uncompressed_size)
+        if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
+            raise McapError("the checksum of a chunk is wrong")
         entries: dict[int, list[tuple[int, int]]] = {}
         for inner in _records(content, 0):
             if inner.opcode == Opcode.MESSAGE:

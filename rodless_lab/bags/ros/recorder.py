@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rclpy.node import Node
@@ -38,7 +38,7 @@ class Recorder:
     def __init__(
         self,
         writer: BagWriter,
-        topics: Collection[str] = (),
+        topics: Sequence[str] = (),
         *,
         wall_time: bool = False,
         on_topics: Callable[[list[str]], None] = lambda _: None,
@@ -55,9 +55,10 @@ class Recorder:
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
         )
         self._writer = writer
-        self._wanted = {self.node.resolve_topic_name(topic) for topic in topics}
-        needed = self._wanted | {CLOCK_TOPIC} if self._wanted and not wall_time else self._wanted
-        self._discovery = TopicDiscovery(self.node, needed)
+        names = [self.node.resolve_topic_name(topic) for topic in topics]
+        self._wanted = set(names)
+        clock = [CLOCK_TOPIC] if names and not wall_time else []
+        self._discovery = TopicDiscovery(self.node, [*names, *clock])
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
         self._sequences: dict[str, int] = {}

@@ -1,6 +1,6 @@
 """Which topics there are to record, and how to subscribe to them."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
@@ -22,11 +22,14 @@ class Offer(NamedTuple):
 class TopicDiscovery:
     """Looks for the topics in ``wanted``, or for all that are not hidden if it is empty.
 
+    Those there are come in the order of ``wanted``, so that whoever waits for a subscription to
+    the last of them has found the others.
+
     Topics of the looking node itself do not count. A topic that cannot be recorded is named once
     in the log.
     """
 
-    def __init__(self, node: Node, wanted: Collection[str]) -> None:
+    def __init__(self, node: Node, wanted: Sequence[str]) -> None:
         self._node = node
         self._wanted = wanted
         self._complained: set[str] = set()
@@ -38,7 +41,9 @@ class TopicDiscovery:
             for topic, types in self._node.get_topic_names_and_types()
             if topic not in known and self._is_wanted(topic)
         ]
-        return [offer for offer in found if offer is not None]
+        places = {topic: place for place, topic in enumerate(self._wanted)}
+        offers = [offer for offer in found if offer is not None]
+        return sorted(offers, key=lambda offer: places.get(offer.topic, 0))
 
     def _is_wanted(self, topic: str) -> bool:
         if self._wanted:

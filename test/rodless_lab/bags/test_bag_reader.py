@@ -192,14 +192,6 @@ def test_what_is_no_bag_is_refused_in_words(sample_bag, tmp_path: Path) -> None:
             read_bag(sample_bag.path)
 
 
-def test_other_storage_is_refused_with_the_way_out(tmp_path: Path) -> None:
-    """A bag in SQLite is not read; the message says what turns it into one that is."""
-    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3):
-        pass
-    with pytest.raises(BagError, match="is not MCAP, the only storage read here; `ros2 bag conv"):
-        read_bag(tmp_path / "bag")
-
-
 @pytest.mark.parametrize("what", ["read_text", "iterdir"])
 @pytest.mark.parametrize("use", [read_bag, recover_bag, listed_messages])
 def test_a_bag_that_may_not_be_read_is_not_called_unwritable(

@@ -1,0 +1,27 @@
+"""Read rosbag2's SQLite storage through the library rosbags, which knows all its versions."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rodless_lab.bags.metadata import BagError, BagTopic
+
+_EXTRA = "reading SQLite needs the package rosbags: pip install 'rodless_sim[bags]'"
+
+
+def sqlite_messages(file: Path) -> Iterator[tuple[BagTopic, int, int, bytes]]:
+    """Yield topic, log time, publish time (ns; one and the same here) and data of each message.
+
+    Raises :class:`BagError`, also where rosbags is missing.
+    """
+    try:
+        from rosbags.rosbag2 import Reader  # noqa: PLC0415  # an extra
+    except ImportError as error:
+        raise BagError(f"{file}: {_EXTRA}") from error
+    try:
+        with Reader(file) as reader:
+            topics = {one.id: BagTopic(one.topic, one.msgtype) for one in reader.connections}
+            for connection, time, data in reader.messages():
+                yield topics[connection.id], time, time, bytes(data)
+    except Exception as error:  # whatever a decoder trips over
+        fault = str(error).partition("\n")[0]
+        raise BagError(f"{file}: not a bag in SQLite, or damaged ({fault})") from error

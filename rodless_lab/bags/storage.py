@@ -1,0 +1,90 @@
+"""What one storage file of a bag holds, whichever storage and compression rosbag2 used."""
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_lab.bags.decompress import Decompressor, is_zstd
+from rodless_lab.bags.mcap_file.reader import McapError, McapReader
+from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, recorded_topics
+from rodless_lab.bags.sqlite_file import sqlite_messages
+
+Times = npt.NDArray[np.int64]
+
+
+@dataclass
+class Recorded:
+    """The messages of one topic in the order they were recorded, times in ns."""
+
+    topic: BagTopic
+    log_time: list[int] = field(default_factory=list)
+    publish_time: list[int] = field(default_factory=list)
+    payloads: list[bytes] = field(default_factory=list)
+
+    def add(self, log_time: int, publish_time: int, data: bytes) -> None:
+        """Add a message."""
+        self.log_time.append(log_time)
+        self.publish_time.append(publish_time)
+        self.payloads.append(data)
+
+
+@dataclass
+class Storage:
+    """Topics by name, and what is wrong with the file, if anything: the rest is missing then."""
+
+    recorded: dict[str, Recorded] = field(default_factory=dict)
+    fault: str = ""
+
+
+def read_storage(file: Path, into: Storage) -> None:
+    """Add the contents of ``file`` (MCAP or SQLite, compressed or not); raises :class:`BagError`.
+
+    Where it is damaged, ``into.fault`` says so.
+    """
+    try:
+        decompressor = Decompressor(file.stat().st_size)
+        if file.suffix != COMPRESSED:
+            _read_plain(file, into, decompressor)
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            plain = Path(folder, file.stem)
+            decompressor.file(file, plain)
+            _read_plain(plain, into, decompressor)
+    except OSError as error:
+        raise BagError(f"{file}: cannot be read: {error.strerror or error}") from error
+    except BagError as error:
+        raise BagError(str(error) if str(file) in str(error) else f"{file}: {error}") from error
+    except ValueError as error:
+        into.fault = into.fault or f"{file.name} {error}"
+
+
+def _read_plain(file: Path, into: Storage, decompressor: Decompressor) -> None:
+    messages = _mcap(file, into) if file.suffix == ".mcap" else sqlite_messages(file)
+    for topic, log_time, publish_time, data in messages:
+        recorded = into.recorded.setdefault(topic.name, Recorded(topic))
+        plain = decompressor.message(data) if is_zstd(data) else data
+        recorded.add(log_time, publish_time, plain)
+
+
+def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes]]:
+    reader = McapReader(file)
+    topics: dict[int, BagTopic] = {}
+    fault = ""
+    try:
+        for message in reader.messages():
+            if message.channel not in topics:
+                topics = recorded_topics(reader.index)
+            if message.channel not in topics:
+                raise McapError(f"holds a message of the unknown channel {message.channel}")
+            yield topics[message.channel], message.log_time, message.publish_time, message.data
+        if not reader.complete:
+            fault = "is cut off, or was never closed because its recording was killed"
+    except McapError as error:
+        fault = f"{file.name} {error}"
+    into.fault = into.fault or fault
+    for topic in recorded_topics(reader.index).values():
+        into.recorded.setdefault(topic.name, Recorded(topic))

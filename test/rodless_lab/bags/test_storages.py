@@ -1,0 +1,159 @@
+"""Bags of rosbag2 in every storage and compression, written by an independent program."""
+
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rig_bag
+import yaml
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from rodless_lab.bags.metadata import METADATA_FILE, BagError
+from rodless_lab.bags.reader import read_bag
+from rodless_lab.bags.writer import recover_bag
+from rodless_lab.runs.from_bag import read_run
+from rodless_lab.runs.measured_run import MeasuredRun
+
+TYPES = {
+    "/joint_states": "sensor_msgs/msg/JointState",
+    "/chamber_a/pressure": "sensor_msgs/msg/FluidPressure",
+    "/chamber_b/pressure": "sensor_msgs/msg/FluidPressure",
+    "/supply/pressure": "sensor_msgs/msg/FluidPressure",
+    "/valve/voltage": "std_msgs/msg/Float64",
+}
+Messages = dict[str, list[tuple[int, bytes]]]
+
+
+def write(
+    path: Path,
+    messages: Messages,
+    storage: StoragePlugin = StoragePlugin.SQLITE3,
+    compression: CompressionMode = CompressionMode.NONE,
+) -> Path:
+    """Write messages by topic (log time in ns, CDR) as rosbag2 would."""
+    writer = Writer(path, version=9, storage_plugin=storage)
+    writer.set_compression(compression, CompressionFormat.ZSTD)
+    with writer:
+        for topic, sent in messages.items():
+            connection = writer.add_connection(
+                topic, TYPES[topic], typestore=get_typestore(Stores.ROS2_JAZZY)
+            )
+            for log_time, data in sent:
+                writer.write(connection, log_time, data)
+    return path
+
+
+def contents(bag: Path) -> Messages:
+    """What we read: log time and payload of each message, by topic."""
+    return {
+        topic: list(zip(messages.log_time.tolist(), messages.payloads, strict=True))
+        for topic, messages in read_bag(bag)._messages.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("storage", "compression"),
+    [
+        (StoragePlugin.SQLITE3, CompressionMode.NONE),
+        (StoragePlugin.SQLITE3, CompressionMode.FILE),
+        (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+        (StoragePlugin.MCAP, CompressionMode.NONE),
+        (StoragePlugin.MCAP, CompressionMode.FILE),
+        (StoragePlugin.MCAP, CompressionMode.MESSAGE),
+        (StoragePlugin.MCAP, CompressionMode.STORAGE),
+    ],
+)
+def test_what_was_recorded_is_read(
+    sample_bag, tmp_path: Path, storage: StoragePlugin, compression: CompressionMode
+) -> None:
+    """Each message, byte for byte, at its time; without metadata.yaml too, as a kill leaves it."""
+    sent = {topic: sample_bag.messages[topic] for topic in ("/joint_states", "/valve/voltage")}
+    bag = write(tmp_path / "bag", sent, storage, compression)
+    assert contents(bag) == sent
+    (bag / METADATA_FILE).unlink()
+    assert contents(bag) == sent
+
+
+@pytest.mark.parametrize("compression", [CompressionMode.NONE, CompressionMode.FILE])
+def test_a_split_bag_is_read_as_one(
+    sample_bag, tmp_path: Path, compression: CompressionMode
+) -> None:
+    """`ros2 bag record --max-bag-size` makes several files: their messages follow each other."""
+    sent = sample_bag.messages["/joint_states"]
+    halves = [sent[:100], sent[100:]]
+    bags = [
+        write(tmp_path / str(k), {"/joint_states": half}, compression=compression)
+        for k, half in enumerate(halves)
+    ]
+    names = [next(file.name for file in bag.iterdir() if file.suffix != ".yaml") for bag in bags]
+    shutil.move(bags[1] / names[1], bags[0])
+    description = yaml.safe_load((bags[0] / METADATA_FILE).read_text())
+    description["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    (bags[0] / METADATA_FILE).write_text(yaml.safe_dump(description))
+    assert contents(bags[0]) == {"/joint_states": sent}
+
+
+def test_one_file_of_a_bag_is_read_by_itself(sample_bag, tmp_path: Path) -> None:
+    """The .db3 file alone is as good as its folder."""
+    sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
+    bag = write(tmp_path / "bag", sent)
+    assert contents(next(bag.glob("*.db3"))) == sent
+
+
+def test_paths_of_an_older_rosbag2_are_found(sample_bag, tmp_path: Path) -> None:
+    """Before version 4 the names of the files began with that of the bag's folder."""
+    sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
+    bag = write(tmp_path / "bag", sent)
+    text = (bag / METADATA_FILE).read_text()
+    name = next(bag.glob("*.db3")).name
+    (bag / METADATA_FILE).write_text(text.replace(f"- {name}", f"- bag/{name}"))
+    assert f"- bag/{name}" in (bag / METADATA_FILE).read_text()
+    assert contents(bag) == sent
+
+
+def test_a_run_in_sqlite_gives_the_arrays_of_one_in_mcap(tmp_path: Path) -> None:
+    """Position, pressures and voltage are equal, whichever storage they come from."""
+    time = np.arange(200) * 1e-3
+    wave = np.sin(10.0 * time)
+    run = MeasuredRun(time, 0.1 + 0.01 * wave, 4e5 + wave, 4e5 - wave, 0 * time + 6e5, 5.0 + wave)
+    ours = rig_bag.write(tmp_path / "ours", run)
+    theirs = write(tmp_path / "theirs", contents(ours), compression=CompressionMode.MESSAGE)
+    for name, values in read_run(theirs).columns().items():
+        np.testing.assert_array_equal(values, read_run(ours).columns()[name], name)
+
+
+def test_without_the_library_the_way_to_it_is_told(
+    sample_bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SQLite needs an extra; MCAP, compressed or not, needs none."""
+    sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
+    plain = write(tmp_path / "sqlite", sent)
+    packed = write(tmp_path / "mcap", sent, StoragePlugin.MCAP, CompressionMode.MESSAGE)
+    monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
+    with pytest.raises(BagError, match=r"needs the package rosbags: pip install 'rodless_sim\[ba"):
+        read_bag(plain)
+    assert contents(packed) == sent
+
+
+@pytest.mark.parametrize(
+    ("storage", "compression", "said"),
+    [
+        (StoragePlugin.SQLITE3, CompressionMode.NONE, r"is not plain MCAP; `ros2 bag reindex`"),
+        (StoragePlugin.MCAP, CompressionMode.FILE, r"is not plain MCAP; `ros2 bag reindex`"),
+        (StoragePlugin.MCAP, CompressionMode.MESSAGE, "holds messages compressed one by one"),
+    ],
+)
+def test_recovery_leaves_alone_what_it_does_not_write(
+    sample_bag, tmp_path: Path, storage: StoragePlugin, compression: CompressionMode, said: str
+) -> None:
+    """Other storages and compressions are refused, and stay as they were."""
+    sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
+    bag = write(tmp_path / "bag", sent, storage, compression)
+    (bag / METADATA_FILE).unlink()
+    before = {file: file.read_bytes() for file in bag.iterdir()}
+    with pytest.raises(BagError, match=said):
+        recover_bag(bag)
+    assert {file: file.read_bytes() for file in bag.iterdir()} == before
