@@ -154,7 +154,7 @@ def is_of_rclpy(name: str) -> bool:
 
 
 def flattened(tree: object) -> dict[str, object]:
-    """Return a section's parameters by dotted name; raises ValueError for one that is there twice."""
+    """Return a section's parameters by dotted name; raises ValueError for one given twice."""
     found: dict[str, object] = {}
     for name, value in _flattened(tree, ""):
         if name in found:

@@ -48,9 +48,6 @@ class TopicMessages(Columns):
     @cached_property
     def messages(self) -> list[Any]:
         """Messages as objects of their ROS type; raises :class:`BagError`."""
-        # Here, so that the commands that read bags show their help without ROS.
-        from rclpy.serialization import deserialize_message  # noqa: PLC0415
-
         name = self.topic.type_name
         try:
             kind = message_class(name)
@@ -59,6 +56,9 @@ class TopicMessages(Columns):
         return [self._message(place, kind) for place in range(len(self))]
 
     def _message(self, place: int, kind: type[Any]) -> Any:
+        # Here, so that the commands that read bags show their help without ROS.
+        from rclpy.serialization import deserialize_message  # noqa: PLC0415
+
         try:
             return deserialize_message(self.payloads[place], kind)
         except Exception as error:  # rclpy raises whatever the middleware reports
