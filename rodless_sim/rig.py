@@ -8,6 +8,7 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.kernels import specialise
 from rodless_base.measurement import Measurement
+from rodless_base.parameters import ParameterError
 from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
@@ -114,6 +115,11 @@ class Rig:
         parameters
             A whole set; :meth:`ParameterSet.with_values` of the one in force changes a few values.
 
+        Raises
+        ------
+        ParameterError
+            For a stroke that ends before the carriage; nothing has changed then.
+
         Examples
         --------
         >>> from rodless_sim import Rig
@@ -122,8 +128,13 @@ class Rig:
         >>> rig.parameters["supply.pressure"]
         700000.0
         """
-        self._parameters = parameters
-        self._plant = Plant.of(parameters)
+        plant = Plant.of(parameters)
+        if self._motion.position > plant.cylinder.stroke:
+            raise ParameterError(
+                f"cylinder.stroke: {plant.cylinder.stroke:g} m refused, the carriage is at "
+                f"{self._motion.position:g} m: move it or reset the rig first"
+            )
+        self._parameters, self._plant = parameters, plant
         if self._sampling is not None:
             self._sampling.configure(parameters)
         self._apply(self._voltage, self._motion, 0.0)

@@ -38,6 +38,7 @@ THIRD_PARTY = {
     "pyarrow": ("pyarrow", None),
     "psutil": ("psutil", "python3-psutil"),
     "pytest": ("pytest", "python3-pytest"),
+    "hypothesis": ("hypothesis", "python3-hypothesis"),
     "rosbags": ("rosbags", "python3-rosbags-pip"),
     "setuptools": ("setuptools", None),
     "rclpy": ("ros-jazzy-rclpy", "rclpy"),

@@ -39,7 +39,7 @@ class Engine:
         self.command = CommandInput(*_command_settings(parameters))
 
     def configure(self, parameters: RigParameters) -> None:
-        """Change the parameters; the state stays as it is."""
+        """Change the parameters; the state stays as it is. Raises as :meth:`Rig.configure`."""
         with self._lock:
             self.rig.configure(parameters)
             self.command.configure(*_command_settings(parameters))

@@ -160,8 +160,8 @@ class PlantNode:
         self._pace.observe(self._engine.rig.nanoseconds, self._time.running)
 
     def _configure(self, values: RigParameters) -> None:
-        self._pressure_variance = pressure_variance(values)
         self._engine.configure(values)
+        self._pressure_variance = pressure_variance(values)
 
     def _take_command(self, message: Float64) -> None:
         self._time.receive(message.data)
