@@ -63,13 +63,14 @@ def by_radau(
     """
     plant = Plant.of(parameters)
     deadline = time.monotonic() + timeout
-    state = np.array(starting_motion(plant, parameters, position))
-    rows = [state[None]]
+    state: Array = np.array(starting_motion(plant, parameters, position), dtype=np.float64)
+    rows: list[Array] = [state[None]]
     changes = np.flatnonzero(np.diff(voltages)) + 1
     for held in np.split(voltages, changes):
-        samples = np.arange(1, held.size + 1) * period
-        rows.append(_held(plant, openings(plant, float(held[0])), state, samples, deadline))
-        state = rows[-1][-1]
+        samples = np.arange(1, held.size + 1, dtype=np.float64) * period
+        rows.append(
+            _held(plant, openings(plant, float(held[0])), rows[-1][-1].copy(), samples, deadline)
+        )
     return np.concatenate(rows)
 
 
@@ -103,6 +104,8 @@ def _held(plant: Plant, lands: Lands, state: Array, samples: Array, deadline: fl
         )
         if run.status < 0:
             raise RuntimeError(run.message)
+        assert run.sol is not None
+        assert run.t_events is not None
         within = samples[(samples > now) & (samples <= run.t[-1])]
         if within.size:
             found.append(run.sol(within).T)
