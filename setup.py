@@ -26,6 +26,7 @@ TEST_REQUIREMENTS = [
     "pytest-cov",
     "pytest-xdist",  # make test-fast uses every core
     "coverage>=7.10",  # measures the nodes, which are processes of their own
+    "hypothesis",  # draws rigs from all declared ranges at once
     "rosbags",  # an independent reader of the bags
     "pandas",  # runs as data frames,
     "pyarrow",  # and as Parquet

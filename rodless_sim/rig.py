@@ -173,7 +173,7 @@ class Rig:
         >>> rig.parameters["supply.pressure"]
         700000.0
         """
-        self.check(parameters)
+        self._check_stroke(parameters)
         before = dict(vars(self))
         self._parameters, self._plant = parameters, Plant.of(parameters)
         try:
@@ -184,8 +184,7 @@ class Rig:
             vars(self).update(before)
             raise
 
-    def check(self, parameters: RigParameters) -> None:
-        """Raise as :meth:`configure` for parameters that do not go with where the carriage is."""
+    def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
         if self._motion.position > stroke:
             raise ParameterError(

@@ -42,6 +42,7 @@ THIRD_PARTY = {
     "casadi": ("casadi", None),
     "sksundae": ("scikit-sundae", None),
     "pytest": ("pytest", "python3-pytest"),
+    "hypothesis": ("hypothesis", "python3-hypothesis"),
     "rosbags": ("rosbags", "python3-rosbags-pip"),
     "setuptools": ("setuptools", None),
     "rclpy": ("ros-jazzy-rclpy", "rclpy"),

@@ -75,26 +75,19 @@ class RosParameters(Generic[Set]):
     :class:`ParameterError` where what was given is not a valid set.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        kind: type[Set],
-        apply: Callable[[Set], None],
-        check: Callable[[Set], None] = lambda _: None,
-    ) -> None:
-        """Declare all of ``kind``; call ``apply`` after each change with the new values.
+    def __init__(self, node: Node, kind: type[Set], apply: Callable[[Set], None]) -> None:
+        """Declare all of ``kind``; call ``apply`` with the new values at each change.
 
-        ``check`` is called before; the ParameterError it raises refuses what the node's state does
-        not allow.
+        ``apply`` raises :class:`ParameterError` for what cannot be in the present state. It is
+        called while the change can still be refused: looked at before and applied after, the state
+        could have moved on in between. rclpy has checked types and ranges by then.
         """
         self._node = node
-        self._check_state = check
         self._apply = apply
         self.values = kind(self._given())
         self._declare()
         node.add_pre_set_parameters_callback(self._convert)
-        node.add_on_set_parameters_callback(self._check)
-        node.add_post_set_parameters_callback(self._changed)
+        node.add_on_set_parameters_callback(self._change)
 
     def _given(self) -> dict[str, object]:
         return {
@@ -146,16 +139,14 @@ class RosParameters(Generic[Set]):
             return parameter
         return RosParameter(name, value=ros_value(value))
 
-    def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
+    def _change(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
-            self._check_state(self.values.with_values(self._ours(parameters)))
+            values = self.values.with_values(self._ours(parameters))
+            self._apply(values)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        self.values = values
         return SetParametersResult(successful=True)
-
-    def _changed(self, parameters: list[RosParameter]) -> None:
-        self.values = self.values.with_values(self._ours(parameters))
-        self._apply(self.values)
 
     def _ours(self, parameters: list[RosParameter]) -> dict[str, object]:
         return {

@@ -61,7 +61,7 @@ class ControllerNode:
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
         kind = self._parameters_of_law()
-        self._parameters = RosParameters(self.node, kind, self._configure, self._check)
+        self._parameters = RosParameters(self.node, kind, self._configure)
         self._loop = ControlLoop(self._parameters.values)
         self._pace = LawPace()
         self._inputs = Inputs(
@@ -146,10 +146,8 @@ class ControllerNode:
         )
         return f"ready: {self._law_and_reference}; {next_step}"
 
-    def _check(self, values: ControllerParameters) -> None:
-        self._loop.setpoints.check(values)
-
     def _configure(self, values: ControllerParameters) -> None:
+        self._loop.setpoints.check(values)
         self._loop.configure(values)
         self._report_failure()
 

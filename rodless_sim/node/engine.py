@@ -40,20 +40,16 @@ class Engine:
         self.command = CommandInput(*_command_settings(parameters))
 
     def configure(self, parameters: RigParameters) -> None:
-        """Change the parameters; the state stays as it is."""
+        """Change the parameters; the state stays as it is.
+
+        Raises ParameterError for what the state does not allow, and nothing has changed then.
+        """
         with self._lock:
             try:
                 self.rig.configure(parameters)
-            except (ParameterError, SimulationError) as error:
-                # They passed the check before the carriage got to where it is.
-                self._failure = f"{error}; valve closed, reset to go on"
-                self.rig = Rig(parameters)
+            except SimulationError as error:
+                raise ParameterError(str(error)) from error
             self.command.configure(*_command_settings(parameters))
-
-    def check(self, parameters: RigParameters) -> None:
-        """Raise ParameterError for parameters that do not go with where the carriage is."""
-        with self._lock:
-            self.rig.check(parameters)
 
     def receive(self, voltage: float) -> None:
         """Take a command (V)."""

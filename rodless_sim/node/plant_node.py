@@ -72,7 +72,7 @@ class PlantNode:
         self.node = Node(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
-        self._parameters = RosParameters(self.node, RigParameters, self._configure, self._check)
+        self._parameters = RosParameters(self.node, RigParameters, self._configure)
         self._make_publishers()
         self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
@@ -162,12 +162,9 @@ class PlantNode:
                 self.node.get_logger().error(self._failure)
         self._pace.observe(self._engine.rig.nanoseconds, self._time.running)
 
-    def _check(self, values: RigParameters) -> None:
-        self._engine.check(values)
-
     def _configure(self, values: RigParameters) -> None:
-        self._pressure_variance = pressure_variance(values)
         self._engine.configure(values)
+        self._pressure_variance = pressure_variance(values)
 
     def _take_command(self, message: Float64) -> None:
         self._time.receive(message.data)

@@ -159,10 +159,11 @@ def advance_from(
         else:
             attempt = sliding_attempt(plant, lands, state, flows, direction, step, tolerance)
         state, direction, elapsed, step = attempt
-        left -= elapsed
-        if left <= 0.0:
-            return state, fault_of(plant, state)
         if elapsed > 0.0:
+            left -= elapsed
+            fault = fault_of(plant, state)
+            if fault != 0 or left <= 0.0:
+                return state, fault
             flows = inflows(plant, lands, state)
     return state, TOO_MANY_STEPS
 

@@ -119,7 +119,8 @@ def check(parameters: ParameterSet) -> None:
             f"valve.sleeve_diameter: {sleeve:g} m refused, smaller than "
             f"valve.spool_diameter ({spool:g} m)"
         )
-    volts, lowest = lowest_coefficient(parameters.numbers("valve.flow_coefficients"))
+    powers = parameters.numbers("valve.flow_coefficients")
+    volts, lowest = lowest_coefficient(powers, COEFFICIENT_RANGE)
     if lowest < 0.0:
         raise ParameterError(
             f"valve.flow_coefficients: refused, the flow coefficient is {lowest:g} at "
@@ -128,11 +129,11 @@ def check(parameters: ParameterSet) -> None:
 
 
 @lru_cache(maxsize=64)
-def lowest_coefficient(powers: tuple[float, ...]) -> tuple[float, float]:
-    """Return where (V from closed) the flow coefficient of ``powers`` is lowest, and its value."""
+def lowest_coefficient(powers: tuple[float, ...], reach: float) -> tuple[float, float]:
+    """Return where from 0 to ``reach`` the polynomial of ``powers`` is lowest, and its value."""
     curve = np.polynomial.Polynomial(powers)
     turns = [float(root.real) for root in curve.deriv().roots() if abs(root.imag) < 1e-9]
-    places = [0.0, COEFFICIENT_RANGE, *(t for t in turns if 0.0 < t < COEFFICIENT_RANGE)]
+    places = [0.0, reach, *(t for t in turns if 0.0 < t < reach)]
     return min(((place, float(curve(place))) for place in places), key=lambda found: found[1])
 
 

@@ -253,3 +253,46 @@ def test_a_file_that_is_no_parameter_file_is_refused(tmp_path: Path, text: str) 
     path = write(tmp_path / "broken.yaml", text)
     with pytest.raises(ParameterError, match=r"broken\.yaml"):
         RigParameters.from_file(path)
+
+
+PRINTED = {"valve.assembly": "printed"}
+DEFAULT_AREA = RigParameters().numbers("valve.area_coefficients")
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "place"),
+    [
+        # 2 sin(π/8 U): below zero from 8 V on.
+        ((2.0, math.pi / 8.0, 0.0, *[0.0] * 6), r"at 10 V"),
+        # 1 + 1.001 sin(50 U): below zero for 2 mV at a time.
+        ((1.0, 0.0, math.pi / 2.0, 1.001, 50.0, 0.0, 0.0, 0.0, 0.0), r"-0\.001 mm²"),
+        ((-2.0, 0.0, 1.0, *[0.0] * 6), r"-1\.68 mm²"),
+    ],
+)
+def test_an_area_below_zero_is_refused_with_the_printed_assembly(
+    coefficients: tuple[float, ...], place: str
+) -> None:
+    """Wherever from 0 to 10 V it is; the reconciled assembly counts from the smallest area."""
+    values = {"valve.area_coefficients": coefficients}
+    with pytest.raises(ParameterError, match=rf"^valve\.area_coefficients: .*{place}"):
+        RigParameters({**values, **PRINTED})
+    reconciled = RigParameters(values)
+    with pytest.raises(ParameterError, match=r"^valve\.area_coefficients: "):
+        reconciled.with_values(PRINTED)
+
+
+def test_a_flow_coefficient_below_zero_is_refused() -> None:
+    """With either assembly: at 5 V from closed, and right at the closed position."""
+    falling = {"valve.flow_coefficients": (1.0, -0.3, 0.0, 0.0, 0.0, 0.0)}
+    with pytest.raises(ParameterError, match=r"^valve\.flow_coefficients: .* -0\.5 at 5 V"):
+        RigParameters(falling)
+    # The printed one takes metres: -10 per metre is nothing over 1 mm, but it is below zero.
+    hardly = {"valve.flow_coefficients": (0.0, 10.0, 0.0, 0.0, 0.0, 0.0)}
+    RigParameters(hardly)
+    with pytest.raises(ParameterError, match=r"^valve\.flow_coefficients: .* -0\.0108 with"):
+        RigParameters({**hardly, **PRINTED})
+
+
+def test_the_papers_printed_valve_is_accepted() -> None:
+    """Its area is positive from 0 to 10 V: 0.0118 mm² where it is least."""
+    assert RigParameters(PRINTED).numbers("valve.area_coefficients") == DEFAULT_AREA

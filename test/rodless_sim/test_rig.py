@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rodless_sim import Rig, RigParameters, State, simulate
+from rodless_sim import ParameterError, Rig, RigParameters, State, simulate
 
 VOLTAGES = np.concatenate([np.full(300, 6.0), np.full(200, 5.08), np.full(300, 3.5)])
 
@@ -106,6 +106,19 @@ def test_configure_keeps_the_state() -> None:
     for name in ("time", "position", "velocity", "pressure_a", "pressure_b", "voltage"):
         assert getattr(after, name) == getattr(before, name)
     assert after.mass_flow_a > before.mass_flow_a
+
+
+def test_a_stroke_that_ends_before_the_carriage_is_refused() -> None:
+    """One line with both lengths; parameters and state stay, and at its very end it may stand."""
+    rig = Rig()
+    rig.reset(0.058)
+    parameters, state = rig.parameters, rig.state
+    with pytest.raises(ParameterError, match=r"^cylinder\.stroke: 0\.02 m refused, .* 0\.058 m: "):
+        rig.configure(parameters.with_values({"cylinder.stroke": 0.02}))
+    assert (rig.parameters, rig.state) == (parameters, state)
+    assert rig.plant.cylinder.stroke == parameters["cylinder.stroke"]
+    rig.configure(parameters.with_values({"cylinder.stroke": 0.058}))
+    assert rig.advance(10.0, 1.0).position == 0.058
 
 
 @pytest.mark.parametrize("voltage", [math.nan, math.inf, -math.inf])

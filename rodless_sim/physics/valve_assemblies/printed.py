@@ -1,13 +1,22 @@
 """Eqs. (1)-(25) as printed: orifice on one edge, gap on the other, joined at closed."""
 
 import math
+from functools import lru_cache
 
+import numpy as np
+
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
 from rodless_base.kernels import kernel
-from rodless_base.parameters import ParameterSet, declare
+from rodless_base.parameters import ParameterError, ParameterSet, declare
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.flow import Flow, gap_conductance
 from rodless_sim.physics.lands import Edge, Lands
-from rodless_sim.physics.valve import Valve, effective_area, spool_displacement
+from rodless_sim.physics.valve import (
+    Valve,
+    effective_area,
+    lowest_coefficient,
+    spool_displacement,
+)
 
 NAME = "printed"
 MEANING = "printed as in the paper"
@@ -17,6 +26,52 @@ PARAMETERS = declare()
 def of(parameters: ParameterSet) -> tuple[()]:  # noqa: ARG001
     """Return no constants: those of the valve are all there is to it."""
     return ()
+
+
+def check(parameters: ParameterSet) -> None:
+    """Refuse measured curves by which air would flow against the pressure.
+
+    Only where this assembly is in use: the reconciled one counts the area from its smallest.
+    """
+    if parameters.text("valve.assembly") != NAME:
+        return
+    volts, lowest = lowest_area(parameters.numbers("valve.area_coefficients"))
+    if lowest < 0.0:
+        raise ParameterError(
+            f"valve.area_coefficients: refused with valve.assembly {NAME}, the area is "
+            f"{lowest:.3g} mm² at {volts:.3g} V: air would flow against the pressure"
+        )
+    # Both branches of flow_coefficient_printed are this polynomial in the spool's distance.
+    powers = parameters.numbers("valve.flow_coefficients")
+    signs = (1.0, -1.0) * 3
+    reach = max(abs(spool_displacement(MINIMUM_VOLTAGE)), abs(spool_displacement(MAXIMUM_VOLTAGE)))
+    distance, lowest = lowest_coefficient(
+        tuple(sign * power for sign, power in zip(signs, powers, strict=True)), reach
+    )
+    if lowest < 0.0:
+        raise ParameterError(
+            f"valve.flow_coefficients: refused with valve.assembly {NAME}, the flow coefficient "
+            f"is {lowest:.3g} with the spool {distance:.3g} m off: air would flow against the "
+            "pressure"
+        )
+
+
+@lru_cache(maxsize=64)
+def lowest_area(coefficients: tuple[float, ...]) -> tuple[float, float]:
+    """Return where (V) within the valve's range the area of eq. (5) is lowest, and it (mm²)."""
+    amplitude, rate, phase = np.reshape(coefficients, (3, 3)).T
+    fastest = float(np.abs(rate).max())
+    # Some 60 places in each wave, then as many between the neighbours of the lowest.
+    count = 200 + int(10.0 * fastest * (MAXIMUM_VOLTAGE - MINIMUM_VOLTAGE))
+    places = np.linspace(MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE, count)
+    for _ in range(3):
+        areas = np.sin(np.multiply.outer(places, rate) + phase) @ amplitude
+        lowest = int(np.argmin(areas))
+        found = float(places[lowest]), float(areas[lowest])
+        places = np.linspace(
+            places[max(lowest - 1, 0)], places[min(lowest + 1, len(places) - 1)], 65
+        )
+    return found
 
 
 @kernel

@@ -1,12 +1,15 @@
 """A simulation that fails: said by name, the valve closed, nothing published, and back by reset.
 
 The rig in these tests has a valve of the printed assembly whose area is negative beyond 8 V: there
-it sucks the air out of a chamber until no pressure is left.
+it sucks the air out of a chamber until no pressure is left. As such a valve is refused where
+parameters are checked, that check is switched off here.
 """
 
 import math
 import re
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +21,11 @@ from std_srvs.srv import Trigger
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
 from rodless_lab.session.observer import Observer
-from rodless_sim import Rig, RigParameters, SimulationError, State, simulate
+from rodless_lab.session.processes import node_command, write_parameters
+from rodless_sim import ParameterError, Rig, RigParameters, SimulationError, State, simulate
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
+from rodless_sim.physics.valve_assemblies import printed
 
 PERIOD = 0.01
 BACKWARDS = {
@@ -28,8 +33,41 @@ BACKWARDS = {
     "valve.area_coefficients": [2.0, math.pi / 8.0, *[0.0] * 7],
     "cylinder.locked": True,
 }
-PARAMETERS = RigParameters(BACKWARDS)
+with pytest.MonkeyPatch.context() as _unchecked:
+    _unchecked.setattr(printed, "check", lambda _: None)
+    PARAMETERS = RigParameters(BACKWARDS)
+WITHOUT_THE_CHECK = """
+import sys
+from rodless_base.start import start
+from rodless_sim.physics.valve_assemblies import printed
+printed.check = lambda _: None
+start(sys.argv.pop(1))
+"""
 LINE = r"^after 0\.\d+ s: a pressure is not positive .*check .*valve\.area_coefficients[^\n]*$"
+
+
+@pytest.fixture
+def unchecked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let such parameters pass where a test makes them anew."""
+    monkeypatch.setattr(printed, "check", lambda _: None)
+
+
+def test_such_a_valve_is_refused() -> None:
+    """With the check in place no such rig is made; the line names the parameter and the voltage."""
+    with pytest.raises(ParameterError, match=r"^valve\.area_coefficients: .* at 10 V: "):
+        RigParameters(BACKWARDS)
+
+
+def test_a_long_advance_ends_where_the_pressure_does() -> None:
+    """In one advance of a minute the error shows the state of the first step without pressure.
+
+    Sucked on for the rest of the minute, the chamber would be at minus 0.1 MPa and beyond.
+    """
+    with pytest.raises(SimulationError, match="a pressure is not positive") as error:
+        Rig(PARAMETERS).advance(10.0, 60.0)
+    found = re.search(r"pressures (\S+) and (\S+) Pa", str(error.value))
+    assert found is not None
+    assert -2e4 < min(float(found[1]), float(found[2])) <= 0.0
 
 
 def run_to_failure(rig: Rig) -> tuple[list[State], str]:
@@ -68,6 +106,7 @@ def test_simulate_and_closed_loop_raise_the_same() -> None:
         closed_loop(PARAMETERS, lambda m, r: 10.0, references.constant(0.2), 10.0, PERIOD)  # noqa: ARG005
 
 
+@pytest.mark.usefixtures("unchecked")
 def test_lockstep_holds_until_a_reset() -> None:
     """No sample answers the command that fails; a reset needs no further answer."""
     stamps: list[int] = []
@@ -99,9 +138,15 @@ def test_lockstep_holds_until_a_reset() -> None:
 
 
 @pytest.fixture
-def plant(observer: Observer, start_node: StartProcess) -> Iterator[PausedPlant]:
+def plant(observer: Observer, start_process: StartProcess, tmp_path: Path) -> Iterator[PausedPlant]:
     """Run a plant that only the test commands."""
-    with start_node("plant", {"time.period": PERIOD, **BACKWARDS}):
+    values = {"plant": {"time.period": PERIOD, **BACKWARDS}}
+    python, *_, module, _, files, path = node_command(
+        "plant", [write_parameters(tmp_path / "parameters.yaml", values)]
+    )
+    assert python == sys.executable
+    command = [python, "-c", WITHOUT_THE_CHECK, module, "--ros-args", files, path]
+    with start_process(command, "plant"):
         yield PausedPlant(observer)
 
 

@@ -1,0 +1,1 @@
+"""How exactly the compiled plant follows its equations: a campaign over random rigs."""

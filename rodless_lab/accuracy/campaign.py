@@ -1,0 +1,90 @@
+"""Many random rigs on every core, kept in a file from which an interrupted campaign goes on."""
+
+import csv
+import os
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from itertools import islice
+from multiprocessing import get_context
+from pathlib import Path
+
+from rodless_lab.accuracy.judge import Verdict, judge
+
+# A terminal sends Ctrl-C to the workers too; it is this process that ends them.
+IGNORE_CTRL_C = (signal.signal, (signal.SIGINT, signal.SIG_IGN))
+
+
+def campaign(
+    path: Path, count: int, progress: Callable[[int], None], stopped: Callable[[], bool]
+) -> list[Verdict]:
+    """Judge the cases 0 to ``count`` - 1 and return what is known of them, by number.
+
+    Those that ``path`` (CSV) has already are not run again; each other one is added to it as soon
+    as it is known. ``progress`` is told how many are known; ``stopped`` ends the campaign early.
+    """
+    known = {verdict.number: verdict for verdict in read_verdicts(path)}
+    wanted = [number for number in range(count) if number not in known]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        if file.tell() == 0:
+            writer.writerow(Verdict._fields)
+        elif not path.read_text(encoding="utf-8").endswith("\n"):
+            writer.writerow([])
+        for verdict in judged(wanted, stopped):
+            writer.writerow(verdict)
+            file.flush()
+            known[verdict.number] = verdict
+            progress(sum(number < count for number in known))
+    return [known[number] for number in sorted(known) if number < count]
+
+
+def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verdict]:
+    """Yield the verdicts on ``numbers`` as they come, from one process for each core."""
+    left = iter(numbers)
+    cores = len(os.sched_getaffinity(0))
+    with ProcessPoolExecutor(cores, get_context("spawn"), *IGNORE_CTRL_C) as pool:
+        running: set[Future[Verdict]] = set()
+        while not stopped():
+            running |= {pool.submit(judge, n) for n in islice(left, 4 * cores - len(running))}
+            if not running:
+                return
+            done, running = wait(running, timeout=1.0, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+        pool.shutdown(cancel_futures=True)
+
+
+def read_verdicts(path: Path) -> list[Verdict]:
+    """Return the verdicts in a file; none where there is no file.
+
+    Raises ValueError for a file of something else. A last line that an interruption cut is left
+    out: its case is run again.
+    """
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = list(csv.reader(file)) or [[]]
+    if tuple(header) != Verdict._fields:
+        raise ValueError(f"{path}: not a campaign of this version; give another --output")
+    return [_verdict(row) for row in rows if len(row) == len(header)]
+
+
+def _verdict(row: list[str]) -> Verdict:
+    number, around, drive, *figures, failure = row
+    travel, position, pressure, *others = map(float, figures)
+    disturbed_position, disturbed_pressure, radau_position, radau_pressure = others
+    return Verdict(
+        int(number),
+        around,
+        drive,
+        travel,
+        position,
+        pressure,
+        disturbed_position,
+        disturbed_pressure,
+        radau_position,
+        radau_pressure,
+        failure,
+    )

@@ -1,0 +1,51 @@
+"""The campaign: it goes on where it was interrupted, and its tables say what is in its file."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from rodless_lab.accuracy.campaign import campaign, read_verdicts
+from rodless_lab.accuracy.judge import Verdict, judge
+from rodless_lab.accuracy.summary import summary
+
+
+def verdict(number: int, error: float, disturbed: float = 0.0, failure: str = "") -> Verdict:
+    """Return a verdict on an open loop around paper with this error (m)."""
+    nan = math.nan
+    return Verdict(number, "paper", "open loop", 0.1, error, 1.0, disturbed, 2.0, nan, nan, failure)
+
+
+@pytest.mark.slow
+def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Stopped after two rigs it has two; the same again adds the others, each once."""
+    path, told = tmp_path / "folder" / "campaign.csv", list[int]()
+    first = campaign(path, 4, told.append, lambda: len(told) >= 2)
+    assert len(first) >= 2
+    before = path.read_text()
+    path.write_text(before + "3,paper,open l")  # as a power cut leaves it
+    whole = campaign(path, 4, told.append, lambda: False)
+    assert [found.number for found in whole] == [0, 1, 2, 3]
+    assert path.read_text().startswith(before)
+    assert repr(read_verdicts(path)[0]) == repr(judge(read_verdicts(path)[0].number))
+    assert told[-1] == 4
+
+
+def test_a_file_of_something_else_is_refused_and_kept(tmp_path: Path) -> None:
+    """One line that names the file; nothing is written into it."""
+    path = tmp_path / "run.csv"
+    path.write_text("time,position\n0,0\n")
+    with pytest.raises(ValueError, match=r"run\.csv: not a campaign"):
+        campaign(path, 1, lambda _: None, lambda: False)
+    assert path.read_text() == "time,position\n0,0\n"
+
+
+def test_the_summary_by_hand() -> None:
+    """Of 1 to 101 µm the median is 51 µm; the disturbance explains what it makes a tenth of."""
+    verdicts = [verdict(n, (n + 1) * 1e-6, 2e-6 if n == 100 else 20e-6) for n in range(101)]
+    text = summary([*verdicts, verdict(101, math.nan, failure="it burst")])
+    assert "| paper, open loop | 101 | 100% | 51 µm | 96 µm | 1e+02 µm |" in text
+    assert "102 rigs, 1 not computed. 96 errors above 5 µm, 96 of them in open loop" in text
+    assert "in 95 of them" in text
+    assert "- rig 101: it burst" in text
+    assert "| 100 | paper, open loop | 101 µm | 2 µm | 100 mm |" in text

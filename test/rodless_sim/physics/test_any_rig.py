@@ -1,0 +1,145 @@
+"""Rigs from all declared ranges at once: whatever the parameters, the motion stays a rig's."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from rodless_base.parameters import Parameter, ParameterError
+from rodless_sim import Rig, RigParameters, Trace, simulate
+
+# How plant time passes on a wall clock is no matter of motion; the tolerance is what is compared.
+OUTSIDE = (
+    "time.mode",
+    "time.speed",
+    "time.duration",
+    "time.command_timeout",
+    "time.recorders",
+    "time.publish_clock",
+    "time.tolerance",
+)
+PAIRS = (
+    ("friction.forward.coulomb", "friction.forward.static"),
+    ("friction.reverse.coulomb", "friction.reverse.static"),
+    ("atmosphere.pressure", "supply.pressure"),
+    ("valve.spool_diameter", "valve.sleeve_diameter"),
+    ("cylinder.initial_position", "cylinder.stroke"),
+    ("time.period", "valve.command_timeout"),
+)
+
+
+def value_of(declared: Parameter) -> st.SearchStrategy[object]:
+    """Any value that the declaration allows."""
+    if declared.choices:
+        return st.sampled_from(declared.choices)
+    if isinstance(declared.default, bool):
+        return st.booleans()
+    low, high = declared.minimum, declared.maximum
+    if isinstance(declared.default, int):
+        return st.integers(int(low), int(high))
+    number = st.floats(low, high)
+    if isinstance(declared.default, tuple):
+        return st.one_of(st.just(declared.default), st.tuples(*[number for _ in declared.default]))
+    # Evenly by size too: evenly by value nearly all would be of the size of the maximum.
+    if low >= 0.0:
+        least = math.log(max(low, 1e-6 * high))
+        number |= st.floats(least, math.log(high)).map(
+            lambda power: min(max(math.exp(power), low), high)
+        )
+    return number
+
+
+@st.composite
+def rigs(draw: st.DrawFn) -> RigParameters:
+    """Any rig at all."""
+    values = {
+        name: draw(value_of(declared), label=name)
+        for name, declared in RigParameters.DECLARATIONS.items()
+        if name not in OUTSIDE
+    }
+    for low, high in PAIRS:
+        one, other = float(str(values[low])), float(str(values[high]))
+        top = RigParameters.DECLARATIONS[low].maximum
+        values[low] = min(one, other, top)
+        values[high] = max(one, other, RigParameters.DECLARATIONS[high].minimum)
+    index = float(str(values["air.isentropic_index"]))
+    values["air.critical_ratio"] = (2.0 / (index + 1.0)) ** (index / (index - 1.0))
+    values["time.period"] = max(round(float(str(values["time.period"])), 6), 1e-4)
+    try:
+        return RigParameters(values)
+    except ParameterError:
+        assume(False)
+        raise
+
+
+VOLTAGES = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=4)
+
+# The same examples on every machine and in every run.
+FEW = settings(
+    max_examples=60,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
+)
+
+
+def run(parameters: RigParameters, voltages: list[float], start: float, tolerance: float) -> Trace:
+    """A quarter of a second, or four periods, from ``start``, a share of the stroke."""
+    period = parameters.number("time.period")
+    each = max(1, round(0.25 / period / len(voltages)))
+    position = start * parameters.number("cylinder.stroke")
+    chosen = parameters.with_values({"time.tolerance": tolerance})
+    return simulate(chosen, np.repeat(voltages, each), period, position)
+
+
+@pytest.mark.slow
+@FEW
+@given(rigs(), VOLTAGES, st.floats(0.0, 1.0))
+def test_motion_stays_that_of_a_rig(
+    parameters: RigParameters, voltages: list[float], start: float
+) -> None:
+    """Finite, within the stroke, pressures positive; what the instruments read is finite too."""
+    trace = run(parameters, voltages, start, 1.0)
+    for name, values in trace.columns().items():
+        assert np.isfinite(values).all(), name
+    assert trace.position.min() >= 0.0
+    assert trace.position.max() <= parameters.number("cylinder.stroke")
+    assert min(trace.pressure_a.min(), trace.pressure_b.min()) > 0.0
+    rig = Rig(parameters)
+    rig.advance(voltages[0], parameters.number("time.period"))
+    seen = rig.read()
+    assert all(map(math.isfinite, (seen.position, seen.pressure_a, seen.pressure_b)))
+
+
+@pytest.mark.slow
+@FEW
+@given(rigs(), VOLTAGES, st.floats(0.0, 1.0))
+def test_the_error_is_small_whatever_the_rig(
+    parameters: RigParameters, voltages: list[float], start: float
+) -> None:
+    """Within 5 µm of the run with a hundredth of the tolerance."""
+    coarse, fine = (run(parameters, voltages, start, tolerance) for tolerance in (1.0, 0.01))
+    assert np.abs(coarse.position - fine.position).max() < 5e-6
+
+
+def test_the_rigs_differ_and_move() -> None:
+    """The examples are no one rig: they reach from end to end of ranges, and many move."""
+    found: list[tuple[RigParameters, float]] = []
+
+    @settings(FEW, max_examples=40)
+    @given(rigs(), VOLTAGES, st.floats(0.0, 1.0))
+    def collect(parameters: RigParameters, voltages: list[float], start: float) -> None:
+        found.append((parameters, float(np.ptp(run(parameters, voltages, start, 1.0).position))))
+
+    collect()
+    bores = [parameters.number("cylinder.bore") for parameters, _ in found]
+    assert max(bores) > 0.05
+    assert min(bores) < 0.01
+    assert {parameters.text("valve.assembly") for parameters, _ in found} == {
+        "printed",
+        "reconciled",
+    }
+    assert sum(travel > 1e-4 for _, travel in found) > len(found) / 10
