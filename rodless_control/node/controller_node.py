@@ -23,7 +23,7 @@ from rodless_base.ros.diagnostics import (
 )
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import LOST, send
+from rodless_base.ros.publish import LOST, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
@@ -67,7 +67,6 @@ class ControllerNode:
         self._reported: str | None = None
         self._stamp = 0
         self._bad_setpoints = 0
-        self._lost_commands = 0
         self._ready = False
         self._make_interface()
         self.node.get_logger().info(self._started_line())
@@ -101,6 +100,7 @@ class ControllerNode:
         recorded = self._parameters.values.number("controller.recorders") > 0
         qos = LOSSLESS if recorded else QUEUE_DEPTH
         self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, qos)
+        self._outbox = Outbox(self.node)
         self._telemetry = Telemetry(self.node, self._loop.law, qos)
         self._diagnostics = diagnostics_publisher(self.node)
         self._setpoint = self.node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
@@ -210,6 +210,7 @@ class ControllerNode:
             self._inputs.subscribe()
 
     def _watch(self) -> None:
+        self._outbox.flush()
         self._telemetry.poll()
         self._subscribe_once_matched()
         if self._arrived:
@@ -234,7 +235,7 @@ class ControllerNode:
         self._command(self._parameters.values.number("controller.neutral_voltage"))
 
     def _command(self, voltage: float) -> None:
-        self._lost_commands += not send(self._voltage, Float64(data=voltage))
+        self._outbox.send(self._voltage, Float64(data=voltage))
 
     def _publish_diagnostics(self) -> None:
         loop, inputs = self._loop, self._inputs
@@ -245,7 +246,7 @@ class ControllerNode:
             "set-points refused": self._bad_setpoints,
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
-            LOST: self._lost_commands + self._telemetry.lost,
+            LOST: self._outbox.lost + self._telemetry.lost,
         }
         if loop.law.USES_PRESSURES:
             faults["samples without all pressures"] = inputs.incomplete
@@ -256,19 +257,28 @@ class ControllerNode:
 
     def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for past faults, or all well."""
-        if self._loop.failure is not None:
-            return ERROR, f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
-        if self._arrival is None:
-            return ERROR, f"no position{self._with_pressures}: valve closed"
+        problem = self._problem()
+        if problem is not None:
+            return ERROR, problem
         if not self._enabled:
             return WARN, "disabled: valve closed"
-        if self._refused:
-            used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
-            return ERROR, f"{used} not finite: valve closed"
         seen = [name for name, count in faults.items() if count]
         if seen:
             return WARN, "since start: " + ", ".join(seen)
         return OK, "controlling"
+
+    def _problem(self) -> str | None:
+        """What keeps the controller from controlling now, unless that is by request."""
+        if self._loop.failure is not None:
+            return f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
+        if self._arrival is None:
+            return f"no position{self._with_pressures}: valve closed"
+        if self._outbox.obstacle is not None:
+            return f"{self._outbox.obstacle}: no command gets out"
+        if self._enabled and self._refused:
+            used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
+            return f"{used} not finite: valve closed"
+        return None
 
 
 def load() -> None:
