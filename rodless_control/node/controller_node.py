@@ -5,7 +5,6 @@ from time import monotonic_ns
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
-from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
@@ -21,6 +20,7 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, Outbox
@@ -48,7 +48,7 @@ class ControllerNode:
 
     def __init__(self, **node_options: object) -> None:
         """Start; raises ParameterError for parameters that are no controller's."""
-        self.node = Node(
+        self.node = DirectNode(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
         kind = self._parameters_of_law()

@@ -3,7 +3,6 @@
 from functools import partial
 
 from rclpy.logging import get_logger
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
@@ -19,6 +18,7 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, OnDemand, Outbox, nodes
@@ -44,7 +44,7 @@ class PlantNode:
 
     def __init__(self, **node_options: object) -> None:
         """Settle and start; raises ParameterError for parameters that are no rig's."""
-        self.node = Node(
+        self.node = DirectNode(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
