@@ -9,6 +9,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.kernels import start_takes
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import (
@@ -283,7 +284,7 @@ class ControllerNode:
 
 def load() -> None:
     """Load the compiled control law, so that the first command does not wait for it."""
-    get_logger("controller").info("loading the compiled control law (the first start compiles it)")
+    get_logger("controller").info(f"{start_takes()}: the control law")
     ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
 
 

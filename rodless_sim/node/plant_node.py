@@ -8,6 +8,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.kernels import start_takes
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
     ERROR,
@@ -239,7 +240,7 @@ def pressure_variance(values: RigParameters) -> float:
 
 def load() -> None:
     """Load the compiled plant, so that the first sample does not wait for it."""
-    get_logger("plant").info("loading the compiled plant (the first start compiles it)")
+    get_logger("plant").info(f"{start_takes()}: the plant")
     Rig().advance(0.0, 1e-3)
 
 
