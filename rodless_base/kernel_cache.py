@@ -43,15 +43,16 @@ def private_folder(path: Path) -> Path | None:
     return path
 
 
-def is_cold(folder: Path | None) -> bool:
-    """Whether nothing has been compiled into ``folder`` yet."""
-    return folder is None or next(folder.rglob("*.nbi"), None) is None
-
-
 @cache
 def complain(line: str) -> None:
     """Say ``line`` once."""
     LOGGER.warning(line)
+
+
+@cache
+def announce() -> None:
+    """Say once that this process has to compile."""
+    LOGGER.info("compiling, which takes about a minute; the next start finds the result")
 
 
 class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
@@ -122,11 +123,14 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def load_overload(self, signature: object, target: object) -> object:
         """Return what was compiled for ``signature``, or None."""
+        found = None
         try:
-            return super().load_overload(signature, target)
+            found = super().load_overload(signature, target)
         except Exception as error:
             complain(f"compiled code cannot be read, compiling anew: {_in_one_line(error)}")
-            return None
+        if found is None:
+            announce()
+        return found
 
     def save_overload(self, signature: object, compiled: object) -> None:
         """Keep ``compiled`` if that is possible."""

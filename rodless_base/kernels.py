@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.dispatcher import Dispatcher
 
-from rodless_base.kernel_cache import KernelCache, complain, is_cold, private_folder
+from rodless_base.kernel_cache import KernelCache, complain, private_folder
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 Result = TypeVar("Result")
@@ -62,15 +62,6 @@ def _cache_folder() -> Path | None:
 
 
 _CACHE_FOLDER = _cache_folder()
-
-
-def start_takes() -> str:
-    """Say in a few words what loading the kernels means for the time that a start takes."""
-    if numba.config.DISABLE_JIT:
-        return "loading the plain Python code"
-    if is_cold(_CACHE_FOLDER):
-        return "compiling, which takes about a minute the first time"
-    return "loading the compiled code"
 
 
 def kernel(function: Kernel) -> Kernel:

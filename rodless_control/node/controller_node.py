@@ -9,7 +9,6 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
-from rodless_base.kernels import start_takes
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import (
@@ -22,6 +21,7 @@ from rodless_base.ros.diagnostics import (
     steady_clock,
 )
 from rodless_base.ros.in_process import DirectNode
+from rodless_base.ros.logs import log_through
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, Outbox
@@ -284,7 +284,8 @@ class ControllerNode:
 
 def load() -> None:
     """Load the compiled control law, so that the first command does not wait for it."""
-    get_logger("controller").info(f"{start_takes()}: the control law")
+    log_through("controller")
+    get_logger("controller").info("loading the compiled control law")
     ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
 
 

@@ -8,7 +8,6 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_base.kernels import start_takes
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
     ERROR,
@@ -20,6 +19,7 @@ from rodless_base.ros.diagnostics import (
     steady_clock,
 )
 from rodless_base.ros.in_process import DirectNode
+from rodless_base.ros.logs import log_through
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, OnDemand, Outbox, nodes
@@ -240,7 +240,8 @@ def pressure_variance(values: RigParameters) -> float:
 
 def load() -> None:
     """Load the compiled plant, so that the first sample does not wait for it."""
-    get_logger("plant").info(f"{start_takes()}: the plant")
+    log_through("plant")
+    get_logger("plant").info("loading the compiled plant")
     Rig().advance(0.0, 1e-3)
 
 

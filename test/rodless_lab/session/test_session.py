@@ -228,7 +228,7 @@ def test_waiting_ends_and_says_for_what(rig_session: StartSession) -> None:
     rig = rig_session()
     with pytest.raises(WaitTimeoutError, match="waiting for the moon") as caught:
         rig.run_until(lambda _: False, "the moon", timeout=0.2)
-    assert ": the plant" in str(caught.value)
+    assert "loading the compiled plant" in str(caught.value)
     with pytest.raises(TimeoutError, match="waiting for a sign"):
         rig.wait_until(lambda: False, "a sign", timeout=0.2)
 
