@@ -19,6 +19,8 @@ from rclpy.qos import HistoryPolicy, QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 from std_msgs.msg import Float64
 
+from rodless_base.start import Stop
+
 # How long (s) messages are delivered before timers and services have their turn: in lock-step each
 # delivery brings the next message.
 TURN = 1e-3
@@ -93,15 +95,20 @@ class DirectDelivery:
     def __init__(self) -> None:
         """Connect nothing yet."""
         self._executor: Executor | None = None
+        self._stop: Stop | None = None
         self._publishers: list[DirectPublisher] = []
         self._readers: list[Reader] = []
         # One entry for each message.
         self._ready: deque[Reader] = deque()
         self._has_a_turn = False
 
-    def attach(self, executor: Executor) -> None:
-        """Deliver in the turns that ``executor`` gives."""
+    def attach(self, executor: Executor, stop: Stop | None = None) -> None:
+        """Deliver in the turns that ``executor`` gives, until ``stop``.
+
+        Without an end to the messages of a lock-step run, the executor would not end its spinning.
+        """
         self._executor = executor
+        self._stop = stop
         if self._ready:
             self._ask_for_a_turn()
 
@@ -130,7 +137,8 @@ class DirectDelivery:
             self._ask_for_a_turn()
 
     def _ask_for_a_turn(self) -> None:
-        if self._executor is not None:
+        stopped = self._stop is not None and self._stop.requested
+        if self._executor is not None and not stopped:
             self._has_a_turn = True
             self._executor.create_task(self._deliver)
 

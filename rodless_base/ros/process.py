@@ -117,7 +117,7 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
         _settle_memory()
         executor = make_executor()
         if delivery is not None:
-            delivery.attach(executor)
+            delivery.attach(executor, stop)
         for member in running:
             executor.add_node(member.node)
         try:

@@ -14,6 +14,9 @@ from rodless_base.ros.topics import QUEUE_DEPTH
 # What /diagnostics calls messages that an Outbox had no room for.
 LOST = "messages lost to a stopped subscriber"
 
+# A node that the middleware has seen the publisher of, and not yet the name.
+UNKNOWN = "(name not known yet)"
+
 
 class Outbox:
     """Sends the messages of one or several publishers in the order in which they are given.
@@ -66,10 +69,12 @@ class Outbox:
 
 def nodes(endpoints: Sequence[TopicEndpointInfo]) -> dict[bytes, str]:
     """Return the full name of each endpoint's node, by what identifies the endpoint."""
-    return {
-        bytes(end.endpoint_gid): f"{end.node_namespace.rstrip('/')}/{end.node_name}"
-        for end in endpoints
-    }
+    return {bytes(end.endpoint_gid): _full_name(end) for end in endpoints}
+
+
+def _full_name(endpoint: TopicEndpointInfo) -> str:
+    name: str = endpoint.node_name
+    return UNKNOWN if "UNKNOWN" in name else f"{endpoint.node_namespace.rstrip('/')}/{name}"
 
 
 def _is_published(publisher: Publisher, message: object) -> bool:

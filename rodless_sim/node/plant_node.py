@@ -22,7 +22,7 @@ from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import LOST, OnDemand, Outbox, nodes
+from rodless_base.ros.publish import LOST, UNKNOWN, OnDemand, Outbox, nodes
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
@@ -128,7 +128,8 @@ class PlantNode:
         """Return the nodes that publish commands, by what identifies the publisher."""
         topic = self._commands.topic_name
         # Counting costs a tenth of asking who they are.
-        if self.node.count_publishers(topic) != len(self._commanders):
+        changed = self.node.count_publishers(topic) != len(self._commanders)
+        if changed or UNKNOWN in self._commanders.values():
             self._commanders = nodes(self.node.get_publishers_info_by_topic(topic))
         return self._commanders
 
