@@ -16,6 +16,7 @@ import numba
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 
+from rodless_base.kernel_cache import KernelCache, complain, private_folder
 from rodless_base.one_line import in_one_line
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
@@ -55,13 +56,14 @@ def _is_in_digest(function: Callable[..., object]) -> bool:
     return code is not None and Path(code.co_filename) in _KERNEL_SOURCES
 
 
-def _cache_directory() -> str:
+def _cache_folder() -> Path | None:
+    """Return the folder for compiled code of this version, None where there can be none."""
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     root = os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "rodless_sim"
-    return str(Path(root) / _source_digest())
+    return private_folder(Path(root) / _source_digest())
 
 
-_CACHE_DIRECTORY = _cache_directory()
+_CACHE_FOLDER = _cache_folder()
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -115,10 +117,20 @@ def unlinked(function: Kernel, **functions: Callable[..., object]) -> Kernel:
 
 def _compiled(function: Kernel, keep: bool, outlined: bool = False) -> Kernel:
     options = {"nogil": True} if outlined else {"forceinline": True}
+    compiled = numba.njit(error_model="numpy", **options)(function)
+    if keep and _CACHE_FOLDER is not None and isinstance(compiled, Dispatcher):
+        _keep(compiled, _CACHE_FOLDER)
+    return cast(Kernel, compiled)
+
+
+def _keep(compiled: Dispatcher, folder: Path) -> None:
+    """Do what numba's ``cache=True`` does, with a cache that survives damage, in ``folder``."""
     others = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _CACHE_DIRECTORY
+    numba.config.CACHE_DIR = str(folder)
     try:
-        return cast(Kernel, numba.njit(cache=keep, error_model="numpy", **options)(function))
+        cast(Any, compiled)._cache = KernelCache(compiled.py_func)
+    except (RuntimeError, OSError) as error:
+        complain(f"compiled code is not kept, each start compiles anew: {error}")
     finally:
         numba.config.CACHE_DIR = others
 

@@ -64,7 +64,8 @@ PARAMETERS = declare(
         "time.command_timeout",
         1.0,
         "s",
-        "wall-clock time without a command after which lockstep says so",
+        "wall-clock time without a command after which lockstep says so and offers the sample "
+        "again; longer than the controller takes for a sample",
         "interface",
         1e-2,
         1e3,

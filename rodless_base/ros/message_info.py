@@ -2,10 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from functools import wraps
+from time import time_ns
 from typing import Any
+from weakref import WeakSet
 
 # What rclpy tells about a message beside its content; times in ns of the system's clock.
 Info = Mapping[str, Any]
+
+_with_info: "WeakSet[Callable[..., None]]" = WeakSet()
 
 
 def with_info(receive: Callable[[Any, Info], None]) -> Callable[..., None]:
@@ -19,4 +23,16 @@ def with_info(receive: Callable[[Any, Info], None]) -> Callable[..., None]:
     def callback(*arguments: Any) -> None:
         receive(*(arguments[0] if len(arguments) == 1 else arguments))
 
+    _with_info.add(callback)
     return callback
+
+
+def wants_info(callback: Callable[..., None]) -> bool:
+    """Whether ``callback`` was made by :func:`with_info`."""
+    return callback in _with_info
+
+
+def delivered_now() -> Info:
+    """Return the information of a message that is sent and received at this moment."""
+    now = time_ns()
+    return {"source_timestamp": now, "received_timestamp": now}

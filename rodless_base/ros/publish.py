@@ -1,34 +1,88 @@
-"""Publish only what somebody reads: building a message costs as much as sending it."""
+"""Publish in order, and only what somebody reads: a message costs as much to build as to send."""
 
-from collections.abc import Callable
-from time import monotonic
+from collections import deque
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-# What /diagnostics calls messages that send() has lost.
+from rodless_base.ros.topics import QUEUE_DEPTH
+
+# What /diagnostics calls messages that an Outbox had no room for.
 LOST = "messages lost to a stopped subscriber"
 
-# How long (s) a reader that has stopped reading may hold a lossless publisher back.
-READER_TIMEOUT = 5.0
+# A node that the middleware has seen the publisher of, and not yet the name.
+UNKNOWN = "(name not known yet)"
 
 
-def send(publisher: Publisher, message: object) -> bool:
-    """Publish, waiting for a reader that holds a lossless publisher back.
+class Outbox:
+    """Sends the messages of one or several publishers in the order in which they are given.
 
-    Returns False where one did so for ``READER_TIMEOUT``; the message is lost then.
+    A reader that has stopped reading holds a lossless publisher back. Its message, and all after
+    it, wait here until :meth:`flush` gets them through: when the reader reads on, or when the
+    middleware has given it up (20 s, by default, after it was stopped or killed). Beyond
+    ``QUEUE_DEPTH`` the oldest is lost.
     """
-    end = None
-    while True:
-        try:
-            publisher.publish(message)
-        except rclpy_implementation.RCLError:
-            end = end or monotonic() + READER_TIMEOUT
-            if monotonic() > end:
-                return False
-        else:
-            return True
+
+    def __init__(self, node: Node) -> None:
+        """Nothing waits; ``node`` knows who reads."""
+        self._node = node
+        self._waiting: deque[tuple[Publisher, object]] = deque()
+        self.lost = 0
+
+    def send(self, publisher: Publisher, message: object) -> None:
+        """Publish, or keep the message until :meth:`flush`."""
+        if not self._waiting and _is_published(publisher, message):
+            return
+        self._waiting.append((publisher, message))
+        if len(self._waiting) > QUEUE_DEPTH:
+            self._waiting.popleft()
+            self.lost += 1
+
+    def flush(self) -> bool:
+        """Try to publish what waits; return whether nothing is left.
+
+        It is to be called now and then: publishing blocks for a moment where a reader is stopped.
+        """
+        while self._waiting and _is_published(*self._waiting[0]):
+            self._waiting.popleft()
+        return not self._waiting
+
+    def clear(self) -> bool:
+        """Forget what waits, which does not count as lost; return whether anything did."""
+        waited = bool(self._waiting)
+        self._waiting.clear()
+        return waited
+
+    @property
+    def obstacle(self) -> str | None:
+        """Say whom the messages wait for, if any do."""
+        if not self._waiting:
+            return None
+        topic = self._waiting[0][0].topic_name
+        readers = sorted(set(nodes(self._node.get_subscriptions_info_by_topic(topic)).values()))
+        return f"a subscriber of {topic} has stopped reading ({' or '.join(readers)})"
+
+
+def nodes(endpoints: Sequence[TopicEndpointInfo]) -> dict[bytes, str]:
+    """Return the full name of each endpoint's node, by what identifies the endpoint."""
+    return {bytes(end.endpoint_gid): _full_name(end) for end in endpoints}
+
+
+def _full_name(endpoint: TopicEndpointInfo) -> str:
+    name: str = endpoint.node_name
+    return UNKNOWN if "UNKNOWN" in name else f"{endpoint.node_namespace.rstrip('/')}/{name}"
+
+
+def _is_published(publisher: Publisher, message: object) -> bool:
+    try:
+        publisher.publish(message)
+    except rclpy_implementation.RCLError:
+        return False
+    return True
 
 
 class OnDemand:
@@ -38,12 +92,12 @@ class OnDemand:
     every time costs as much as what it saves.
     """
 
-    def __init__(self, publisher: Publisher, message: Callable[..., Any]) -> None:
-        """Send what ``message`` makes of the values to publish."""
+    def __init__(self, publisher: Publisher, message: Callable[..., Any], outbox: Outbox) -> None:
+        """Send through ``outbox`` what ``message`` makes of the values to publish."""
         self._publisher = publisher
         self._message = message
+        self._outbox = outbox
         self.subscribers = 0
-        self.lost = 0  # messages, to a stopped subscriber
 
     def poll(self) -> int:
         """Look up and return the number of subscribers."""
@@ -53,4 +107,4 @@ class OnDemand:
     def publish(self, *values: object) -> None:
         """Send the message of ``values`` to the subscribers of the last poll, if any."""
         if self.subscribers:
-            self.lost += not send(self._publisher, self._message(*values))
+            self._outbox.send(self._publisher, self._message(*values))

@@ -5,7 +5,6 @@ from time import monotonic_ns, perf_counter, time_ns
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
-from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
@@ -21,10 +20,12 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.in_process import DirectNode
+from rodless_base.ros.logs import log_through
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import LOST, send
+from rodless_base.ros.publish import LOST, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
@@ -57,7 +58,7 @@ class ControllerNode:
 
     def __init__(self, **node_options: object) -> None:
         """Start; raises ParameterError for parameters that are no controller's."""
-        self.node = Node(
+        self.node = DirectNode(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
         kind = self._parameters_of_law()
@@ -77,7 +78,6 @@ class ControllerNode:
         self._reported: str | None = None
         self._stamp = 0
         self._bad_setpoints = 0
-        self._lost_commands = 0
         self._ready = False
         self._make_interface()
         self.node.get_logger().info(self._started_line())
@@ -111,6 +111,7 @@ class ControllerNode:
         recorded = self._parameters.values.number("controller.recorders") > 0
         qos = LOSSLESS if recorded else QUEUE_DEPTH
         self._voltage = self.node.create_publisher(Float64, VALVE_VOLTAGE, qos)
+        self._outbox = Outbox(self.node)
         self._telemetry = Telemetry(self.node, self._loop.law, qos)
         self._diagnostics = diagnostics_publisher(self.node)
         self._setpoint = self.node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
@@ -235,6 +236,7 @@ class ControllerNode:
             self._inputs.subscribe()
 
     def _watch(self) -> None:
+        self._outbox.flush()
         self._telemetry.poll()
         self._subscribe_once_matched()
         if self._arrived:
@@ -259,7 +261,7 @@ class ControllerNode:
         self._command(self._parameters.values.number("controller.neutral_voltage"))
 
     def _command(self, voltage: float) -> None:
-        self._lost_commands += not send(self._voltage, Float64(data=voltage))
+        self._outbox.send(self._voltage, Float64(data=voltage))
 
     def _publish_diagnostics(self) -> None:
         loop, inputs = self._loop, self._inputs
@@ -270,7 +272,7 @@ class ControllerNode:
             "set-points refused": self._bad_setpoints,
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
-            LOST: self._lost_commands + self._telemetry.lost,
+            LOST: self._outbox.lost + self._telemetry.lost,
             "samples skipped": self._pace.skipped,
         }
         if loop.law.USES_PRESSURES:
@@ -286,24 +288,34 @@ class ControllerNode:
 
     def _judge(self, faults: dict[str, int], slow: str | None) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for past faults, or all well."""
-        if self._loop.failure is not None:
-            return ERROR, f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
-        if self._arrival is None:
-            return ERROR, f"no position{self._with_pressures}: valve closed"
+        problem = self._problem()
+        if problem is not None:
+            return ERROR, problem
         if not self._enabled:
             return WARN, "disabled: valve closed"
-        if self._refused:
-            used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
-            return ERROR, f"{used} not finite: valve closed"
         seen = [name for name, count in faults.items() if count]
         if slow is not None or seen:
             return WARN, slow or "since start: " + ", ".join(seen)
         return OK, "controlling"
 
+    def _problem(self) -> str | None:
+        """What keeps the controller from controlling now, unless that is by request."""
+        if self._loop.failure is not None:
+            return f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
+        if self._arrival is None:
+            return f"no position{self._with_pressures}: valve closed"
+        if self._outbox.obstacle is not None:
+            return f"{self._outbox.obstacle}: no command gets out"
+        if self._enabled and self._refused:
+            used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
+            return f"{used} not finite: valve closed"
+        return None
+
 
 def load() -> None:
     """Load the compiled control law, so that the first command does not wait for it."""
-    get_logger("controller").info("loading the compiled control law (the first start compiles it)")
+    log_through("controller")
+    get_logger("controller").info("loading the compiled control law")
     ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
 
 

@@ -4,7 +4,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
-from rodless_base.ros.publish import OnDemand
+from rodless_base.ros.publish import OnDemand, Outbox
 from rodless_control.controller import Law
 from rodless_control.loop import Output
 
@@ -16,20 +16,22 @@ class Telemetry:
 
     def __init__(self, node: Node, law: Law, qos: QoSProfile | int) -> None:
         """Make the publishers, with the quality of service of the commands."""
+        self._outbox = Outbox(node)
         self._publishers = {
-            name: OnDemand(node.create_publisher(Float64, f"~/{name}", qos), _message)
+            name: OnDemand(node.create_publisher(Float64, f"~/{name}", qos), _message, self._outbox)
             for name in (REFERENCE, *law.TERMS)
         }
 
     def poll(self) -> None:
-        """Look up which signals have subscribers."""
+        """Look up which signals have subscribers, and send what was held back."""
+        self._outbox.flush()
         for publisher in self._publishers.values():
             publisher.poll()
 
     @property
     def lost(self) -> int:
         """Messages lost to a stopped subscriber."""
-        return sum(publisher.lost for publisher in self._publishers.values())
+        return self._outbox.lost
 
     def publish(self, output: Output) -> None:
         """Publish what has subscribers."""

@@ -63,14 +63,24 @@ def full_namespace(namespace: str) -> str:
     return f"/{namespace.strip('/')}"
 
 
-def _fast_dds_profiles() -> dict[str, str]:
+def leave_out_own_endpoints() -> None:
+    """Keep DDS from delivering inside this process, unless the user has a profile of their own.
+
+    To be called before the first node is made.
+    """
+    for variable, profile in _fast_dds_profiles("_one_process").items():
+        if os.environ.get(variable) in (None, *_fast_dds_profiles().values()):
+            os.environ[variable] = profile
+
+
+def _fast_dds_profiles(kind: str = "") -> dict[str, str]:
     """Settings in the spelling of the Fast DDS here: 2 up to jazzy, 3 from kilted on.
 
     One that it does not know makes it refuse the whole file.
     """
     version = 3 if _rmw_version() >= FIRST_WITH_FAST_DDS_3 else 2
     variable = {2: "FASTRTPS_DEFAULT_PROFILES_FILE", 3: "FASTDDS_DEFAULT_PROFILES_FILE"}[version]
-    return {variable: str(Path(__file__).with_name(f"fast_dds_{version}.xml"))}
+    return {variable: str(Path(__file__).with_name(f"fast_dds_{version}{kind}.xml"))}
 
 
 @cache

@@ -12,7 +12,7 @@ from std_msgs.msg import Float64
 from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import send
+from rodless_base.ros.publish import Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
@@ -49,19 +49,22 @@ class Driver:
         self._first: int | None = None
         self._shown = -1
         self.done = False
+        self._outbox = Outbox(self.node)
+        self._listens = False
         self._publisher = self.node.create_publisher(Float64, VALVE_VOLTAGE, LOSSLESS)
-        self._timer = self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+        self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
 
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
         if self._publisher.get_subscription_count():
-            send(self._publisher, Float64(data=CLOSED_VOLTAGE))
+            self._outbox.send(self._publisher, Float64(data=CLOSED_VOLTAGE))
             self._publisher.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
         self.node.destroy_node()
 
     def _poll(self) -> None:
-        if self._publisher.get_subscription_count() >= self._listeners:
-            self._timer.cancel()
+        self._outbox.flush()
+        if not self._listens and self._publisher.get_subscription_count() >= self._listeners:
+            self._listens = True
             self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
 
     def _answer(self, sample: JointState) -> None:
@@ -74,7 +77,7 @@ class Driver:
         if self.done:
             self._ended()
             return
-        send(self._publisher, Float64(data=float(self._voltages[due])))
+        self._outbox.send(self._publisher, Float64(data=float(self._voltages[due])))
         seconds = elapsed // NANOSECONDS_PER_SECOND
         if seconds != self._shown:
             self._shown = seconds

@@ -28,9 +28,10 @@ from rodless_lab.session.receiver import Receiver
 # For whatever must come, in wall-clock s: the first start compiles, and machines are crowded.
 TIMEOUT = 120.0
 
-# For the first answer in lock-step, in wall-clock s: a sample that is offered twice because the
-# answer was slow, not lost, would be answered twice.
+# Before a lock-step sample is offered again, in wall-clock s: to a controller, which answers by
+# itself, and to a test, which takes its time and must not find two answers to one sample.
 COMMAND_TIMEOUT = 3.0
+COMMAND_TIMEOUT_OF_A_TEST = 1000.0
 
 
 class RigSession(PlantTime, Controls, Faults):
@@ -111,11 +112,12 @@ class RigSession(PlantTime, Controls, Faults):
         return 1 if self._bag_path is None else 2
 
     def _plant_parameters(self, given: Mapping[str, object]) -> dict[str, object]:
+        by_test = self._relay or not self._has_controller
         return {
             "time.mode": self._mode,
             "time.duration": self._duration,
             "time.recorders": self._recorders,
-            "time.command_timeout": COMMAND_TIMEOUT,
+            "time.command_timeout": COMMAND_TIMEOUT_OF_A_TEST if by_test else COMMAND_TIMEOUT,
             **given,
         }
 

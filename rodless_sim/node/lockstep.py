@@ -1,100 +1,116 @@
 """Plant time driven by commands: one period for each, as fast as they come."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
+from typing import Protocol
 
 from rodless_sim.node.engine import Engine
+from rodless_sim.node.time_keeper import TimeKeeper
 
 
-class Lockstep:
+class Outgoing(Protocol):
+    """Messages of the last sample that a reader holds back."""
+
+    def flush(self) -> bool:
+        """Try to get them through; return whether none is left."""
+
+    def clear(self) -> bool:
+        """Forget them; return whether there were any."""
+
+    @property
+    def obstacle(self) -> str | None:
+        """Who holds them back."""
+
+
+class Lockstep(TimeKeeper):
     """Answers each command with the next sample.
 
     It runs while exactly one publisher of commands is there: with two, nobody knows whose answer
-    is whose. When it runs again, the last sample is offered anew.
+    is whose. Two of one name are a controller that was started again and a dead one that the
+    middleware has not missed yet: where one sample gets one answer, the run goes on.
 
-    Exactly one sample is unanswered at any time. A reset therefore waits for its answer and
-    drops it: taken for the answer to sample 0, it would set the loop one sample apart for good.
-    Where nobody answers, the reset happens after ``timeout``.
+    No sample is dropped. One that a reader holds back is sent as soon as that reads on or is gone;
+    one that nobody answers for ``timeout`` is offered again, at growing intervals. As commands have
+    no stamp, they are counted: a sample offered twice has two answers, and the plant steps when
+    both are here, or when the second has not followed the first for as long as that took. A reset
+    waits for the answers under way and drops them: taken for the answer to sample 0, one would set
+    the loop one sample apart for good. Where nobody answers, it happens after ``timeout``.
     """
+
+    steps_by_itself = False
 
     def __init__(
         self,
         engine: Engine,
         timeout: float,
         ready: Callable[[], bool],
-        commanders: Callable[[], int],
+        commanders: Callable[[], Mapping[bytes, str]],
+        outgoing: Outgoing,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         """Offer sample 0 as soon as ``ready``, and to one publisher of commands only.
 
-        ``commanders`` counts the publishers of commands; ``timeout`` is in s of ``now``.
+        ``commanders`` gives the nodes that publish commands, by what identifies the publisher;
+        ``timeout`` is in s of ``now``.
         """
-        self._engine = engine
+        super().__init__(engine)
         self._timeout = timeout
         self._ready = ready
         self._commanders = commanders
+        self._outgoing = outgoing
         self._now = now
-        self._running = False
-        self._paused = False
-        self._pending: float | None = None
+        self._present: Mapping[bytes, str] = {}
+        # Whom samples were offered to: their answers may still be under way.
+        self._offered_to: Collection[bytes] = ()
+        self._owed = 0  # answers to what has been offered
+        self._answer: float | None = None  # the last answer to the present sample
+        self._first_offer = self._last_event = 0.0
+        self._identifying = self._several_answer = False
         self._reset_wanted = False
-        self._offered_at = 0.0
-        self.overruns = 0
 
     @property
     def problem(self) -> str | None:
         """What keeps the plant from following commands now."""
-        if self._engine.failure is not None:
+        if self._engine.failure is not None or self._engine.ended:
             return self._engine.failure
-        if not self._running and self._commanders() > 1:
-            return "more than one publisher on valve/voltage: holding until one is left"
-        if not self._running:
+        who = ", ".join(sorted(self._present.values()))
+        if not self._started and len(self._present) > 1:
+            return f"more than one publisher on valve/voltage ({who}): holding until one is left"
+        if not self._started:
             return "waiting for subscribers and for one publisher on valve/voltage"
-        if self._overdue and not self._engine.ended:
-            return f"no command for {self._timeout:g} s of wall time: holding"
+        return self._obstacle(who)
+
+    def _obstacle(self, commander: str) -> str | None:
+        """What a run that has begun waits for."""
+        if self._outgoing.obstacle is not None:
+            return f"{self._outgoing.obstacle}: holding"
+        if self._overdue:
+            return f"no command for {self._timeout:g} s of wall time from {commander}: holding"
         return None
 
     @property
     def _overdue(self) -> bool:
-        return self._pending is None and self._now() - self._offered_at > self._timeout
-
-    @property
-    def paused(self) -> bool:
-        """Whether plant time stands still by request."""
-        return self._paused
-
-    @property
-    def running(self) -> bool:
-        """Whether plant time advances with each command now."""
-        held = self._paused or self._engine.ended or self._engine.failure is not None
-        return self._running and not held
-
-    @property
-    def at_start(self) -> bool:
-        """Whether plant time is zero."""
-        return self._engine.rig.nanoseconds == 0
-
-    @property
-    def steps_by_itself(self) -> bool:
-        """Whether several steps can be taken at once, without an answer to each."""
-        return False
+        return self._answer is None and self._now() - self._first_offer > self._timeout
 
     def receive(self, voltage: float) -> None:
-        """Take the answer (V) to the last sample."""
-        if not self._running:
+        """Take an answer (V) to the last sample."""
+        self._owed = max(self._owed - 1, -1)
+        if not self._started:
             return
-        if self._reset_wanted:
-            self._restart()
-            return
-        self._pending = voltage
-        if not self._paused:
-            self._answer()
+        self._answer = voltage
+        self._last_event = self._now()
+        if self._identifying:
+            self._several_answer = self._owed < 0
+            if self._several_answer:
+                self._hold()
+        elif self._owed <= 0:
+            self._complete()
 
     def pause(self, paused: bool) -> None:
         """Keep the next answer back, or let it take effect."""
         self._paused = paused
-        if not paused and self._pending is not None:
-            self._answer()
+        if not paused and self._answered:
+            self._step()
 
     def step(self) -> str | None:
         """Let one answer take effect; return what is in the way, if anything."""
@@ -102,56 +118,112 @@ class Lockstep:
             return self._engine.failure
         if not self._paused:
             return "pause the plant first"
-        if self._pending is None:
+        if not self._answered:
             return "no command has come for the last sample yet"
-        self._answer()
+        self._step()
         return None
 
     def reset(self) -> str:
         """Return to the start as soon as no answer is under way; say when that is."""
-        answered = self._pending is not None or self._engine.failure is not None
-        if self._running and not answered and not self._overdue:
+        if self._started and self._owed > 0 and not self._overdue:
             self._reset_wanted = True
             return "with the answer to the last sample"
         self._restart()
         return "done"
 
     def poll(self) -> None:
-        """Do what no command triggers: start, hold without a sole commander, give up waiting."""
-        alone = self._commanders() == 1
-        if self._running and not alone:
-            self._running = False
-            self._pending = None
-        elif not self._running and alone and self._ready():
-            self._running = True
-            self._offer()
-        elif self._running and self._overdue:
-            self._wait_no_longer()
+        """Do what no command triggers: start, hold without a sole commander, offer again."""
+        self._look_who_commands()
+        if self._started and not self._outgoing.flush():
+            self._first_offer = self._last_event = self._now()
+        elif self._started:
+            self._wait()
+        elif self._may_be_one and self._ready():
+            self._start()
 
     def close(self) -> None:
         """Nothing runs by itself."""
 
-    def _wait_no_longer(self) -> None:
+    @property
+    def _answered(self) -> bool:
+        """Whether the present sample has all its answers."""
+        return self._answer is not None and self._owed <= 0 and not self._identifying
+
+    @property
+    def _may_be_one(self) -> bool:
+        return len(set(self._present.values())) == 1 and not self._several_answer
+
+    def _look_who_commands(self) -> None:
+        before, self._present = self._present, self._commanders()
+        if self._present.keys() == before.keys():
+            return
+        self._several_answer = False
+        if self._started and (not self._present or self._present.keys() - before.keys()):
+            self._hold()
+
+    def _hold(self) -> None:
+        self._started = self._identifying = False
+        self._answer = None
+        self._withdraw()
+
+    def _start(self) -> None:
+        if not set(self._offered_to).issuperset(self._present):
+            self._owed = 0
+        self._owed = max(self._owed, 0)
+        self._offered_to = self._present.keys()
+        self._identifying = len(self._present) > 1
+        self._started = True
+        self._engine.offer()
+        self._has_offered()
+        self._first_offer = self._last_event
+
+    def _wait(self) -> None:
+        if self._paused and self._answered:
+            return
+        # Twice as long each time, and longer than a slow controller takes.
+        patience = max(self._timeout, 2.0 * (self._last_event - self._first_offer))
+        if self._now() - self._last_event <= patience:
+            return
+        if self._answer is not None:
+            # The other answers were lost on the way, or never sent.
+            self._owed = 0
+            self._identifying = False
+            self._complete()
+        elif self._reset_wanted:
+            self._restart()
+        elif not self._engine.ended:
+            self._engine.offer()
+            self._has_offered()
+
+    def _complete(self) -> None:
         if self._reset_wanted:
             self._restart()
-        elif self._engine.rig.nanoseconds == 0 and not self._engine.command.received:
-            # A controller that published before it was matched lost its first answer.
-            self._offer()
+        elif not self._paused:
+            self._step()
 
     def _restart(self) -> None:
         self._reset_wanted = False
-        self._pending = None
-        self._offered_at = self._now()
+        self._answer = None
+        self._withdraw()
         self._engine.reset()
+        self._has_offered()
+        self._first_offer = self._last_event
 
-    def _offer(self) -> None:
-        self._offered_at = self._now()
-        self._engine.offer()
-
-    def _answer(self) -> None:
-        voltage, self._pending = self._pending, None
+    def _step(self) -> None:
+        voltage, self._answer = self._answer, None
         if voltage is None or self._engine.ended:
             return
         self._engine.receive(voltage)
         self._engine.step()
-        self._offered_at = self._now()
+        self._owed = 0
+        self._has_offered()
+        self._first_offer = self._last_event
+
+    def _has_offered(self) -> None:
+        self._owed += self._started and self._engine.failure is None
+        self._last_event = self._now()
+
+    def _withdraw(self) -> None:
+        """Take back a sample that is still held back: nobody will answer it."""
+        if self._outgoing.clear():
+            self._owed = max(self._owed - 1, 0)

@@ -3,7 +3,6 @@
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Header
 
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
 from rodless_base.measurement import Measurement
@@ -36,13 +35,14 @@ def joint_state(measurement: Measurement, velocity: float, piston_area: float) -
     rig measures it.
     """
     force = piston_area * (measurement.pressure_a - measurement.pressure_b)
-    return JointState(
-        header=Header(stamp=stamp(measurement.stamp)),
-        name=[CARRIAGE],
-        position=[measurement.position],
-        velocity=[velocity],
-        effort=[force],
-    )
+    # Fields one by one: what is given to the constructor replaces a default made for nothing.
+    message = JointState()
+    message.header.stamp = stamp(measurement.stamp)
+    message.name = [CARRIAGE]
+    message.position = [measurement.position]
+    message.velocity = [velocity]
+    message.effort = [force]
+    return message
 
 
 def valve_state(voltage: float, nanoseconds: int) -> JointState:
@@ -50,15 +50,17 @@ def valve_state(voltage: float, nanoseconds: int) -> JointState:
 
     The voltage stands in ``effort``: it is what drives the joint.
     """
-    return JointState(
-        header=Header(stamp=stamp(nanoseconds)),
-        name=[SPOOL],
-        position=[_displacement(voltage)],
-        effort=[voltage],
-    )
+    message = JointState()
+    message.header.stamp = stamp(nanoseconds)
+    message.name = [SPOOL]
+    message.position = [_displacement(voltage)]
+    message.effort = [voltage]
+    return message
 
 
 def pressure(value: float, variance: float, frame: str, nanoseconds: int) -> FluidPressure:
     """Absolute pressure in Pa and its variance in Pa²; 0 is what the message defines as unknown."""
-    header = Header(stamp=stamp(nanoseconds), frame_id=frame)
-    return FluidPressure(header=header, fluid_pressure=value, variance=variance)
+    message = FluidPressure(fluid_pressure=value, variance=variance)
+    message.header.stamp = stamp(nanoseconds)
+    message.header.frame_id = frame
+    return message

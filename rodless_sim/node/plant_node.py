@@ -1,10 +1,8 @@
 """The plant as a ROS node: samples out, valve voltage in, parameters changeable while running."""
 
 from functools import partial
-from typing import Protocol
 
 from rclpy.logging import get_logger
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
@@ -20,9 +18,11 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.in_process import DirectNode
+from rodless_base.ros.logs import log_through
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import LOST, OnDemand, send
+from rodless_base.ros.publish import LOST, UNKNOWN, OnDemand, Outbox, nodes
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_STATE, VALVE_VOLTAGE
@@ -32,36 +32,12 @@ from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.pace import Pace, PaceMeter, PaceNews
 from rodless_sim.node.ready import all_listen, ready_line
 from rodless_sim.node.realtime import POLL_PERIOD, Realtime
-from rodless_sim.node.simulation_interfaces import Simulation, offer_standard_services
+from rodless_sim.node.simulation_interfaces import offer_standard_services
+from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
-
-
-class TimeKeeper(Simulation, Protocol):
-    """A time keeper (Realtime or Lockstep)."""
-
-    @property
-    def overruns(self) -> int:
-        """Periods that the machine could not keep."""
-
-    @property
-    def running(self) -> bool:
-        """Whether plant time is meant to advance now."""
-
-    @property
-    def problem(self) -> str | None:
-        """What keeps the plant from following commands now."""
-
-    def receive(self, voltage: float) -> None:
-        """Take a command (V)."""
-
-    def poll(self) -> None:
-        """Do what no command triggers; called every ``POLL_PERIOD``."""
-
-    def close(self) -> None:
-        """End what runs by itself."""
 
 
 class PlantNode:
@@ -69,7 +45,7 @@ class PlantNode:
 
     def __init__(self, **node_options: object) -> None:
         """Settle and start; raises ParameterError for parameters that are no rig's."""
-        self.node = Node(
+        self.node = DirectNode(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
@@ -80,6 +56,7 @@ class PlantNode:
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
         )
+        self._commanders: dict[bytes, str] = {}
         self._time = self._make_time_keeper(self._parameters.values)
         self._pace, self._pace_news = self._make_pace_meter(self._parameters.values)
         self._make_services()
@@ -96,15 +73,18 @@ class PlantNode:
         publisher = partial(
             self.node.create_publisher, qos_profile=LOSSLESS if lockstep else QUEUE_DEPTH
         )
+        # One for all: the messages of a sample keep their order, whatever holds one back.
+        self._outbox = Outbox(self.node)
         self._joint_states = publisher(JointState, JOINT_STATES)
-        self._samples_lost = 0
         self._pressures = {
-            field: OnDemand(publisher(FluidPressure, topic), messages.pressure)
+            field: OnDemand(publisher(FluidPressure, topic), messages.pressure, self._outbox)
             for field, topic in PRESSURES.items()
         }
-        self._valve_state = OnDemand(publisher(JointState, VALVE_STATE), messages.valve_state)
+        self._valve_state = OnDemand(
+            publisher(JointState, VALVE_STATE), messages.valve_state, self._outbox
+        )
         self._clock = (
-            OnDemand(publisher(Clock, "/clock"), messages.clock)
+            OnDemand(publisher(Clock, "/clock"), messages.clock, self._outbox)
             if self._parameters.values["time.publish_clock"]
             else None
         )
@@ -116,7 +96,7 @@ class PlantNode:
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
         if values.text("time.mode") == "lockstep":
             timeout = values.number("time.command_timeout")
-            return Lockstep(self._engine, timeout, self._ready, self._commanders)
+            return Lockstep(self._engine, timeout, self._ready, self._find_commanders, self._outbox)
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready)
 
@@ -149,8 +129,14 @@ class PlantNode:
         self._valve_state.poll()
         return listening or not (recorders or lockstep)
 
-    def _commanders(self) -> int:
-        return int(self.node.count_publishers(self._commands.topic_name))
+    def _find_commanders(self) -> dict[bytes, str]:
+        """Return the nodes that publish commands, by what identifies the publisher."""
+        topic = self._commands.topic_name
+        # Counting costs a tenth of asking who they are.
+        changed = self.node.count_publishers(topic) != len(self._commanders)
+        if changed or UNKNOWN in self._commanders.values():
+            self._commanders = nodes(self.node.get_publishers_info_by_topic(topic))
+        return self._commanders
 
     def _poll(self) -> None:
         for publisher in self._on_demand:
@@ -196,7 +182,7 @@ class PlantNode:
         self._valve_state.publish(state.voltage, time)
         area = self._engine.rig.plant.cylinder.piston_area
         message = messages.joint_state(measurement, state.velocity, area)
-        self._samples_lost += not send(self._joint_states, message)
+        self._outbox.send(self._joint_states, message)
 
     def _publish_diagnostics(self) -> None:
         command = self._engine.command
@@ -205,7 +191,7 @@ class PlantNode:
             "commands not finite": command.not_finite,
             "commands clamped": command.clamped,
             "overruns": self._time.overruns,
-            LOST: self._samples_lost + sum(publisher.lost for publisher in self._on_demand),
+            LOST: self._outbox.lost,
         }
         pace = self._take_pace()
         level, message = self._judge(faults)
@@ -264,7 +250,8 @@ def pressure_variance(values: RigParameters) -> float:
 
 def load() -> None:
     """Load the compiled plant, so that the first sample does not wait for it."""
-    get_logger("plant").info("loading the compiled plant (the first start compiles it)")
+    log_through("plant")
+    get_logger("plant").info("loading the compiled plant")
     Rig().advance(0.0, 1e-3)
 
 

@@ -5,22 +5,23 @@ from collections.abc import Callable
 
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.pacing import Pacer
+from rodless_sim.node.time_keeper import TimeKeeper
 
 # How often, in s, the plant looks whether it may start.
 POLL_PERIOD = 0.02
 
 
-class Realtime:
+class Realtime(TimeKeeper):
     """Steps the engine from a thread of its own, once a period."""
+
+    steps_by_itself = True
 
     def __init__(self, engine: Engine, wall_period: int, ready: Callable[[], bool]) -> None:
         """Step every ``wall_period`` ns of wall clock as soon as ``ready`` says so."""
-        self._engine = engine
+        super().__init__(engine)
         self._ready = ready
         self._pacer = Pacer(wall_period)
         self._stepping = threading.Lock()
-        self._paused = False
-        self._started = False
         self._failure: Exception | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="plant", daemon=True)
@@ -42,27 +43,6 @@ class Realtime:
         if command.received and not command.present:
             return "no valid command: valve closed"
         return None
-
-    @property
-    def paused(self) -> bool:
-        """Whether plant time stands still by request."""
-        return self._paused
-
-    @property
-    def running(self) -> bool:
-        """Whether plant time is meant to advance now."""
-        held = self._paused or self._engine.ended or self._engine.failure is not None
-        return self._started and not held
-
-    @property
-    def at_start(self) -> bool:
-        """Whether plant time is zero."""
-        return self._engine.rig.nanoseconds == 0
-
-    @property
-    def steps_by_itself(self) -> bool:
-        """Whether several steps can be taken at once, without an answer to each."""
-        return True
 
     def receive(self, voltage: float) -> None:
         """Take a command (V)."""

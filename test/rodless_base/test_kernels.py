@@ -82,7 +82,7 @@ class Probe:
         base = Path(kernels.__file__).parent
         (folder / "rodless_probe" / "deep").mkdir(parents=True)
         (folder / "rodless_base").mkdir()
-        for name in ("__init__.py", "kernels.py"):
+        for name in ("__init__.py", "kernels.py", "kernel_cache.py"):
             shutil.copy(base / name, folder / "rodless_base")
         for package in ("rodless_probe", "rodless_probe/deep"):
             (folder / package / "__init__.py").touch()

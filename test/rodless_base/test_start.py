@@ -138,3 +138,21 @@ def test_another_missing_module_is_not_blamed_on_ros(start: Start) -> None:
     assert process.returncode == 1
     assert "No module named 'rodless_no_such_module'" in errors
     assert "rclpy is missing" not in errors
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
+    "module", ["rodless_sim.node.plant_node", "rodless_control.node.controller_node"]
+)
+def test_a_node_loads_nothing_that_only_the_lab_needs(module: str) -> None:
+    """What draws, stores and analyses costs seconds of a start."""
+    lab = ("matplotlib", "pandas", "mcap", "scipy.stats", "scipy.signal", "rodless_lab")
+    code = f"import sys, {module}\nprint(*sorted(set(sys.modules).intersection({lab!r})), '.')"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=TIMEOUT,
+    )
+    assert done.stdout.split() == ["."], done.stdout + done.stderr

@@ -29,9 +29,6 @@ LOCKSTEP_SECONDS = 90.0
 
 STEP = {"reference.type": "step", "reference.at": 0.5, "reference.target": 0.058}
 
-# In one process the controller needs no clock: it is told not to mind a pause.
-ONE_PROCESS = {"use_sim_time": False, "controller.position_timeout": 0.0}
-
 
 @dataclass
 class Bench:
@@ -109,7 +106,6 @@ def bench_realtime(rate: float, check: Callable[[], object]) -> dict[str, float]
 def bench_lockstep(one_process: bool, check: Callable[[], object]) -> dict[str, float]:
     """Plant seconds per wall-clock second in lock-step at 1 kHz."""
     plant = {"time.mode": "lockstep", "time.duration": LOCKSTEP_SECONDS}
-    controller = {**STEP, **(ONE_PROCESS if one_process else {})}
     seen: list[tuple[float, float]] = []
 
     def take(message: DiagnosticArray) -> None:
@@ -118,7 +114,7 @@ def bench_lockstep(one_process: bool, check: Callable[[], object]) -> dict[str, 
             seconds = stamp.sec + stamp.nanosec * SECONDS_PER_NANOSECOND
             seen.append((time.monotonic(), seconds))
 
-    with bench(check, plant, controller, one_process) as rig:
+    with bench(check, plant, STEP, one_process) as rig:
         rig.observer.subscribe(DiagnosticArray, "/diagnostics", take)
         rig.observer.wait(lambda: seen and seen[-1][1] >= LOCKSTEP_SECONDS, "the end of the run")
     under_way = [(wall, plant) for wall, plant in seen if 0.0 < plant < LOCKSTEP_SECONDS]

@@ -1,5 +1,6 @@
-"""Messages that cannot be sent are counted, not forgotten."""
+"""Messages that a reader holds back are kept, in order, and none is forgotten."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -7,15 +8,16 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from std_msgs.msg import Float64
 
 from rodless_base.ros import publish
-from rodless_base.ros.publish import OnDemand, send
+from rodless_base.ros.publish import OnDemand, Outbox
 
 
 class Stopped:
     """A lossless publisher whose subscriber stops reading after some messages."""
 
-    def __init__(self, room: int) -> None:
-        self.room = room
-        self.sent: list[float] = []
+    topic_name = "/samples"
+
+    def __init__(self, sent: list[tuple[str, float]], name: str, room: int) -> None:
+        self.sent, self.name, self.room = sent, name, room
 
     def get_subscription_count(self) -> int:
         """One, which still is there."""
@@ -23,37 +25,83 @@ class Stopped:
 
     def publish(self, message: Float64) -> None:
         """Send, or fail as rclpy does where there is no room."""
-        if len(self.sent) == self.room:
+        if self.room == 0:
             raise rclpy_implementation.RCLError("timeout")
-        self.sent.append(message.data)
+        self.room -= 1
+        self.sent.append((self.name, message.data))
 
 
-def publisher(room: int) -> Any:
-    """Return one as rclpy's."""
-    return Stopped(room)
+class Bench:
+    """Two publishers with one outbox, and the node that knows their readers."""
+
+    def __init__(self, room: int) -> None:
+        readers = [
+            SimpleNamespace(node_name=name, node_namespace=space, endpoint_gid=[k])
+            for k, (space, name) in enumerate([("/", "recorder"), ("/rig", "echo")])
+        ]
+        node: Any = SimpleNamespace(get_subscriptions_info_by_topic=lambda _: readers)
+        self.outbox = Outbox(node)
+        self.sent: list[tuple[str, float]] = []
+        self.first: Any = Stopped(self.sent, "first", room)
+        self.second: Any = Stopped(self.sent, "second", 1000)
+
+    def send(self, *values: float) -> None:
+        """Send each value by both, the first before the second."""
+        for value in values:
+            for publisher in (self.first, self.second):
+                self.outbox.send(publisher, Float64(data=value))
 
 
-@pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give a subscriber up at once."""
-    monkeypatch.setattr(publish, "READER_TIMEOUT", 0.0)
+def test_messages_wait_in_order_until_their_reader_reads_on() -> None:
+    """Of both publishers, though only one is held back; however often it is tried in vain."""
+    bench = Bench(room=1)
+    bench.send(1.0, 2.0)
+    expected = [("first", 1.0), ("second", 1.0), ("first", 2.0), ("second", 2.0)]
+    assert bench.sent == expected[:2]
+    assert not any(bench.outbox.flush() for _ in range(1000))
+    assert bench.sent == expected[:2]
+    bench.first.room = 1
+    assert bench.outbox.flush()
+    assert bench.sent == expected
+    assert bench.outbox.lost == 0
 
 
-def test_a_message_lost_to_a_stopped_subscriber_is_reported() -> None:
-    """What fits is sent, what does not is lost, and the caller is told."""
-    stopped = publisher(room=1)
-    assert send(stopped, Float64(data=1.0))
-    assert not send(stopped, Float64(data=2.0))
-    assert stopped.sent == [1.0]
+def test_the_readers_that_may_hold_it_back_are_named() -> None:
+    """With full names and the topic, as long as something waits."""
+    bench = Bench(room=0)
+    assert bench.outbox.obstacle is None
+    bench.send(1.0)
+    said = "a subscriber of /samples has stopped reading (/recorder or /rig/echo)"
+    assert bench.outbox.obstacle == said
+    assert bench.outbox.clear()
+    assert bench.outbox.obstacle is None
+    assert not bench.outbox.clear()
+    assert bench.sent == []
 
 
-def test_messages_on_demand_count_what_is_lost() -> None:
-    """Only what somebody should have had counts."""
-    stopped = publisher(room=2)
-    on_demand = OnDemand(stopped, lambda value: Float64(data=value))
+def test_what_there_is_no_room_for_counts_as_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The oldest goes first: a command is worth the more the newer it is."""
+    monkeypatch.setattr(publish, "QUEUE_DEPTH", 4)
+    bench = Bench(room=0)
+    bench.send(1.0, 2.0, 3.0)
+    assert bench.outbox.lost == 2
+    bench.first.room = 1000
+    assert bench.outbox.flush()
+    assert [value for _, value in bench.sent] == [2.0, 2.0, 3.0, 3.0]
+
+
+def test_messages_on_demand_are_built_for_subscribers_only() -> None:
+    """Before the first poll there are none."""
+    bench = Bench(room=1000)
+    built: list[float] = []
+
+    def build(value: float) -> Float64:
+        built.append(value)
+        return Float64(data=value)
+
+    on_demand = OnDemand(bench.first, build, bench.outbox)
     on_demand.publish(0.0)
-    assert (stopped.sent, on_demand.lost) == ([], 0)
-    on_demand.poll()
-    for value in (1.0, 2.0, 3.0, 4.0):
-        on_demand.publish(value)
-    assert (stopped.sent, on_demand.lost) == ([1.0, 2.0], 2)
+    assert (bench.sent, built) == ([], [])
+    assert on_demand.poll() == 1
+    on_demand.publish(1.0)
+    assert bench.sent == [("first", 1.0)]

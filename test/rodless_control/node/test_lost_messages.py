@@ -18,6 +18,8 @@ NAME = "/lossy/controller"
 class Blocked:
     """A publisher whose queue is full and stays so."""
 
+    topic_name = "/lossy/valve/voltage"
+
     def publish(self, _message: object) -> None:
         """Fail as rclpy does then."""
         raise rclpy_implementation.RCLError("Failed to publish: the queue is full")
@@ -42,10 +44,10 @@ def controller(observer: Observer) -> Iterator[ControllerNode]:
 def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
     observer: Observer, controller: ControllerNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Three samples lose a command and a reference each; one that gets through loses nothing."""
-    monkeypatch.setattr(publish, "READER_TIMEOUT", 0.0)
+    """Of four each that are held back one is kept and three are lost; the reader is named."""
+    monkeypatch.setattr(publish, "QUEUE_DEPTH", 1)
     reference = controller._telemetry._publishers["reference"]
-    for k in range(4):
+    for k in range(5):
         if k == 1:
             monkeypatch.setattr(controller, "_voltage", Blocked())
             monkeypatch.setattr(reference, "_publisher", Blocked())
@@ -58,6 +60,6 @@ def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
         return NAME in observer.diagnostics
 
     observer.wait(published, "diagnostics")
-    assert observer.diagnostics[NAME].level == DiagnosticStatus.WARN
-    assert "messages lost to a stopped subscriber" in observer.diagnostics[NAME].message
+    assert observer.diagnostics[NAME].level == DiagnosticStatus.ERROR
+    assert "a subscriber of /lossy/valve/voltage has stopped" in observer.diagnostics[NAME].message
     assert observer.counter(NAME, "messages lost to a stopped subscriber") == 6

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from outgoing import Outgoing
 from paused_plant import PausedPlant
 from running import StartProcess
 from std_srvs.srv import Trigger
@@ -114,7 +115,9 @@ def test_lockstep_holds_until_a_reset() -> None:
         PARAMETERS.with_values({"time.mode": "lockstep", "time.period": PERIOD}),
         lambda seen, _: stamps.append(seen.stamp),
     )
-    plant = Lockstep(engine, 1.0, lambda: True, lambda: 1, lambda: 0.0)
+    plant = Lockstep(
+        engine, 1.0, lambda: True, lambda: {b"1": "/controller"}, Outgoing(), lambda: 0.0
+    )
     plant.poll()
     for _ in range(1000):
         plant.receive(10.0)

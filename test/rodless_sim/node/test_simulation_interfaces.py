@@ -10,6 +10,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from outgoing import Outgoing
 
 from rodless_sim import RigParameters
 from rodless_sim.node.engine import Engine
@@ -60,7 +61,9 @@ class Services:
         self.handlers: dict[str, Callable[[Any, Any], Any]] = {}
         parameters = RigParameters({"time.mode": "lockstep"})
         engine = Engine(parameters, lambda seen, _: self.samples.append(seen.stamp // 1_000_000))
-        self.plant = Lockstep(engine, 1.0, lambda: True, lambda: 1, lambda: 0.0)
+        self.plant = Lockstep(
+            engine, 1.0, lambda: True, lambda: {b"1": "/controller"}, Outgoing(), lambda: 0.0
+        )
         self.plant.poll()
         StandardServices(self, self.plant)
 

@@ -1,0 +1,147 @@
+"""Where compiled kernels are kept between processes, and what happens when that fails.
+
+numba keeps compiled code as pickles, which run what is in them: the folder is the user's alone, and
+each file carries a checksum. Whatever is wrong with the cache, kernels are compiled anew and kept
+in memory; one line says so.
+"""
+
+import hashlib
+import logging
+import os
+import pickle
+import stat
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    UserProvidedCacheLocator,
+)
+
+LOGGER = logging.getLogger("rodless_sim")
+
+CHECKSUM_BYTES = hashlib.sha256().digest_size
+
+
+def private_folder(path: Path) -> Path | None:
+    """Make the folder ``path`` for this user alone; return None, and say so, where it cannot be."""
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = path.lstat()
+        if not stat.S_ISDIR(found.st_mode):
+            raise PermissionError(f"{path} is no folder")
+        if found.st_uid != os.geteuid():
+            raise PermissionError(f"{path} belongs to user {found.st_uid}")
+        if stat.S_IMODE(found.st_mode) != stat.S_IRWXU:
+            path.chmod(stat.S_IRWXU)
+    except OSError as error:
+        complain(f"compiled code is not kept, each start compiles anew: {error}")
+        return None
+    return path
+
+
+@cache
+def complain(line: str) -> None:
+    """Say ``line`` once."""
+    LOGGER.warning(line)
+
+
+@cache
+def announce() -> None:
+    """Say once that this process has to compile."""
+    LOGGER.info("compiling, which takes about a minute; the next start finds the result")
+
+
+class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
+    """numba's, but for a folder that cannot be written: what it holds is used all the same."""
+
+    def ensure_cache_path(self) -> None:
+        Path(self.get_cache_path()).mkdir(mode=0o700, parents=True, exist_ok=True)
+
+
+class _CompileResults(CompileResultCacheImpl):  # type: ignore[misc]
+    """numba's, in the folder that it is given and nowhere else."""
+
+    _locator_classes = (_Locator,)
+
+
+class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
+    """numba's two files, with a checksum before the content; a damaged one is none."""
+
+    def _load_index(self) -> dict[Any, str]:
+        content = self._read(self._index_path)
+        if content is None:
+            return {}
+        version, stamp, overloads = pickle.loads(content)
+        fresh = (version, stamp) == (self._version, self._source_stamp)
+        return overloads if fresh else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> object:
+        content = self._read(self._data_path(name))
+        if content is None:
+            raise FileNotFoundError  # which load() expects
+        return pickle.loads(content)
+
+    def _save_data(self, name: str, data: object) -> None:
+        self._write(self._data_path(name), data)
+
+    def _write(self, path: str, value: object) -> None:
+        content = self._dump(value)
+        with self._open_for_write(path) as file:
+            file.write(hashlib.sha256(content).digest() + content)
+
+    @staticmethod
+    def _read(path: str) -> bytes | None:
+        try:
+            whole = Path(path).read_bytes()
+        except FileNotFoundError:
+            return None
+        checksum, content = whole[:CHECKSUM_BYTES], whole[CHECKSUM_BYTES:]
+        if hashlib.sha256(content).digest() != checksum:
+            complain(f"a file of compiled code is damaged, compiling anew: {path}")
+            return None
+        return content
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """The compiled forms of one kernel; never the reason why it cannot be had."""
+
+    _impl_class = _CompileResults
+
+    def __init__(self, function: object) -> None:
+        """Look in numba's ``config.CACHE_DIR``; raises RuntimeError or OSError if it cannot."""
+        super().__init__(function)
+        self._cache_file = _CheckedFiles(
+            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
+        )
+
+    def load_overload(self, signature: object, target: object) -> object:
+        """Return what was compiled for ``signature``, or None."""
+        found = None
+        try:
+            found = super().load_overload(signature, target)
+        except Exception as error:
+            complain(f"compiled code cannot be read, compiling anew: {_in_one_line(error)}")
+        if found is None:
+            announce()
+        return found
+
+    def save_overload(self, signature: object, compiled: object) -> None:
+        """Keep ``compiled`` if that is possible."""
+        try:
+            super().save_overload(signature, compiled)
+        except OSError as error:
+            complain(
+                f"compiled code cannot be kept, the next start compiles anew: {error.strerror}: "
+                f"{self._cache_path}"
+            )
+
+
+def _in_one_line(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())

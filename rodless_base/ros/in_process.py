@@ -1,0 +1,214 @@
+"""Deliver messages inside one process directly, as rclcpp's intra-process communication does.
+
+Publishers and subscriptions stay on the middleware, for everybody else; it must be told to leave
+out those of the same process, or each message would come twice (Fast DDS: the property
+``fastdds.ignore_local_endpoints``).
+"""
+
+from collections import deque
+from collections.abc import Callable
+from time import monotonic
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from rclpy.context import Context
+from rclpy.executors import Executor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import HistoryPolicy, QoSCompatibility, qos_check_compatible
+from rclpy.subscription import Subscription
+from std_msgs.msg import Float64
+
+from rodless_base.ros.message_info import delivered_now, wants_info
+from rodless_base.start import Stop
+
+# How long (s) messages are delivered before timers and services have their turn: in lock-step each
+# delivery brings the next message.
+TURN = 1e-3
+
+_deliveries: "WeakKeyDictionary[Context, DirectDelivery]" = WeakKeyDictionary()
+
+
+class DirectPublisher(Publisher):  # type: ignore[misc]
+    """A publisher that hands its messages to subscriptions in the same process.
+
+    They get the message itself, not a copy: neither side may change it afterwards.
+    """
+
+    readers: "tuple[Reader, ...]" = ()
+
+    def publish(self, msg: object) -> None:
+        """Publish to whoever listens; raises RCLError, and then nobody has the message."""
+        if not self.readers or super().get_subscription_count():
+            super().publish(msg)
+        for reader in self.readers:
+            reader.put(msg)
+
+    def get_subscription_count(self) -> int:
+        """Return the number of subscriptions, those in the same process included."""
+        return int(super().get_subscription_count()) + len(self.readers)
+
+
+class Reader:
+    """The queue of a subscription, as long as its quality of service says."""
+
+    def __init__(
+        self,
+        subscription: Subscription,
+        callback: Callable[[Any], None],
+        ready: Callable[["Reader"], None],
+    ) -> None:
+        """Give what is put to ``callback`` in the turn for which ``ready`` asks."""
+        self.subscription = subscription
+        self._callback = callback
+        self._wants_info = wants_info(callback)
+        self._ready = ready
+        profile = subscription.qos_profile
+        keeps_all = profile.history == HistoryPolicy.KEEP_ALL
+        self._messages: deque[object] = deque(maxlen=None if keeps_all else profile.depth)
+
+    def matches(self, publisher: DirectPublisher) -> bool:
+        """Whether topic, type and quality of service fit."""
+        own = self.subscription
+        fits, _ = qos_check_compatible(publisher.qos_profile, own.qos_profile)
+        return (
+            publisher.topic_name == own.topic_name
+            and publisher.msg_type is own.msg_type
+            and fits != QoSCompatibility.ERROR
+        )
+
+    def put(self, message: object) -> None:
+        """Take a message; the oldest is lost where there is no room."""
+        self._messages.append((message, delivered_now()) if self._wants_info else message)
+        self._ready(self)
+
+    def deliver(self) -> None:
+        """Call back with the oldest message, if it has not been lost."""
+        if self._messages:
+            self._callback(self._messages.popleft())
+
+
+class DirectDelivery:
+    """Connects publishers and subscriptions of one context, in the order of the messages.
+
+    Callbacks run in the executor, wherever a message was published.
+    """
+
+    def __init__(self) -> None:
+        """Connect nothing yet."""
+        self._executor: Executor | None = None
+        self._stop: Stop | None = None
+        self._publishers: list[DirectPublisher] = []
+        self._readers: list[Reader] = []
+        # One entry for each message.
+        self._ready: deque[Reader] = deque()
+        self._has_a_turn = False
+
+    def attach(self, executor: Executor, stop: Stop | None = None) -> None:
+        """Deliver in the turns that ``executor`` gives, until ``stop``.
+
+        Without an end to the messages of a lock-step run, the executor would not end its spinning.
+        """
+        self._executor = executor
+        self._stop = stop
+        if self._ready:
+            self._ask_for_a_turn()
+
+    def add_publisher(self, publisher: DirectPublisher) -> None:
+        """Connect a publisher."""
+        self._publishers.append(publisher)
+        publisher.readers = tuple(one for one in self._readers if one.matches(publisher))
+
+    def add_subscription(self, subscription: Subscription, callback: Callable[[Any], None]) -> None:
+        """Connect a subscription."""
+        reader = Reader(subscription, callback, self._is_ready)
+        self._readers.append(reader)
+        for publisher in self._publishers:
+            if reader.matches(publisher):
+                publisher.readers += (reader,)
+
+    def remove(self, subscription: Subscription) -> None:
+        """Disconnect a subscription."""
+        self._readers = [one for one in self._readers if one.subscription is not subscription]
+        for publisher in self._publishers:
+            publisher.readers = tuple(one for one in publisher.readers if one in self._readers)
+
+    def _is_ready(self, reader: Reader) -> None:
+        self._ready.append(reader)
+        if not self._has_a_turn:
+            self._ask_for_a_turn()
+
+    def _ask_for_a_turn(self) -> None:
+        stopped = self._stop is not None and self._stop.requested
+        if self._executor is not None and not stopped:
+            self._has_a_turn = True
+            self._executor.create_task(self._deliver)
+
+    def _deliver(self) -> None:
+        end = monotonic() + TURN
+        try:
+            while self._ready and monotonic() < end:
+                self._ready.popleft().deliver()
+        finally:
+            # In this order: what another thread puts in between must not be left lying.
+            self._has_a_turn = False
+            if self._ready:
+                self._ask_for_a_turn()
+
+
+class DirectNode(Node):  # type: ignore[misc]
+    """A node whose publishers and subscriptions use the delivery of its context, if any."""
+
+    def create_publisher(self, *arguments: Any, **options: Any) -> Publisher:
+        """As rclpy's."""
+        delivery = _deliveries.get(self.context)
+        if delivery is None:
+            return super().create_publisher(*arguments, **options)
+        publisher = super().create_publisher(
+            *arguments, **{"publisher_class": DirectPublisher, **options}
+        )
+        delivery.add_publisher(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        msg_type: Any,
+        topic: str,
+        callback: Callable[[Any], None],
+        *arguments: Any,
+        **options: Any,
+    ) -> Subscription:
+        """As rclpy's."""
+        subscription = super().create_subscription(msg_type, topic, callback, *arguments, **options)
+        delivery = _deliveries.get(self.context)
+        if delivery is not None:
+            delivery.add_subscription(subscription, callback)
+        return subscription
+
+    def destroy_subscription(self, subscription: Subscription) -> bool:
+        """As rclpy's."""
+        delivery = _deliveries.get(self.context)
+        if delivery is not None:
+            delivery.remove(subscription)
+        return bool(super().destroy_subscription(subscription))
+
+
+def deliver_directly(context: Context) -> DirectDelivery | None:
+    """Let the nodes made in ``context`` from now on deliver to each other directly.
+
+    Returns None where the middleware delivers inside the process and cannot be kept from it.
+    """
+    if _middleware_delivers(context):
+        return None
+    return _deliveries.setdefault(context, DirectDelivery())
+
+
+def _middleware_delivers(context: Context) -> bool:
+    """Try it out on a hidden topic: endpoints of one process are matched at once."""
+    node = Node("_probe", context=context, enable_rosout=False, start_parameter_services=False)
+    try:
+        publisher = node.create_publisher(Float64, "~/_probe", 1)
+        node.create_subscription(Float64, "~/_probe", lambda _: None, 1)
+        return bool(publisher.get_subscription_count())
+    finally:
+        node.destroy_node()

@@ -1,0 +1,68 @@
+"""What advances plant time: what real time and lock-step have in common."""
+
+from abc import ABC, abstractmethod
+
+from rodless_sim.node.engine import Engine
+
+
+class TimeKeeper(ABC):
+    """Steps an engine, unless it is paused, has ended or has failed."""
+
+    # Whether several steps can be taken at once, without an answer to each.
+    steps_by_itself: bool
+
+    def __init__(self, engine: Engine) -> None:
+        """Keep the time of ``engine``; nothing advances yet."""
+        self._engine = engine
+        self._paused = False
+        self._started = False
+
+    @property
+    def paused(self) -> bool:
+        """Whether plant time stands still by request."""
+        return self._paused
+
+    @property
+    def running(self) -> bool:
+        """Whether plant time is meant to advance now."""
+        held = self._paused or self._engine.ended or self._engine.failure is not None
+        return self._started and not held
+
+    @property
+    def at_start(self) -> bool:
+        """Whether plant time is zero."""
+        return self._engine.rig.nanoseconds == 0
+
+    @property
+    def overruns(self) -> int:
+        """Periods that the machine could not keep."""
+        return 0
+
+    @property
+    @abstractmethod
+    def problem(self) -> str | None:
+        """What keeps the plant from following commands now."""
+
+    @abstractmethod
+    def receive(self, voltage: float) -> None:
+        """Take a command (V)."""
+
+    @abstractmethod
+    def pause(self, paused: bool) -> None:
+        """Stop plant time, or let it run on."""
+
+    @abstractmethod
+    def step(self) -> str | None:
+        """Advance a paused plant by one period; return what is in the way, if anything."""
+
+    @abstractmethod
+    def reset(self) -> str:
+        """Return to the start; say when that takes effect."""
+
+    @abstractmethod
+    def poll(self) -> None:
+        """Do what no command triggers; to be called every few hundredths of a second."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End what runs by itself."""

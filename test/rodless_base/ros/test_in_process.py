@@ -1,0 +1,186 @@
+"""Delivery inside one process: direct, once, in order, and as the quality of service says."""
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.context import Context
+
+from rodless_base.ros.in_process import deliver_directly
+
+# In a process of its own: DDS reads its settings once, with the first node of a process.
+SCRIPT = """
+import json, threading, time
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+from std_msgs.msg import Float64
+from rodless_base.ros.in_process import DirectNode, deliver_directly
+from rodless_base.ros.process import make_executor
+from rodless_base.ros.topics import LOSSLESS
+from rodless_lab.session.domain import leave_out_own_endpoints
+
+leave_out_own_endpoints()
+rclpy.init()
+context = rclpy.get_default_context()
+delivery = deliver_directly(context)
+here, there = DirectNode("here"), DirectNode("there", namespace="/elsewhere")
+best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+heard, threads, facts = [], [], {}
+
+def take(topic):
+    def took(message):
+        threads.append(threading.current_thread().name)
+        heard.append((topic, message))
+    return took
+
+one = here.create_publisher(Float64, "/one", LOSSLESS)
+two = here.create_publisher(Float64, "/two", 10)
+loose = here.create_publisher(Float64, "/loose", best_effort)
+first = there.create_subscription(Float64, "/one", take("one"), 1000)
+there.create_subscription(Float64, "/two", take("two"), 2)
+there.create_subscription(Float64, "/loose", take("loose"), 10)
+facts["counted"] = [one.get_subscription_count(), two.get_subscription_count(),
+                    loose.get_subscription_count()]
+
+# Published by another thread before there is an executor; taken by the one that spins.
+def publish():
+    for k in range(5):
+        one.publish(Float64(data=float(k)))
+        two.publish(Float64(data=10.0 + k))
+        loose.publish(Float64(data=20.0))
+publisher = threading.Thread(target=publish, name="publisher")
+publisher.start()
+publisher.join()
+executor = make_executor()
+delivery.attach(executor)
+for node in (here, there):
+    executor.add_node(node)
+
+def spin_until(done, what):
+    end = time.monotonic() + 60.0
+    while not done():
+        assert time.monotonic() < end, what
+        executor.spin_until_future_complete(Future(), 0.05)
+
+spin_until(lambda: len(heard) >= 7, "seven messages")
+facts["order"] = [(topic, message.data) for topic, message in heard]
+facts["threads"] = sorted(set(threads))
+heard.clear()
+message = Float64(data=7.0)
+one.publish(message)
+spin_until(lambda: heard, "one message")
+facts["the message itself"] = heard[0][1] is message
+heard.clear()
+
+# Somebody else: hears each once, and is heard once.
+others = Context()
+rclpy.init(context=others)
+other = Node("other", context=others)
+at_other = []
+other.create_subscription(Float64, "/one", at_other.append, 10)
+voice = other.create_publisher(Float64, "/one", 10)
+listening = make_executor(others)
+listening.add_node(other)
+def matched():
+    return one.get_subscription_count() == 2 and voice.get_subscription_count() == 1
+spin_until(matched, "a match")
+one.publish(Float64(data=1.0))
+voice.publish(Float64(data=2.0))
+def arrived():
+    listening.spin_until_future_complete(Future(), 0.05)
+    return len(heard) >= 2 and len(at_other) >= 1
+spin_until(arrived, "messages there and back")
+# A last one each way: had there been a second copy of one before, it would be here too.
+one.publish(Float64(data=3.0))
+voice.publish(Float64(data=4.0))
+spin_until(lambda: arrived() and len(heard) >= 4 and len(at_other) >= 2, "the last messages")
+facts["heard here"] = sorted(message.data for _, message in heard)
+facts["heard there"] = sorted(message.data for message in at_other)
+
+there.destroy_subscription(first)
+facts["without readers"] = one.get_subscription_count()
+
+# What a callback raises ends the spinning, as with any message.
+def fail(_):
+    raise ZeroDivisionError
+there.create_subscription(Float64, "/fails", fail, 10)
+here.create_publisher(Float64, "/fails", 10).publish(Float64())
+try:
+    spin_until(lambda: False, "an end")
+except ZeroDivisionError:
+    facts["an error ends it"] = True
+print(json.dumps(facts), flush=True)
+for node in (here, there, other):
+    node.destroy_node()
+"""
+
+
+@pytest.fixture(scope="module")
+def facts(domain: dict[str, str]) -> Any:
+    """What a process with two nodes, and another participant, has found."""
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT],
+        env=domain,
+        capture_output=True,
+        text=True,
+        timeout=180.0,
+        check=False,
+    )
+    assert done.stdout, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_messages_come_in_the_order_they_were_published_in(facts: Any) -> None:
+    """Across topics; of the topic with room for two, the last two; from an incompatible one none.
+
+    The oldest of the short queue are lost, so its last two come when theirs would have been due.
+    """
+    data = [tuple(one) for one in facts["order"]]
+    assert [value for topic, value in data if topic == "one"] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert [value for topic, value in data if topic == "two"] == [13.0, 14.0]
+    assert len(data) == 7
+
+
+def test_only_what_fits_is_connected(facts: Any) -> None:
+    """One reader each, and none for a reliable reader of a publisher that is not."""
+    assert facts["counted"] == [1, 1, 0]
+
+
+def test_callbacks_run_where_the_executor_spins(facts: Any) -> None:
+    """Not in the thread that has published; and they get the message itself."""
+    assert facts["threads"] == ["MainThread"]
+    assert facts["the message itself"]
+
+
+def test_everybody_else_is_served_by_the_middleware_and_nobody_twice(facts: Any) -> None:
+    """A node beside the process hears it and is heard, each message once."""
+    assert facts["heard here"] == [1.0, 2.0, 3.0, 4.0]
+    assert facts["heard there"] == [1.0, 3.0]
+
+
+def test_a_subscription_that_is_gone_gets_nothing(facts: Any) -> None:
+    """The publisher counts the one outside the process alone."""
+    assert facts["without readers"] == 1
+
+
+def test_an_error_in_a_callback_is_not_swallowed(facts: Any) -> None:
+    """It leaves the spinning, as with a message from outside."""
+    assert facts["an error ends it"]
+
+
+def test_where_the_middleware_delivers_by_itself_it_is_left_to_it(
+    domain: dict[str, str],  # noqa: ARG001  sets the environment
+) -> None:
+    """With DDS as everybody has it, messages would come twice: nothing is delivered directly."""
+    context = Context()
+    rclpy.init(context=context)
+    try:
+        assert deliver_directly(context) is None
+    finally:
+        rclpy.try_shutdown(context=context)

@@ -1,0 +1,175 @@
+"""The compile cache: private, checked, and never the reason why something does not run."""
+
+import errno
+import hashlib
+import logging
+import os
+import pickle
+import stat
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numba
+import pytest
+
+from rodless_base import kernel_cache, kernels
+from rodless_base.kernel_cache import private_folder
+
+
+def plus_one(x: float) -> float:
+    """What is compiled here."""
+    return x + 1.0
+
+
+def use(folder: Path) -> int:
+    """Call the kernel as a new process would; return how much of it came from the cache."""
+    compiled = numba.njit(plus_one)
+    kernels._keep(compiled, folder)
+    assert compiled(2.0) == 3.0
+    return sum(compiled.stats.cache_hits.values())
+
+
+@pytest.fixture
+def said(caplog: pytest.LogCaptureFixture) -> Iterator[Callable[[], list[str]]]:
+    """Return what has been said, and let everything be said again."""
+    kernel_cache.complain.cache_clear()
+    caplog.set_level(logging.WARNING, logger="rodless_sim")
+    yield lambda: [record.getMessage() for record in caplog.records]
+    kernel_cache.complain.cache_clear()
+
+
+def only(folder: Path, suffix: str) -> Path:
+    """Return the one file of this kind."""
+    (found,) = folder.rglob(f"*{suffix}")
+    return found
+
+
+def flip(content: bytes) -> bytes:
+    """One bit in the middle."""
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda _: b"",
+    "half": lambda content: content[: len(content) // 2],
+    "a bit flipped": flip,
+    "the checksum cut": lambda content: content[:7],
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+def test_a_damaged_file_is_made_anew(
+    tmp_path: Path, said: Callable[[], list[str]], suffix: str, damage: Callable[[bytes], bytes]
+) -> None:
+    """Index or code: the result is right, one line names the file, the next process has a hit."""
+    assert (use(tmp_path), use(tmp_path)) == (0, 1)
+    file = only(tmp_path, suffix)
+    file.write_bytes(damage(file.read_bytes()))
+    assert use(tmp_path) == 0
+    assert said() == [f"a file of compiled code is damaged, compiling anew: {file}"]
+    assert use(tmp_path) == 1
+    assert len(said()) == 1
+
+
+def test_a_file_that_numba_cannot_read_is_made_anew(
+    tmp_path: Path, said: Callable[[], list[str]]
+) -> None:
+    """Whole, but of another numba's content."""
+    use(tmp_path)
+    content = pickle.dumps(("what", "else"))
+    only(tmp_path, ".nbc").write_bytes(hashlib.sha256(content).digest() + content)
+    assert use(tmp_path) == 0
+    (line,) = said()
+    assert line.startswith("compiled code cannot be read, compiling anew: ")
+    assert "\n" not in line
+    assert use(tmp_path) == 1
+
+
+def test_compiling_is_announced_once_and_loading_is_not(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A cold cache says how long it will take; a warm one says nothing."""
+    caplog.set_level(logging.INFO, logger="rodless_sim")
+    said = []
+    for _ in range(2):
+        kernel_cache.announce.cache_clear()
+        use(tmp_path)
+        said.append([record.getMessage() for record in caplog.records])
+        caplog.clear()
+    (line,), nothing = said
+    assert "about a minute" in line
+    assert nothing == []
+
+
+def test_a_full_disk_costs_the_cache_and_nothing_else(
+    tmp_path: Path, said: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The kernel runs, one line says what it means, and later there is room again."""
+
+    @contextmanager
+    def full(*_: object) -> Iterator[None]:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        yield
+
+    with monkeypatch.context() as patch:
+        patch.setattr(kernel_cache._CheckedFiles, "_open_for_write", full)
+        assert (use(tmp_path), use(tmp_path)) == (0, 0)
+    (line,) = said()
+    assert "No space left on device" in line
+    assert "the next start compiles anew" in line
+    assert (use(tmp_path), use(tmp_path)) == (0, 1)
+
+
+def test_the_folder_is_the_user_s_alone(tmp_path: Path) -> None:
+    """Made with mode 700, whatever the mask; one that was open to others is closed."""
+    before = os.umask(0)
+    try:
+        made = private_folder(tmp_path / "deep" / "new")
+    finally:
+        os.umask(before)
+    opened = tmp_path / "open"
+    opened.mkdir()
+    opened.chmod(0o777)
+    for folder in (made, private_folder(opened)):
+        assert folder is not None
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_a_folder_of_somebody_else_is_not_used(
+    tmp_path: Path, said: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor a link, which may lead there, nor a file: what lies there could run anything."""
+    (tmp_path / "file").touch()
+    (tmp_path / "link").symlink_to(tmp_path)
+    for name in ("link", "file", "file/below"):
+        assert private_folder(tmp_path / name) is None
+    monkeypatch.setattr(kernel_cache.os, "geteuid", lambda: os.getuid() + 1)
+    assert private_folder(tmp_path) is None
+    assert len(said()) == 4
+    assert f"belongs to user {os.getuid()}" in said()[-1]
+
+
+def test_without_a_folder_everything_runs_in_memory(tmp_path: Path) -> None:
+    """Where the home cannot be written, a new process compiles, and says so in one line."""
+    (tmp_path / "home").touch()
+    code = (
+        "from rodless_base import kernels\n"
+        "@kernels.kernel\ndef half(x):\n    return x / 2.0\n"
+        "print(half(3.0))"
+    )
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**kept, "NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / "home")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout == "1.5\n"
+    assert done.stderr.count("\n") == 1
+    assert "compiled code is not kept, each start compiles anew" in done.stderr
