@@ -56,6 +56,7 @@ def ros_requirements() -> list[str]:
             "rosgraph-msgs",
             "builtin-interfaces",
             "rcl-interfaces",
+            "trajectory-msgs",
         )
     ]
 

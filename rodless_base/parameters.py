@@ -2,12 +2,13 @@
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
+from rodless_base.owners import owner
 from rodless_base.parameter_file import preset_file, read_parameter_file
 
 Value = bool | int | float | str | tuple[float, ...]
@@ -40,6 +41,8 @@ class Parameter:
     maximum: float = math.inf
     choices: tuple[str, ...] = ()  # what a text may be
     fixed: bool = False  # cannot change while a node runs
+    # Puts numbers that are in a former unit, as older files have them, into ``unit``.
+    from_former: Callable[[tuple[float, ...]], tuple[float, ...]] | None = None
 
     def check(self, value: object) -> Value:
         """Return ``value`` in this parameter's type, or raise :class:`ParameterError`."""
@@ -48,7 +51,8 @@ class Parameter:
         if isinstance(self.default, str):
             return self._checked_text(value)
         if isinstance(self.default, tuple):
-            return self._checked_numbers(value, len(self.default))
+            numbers = self._checked_numbers(value, len(self.default))
+            return self.from_former(numbers) if self.from_former else numbers
         if isinstance(self.default, int):
             return self._checked_integer(value)
         return self._checked_number(value)
@@ -173,7 +177,7 @@ class ParameterSet(Mapping[str, Value]):
         600000.0
         """
         try:
-            found = cls(cls.own(read_parameter_file(path, cls.NODE)))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE, cls.foreign)))
         except ValueError as error:
             raise ParameterError(f"{path}: {error}") from error
         return found._come_from(f"from_file({str(path)!r})")
@@ -182,6 +186,11 @@ class ParameterSet(Mapping[str, Value]):
     def own(cls, values: Mapping[str, object]) -> Mapping[str, object]:
         """Return what this set takes of the values that a file gives to its node: all of them."""
         return values
+
+    @classmethod
+    def foreign(cls, name: str) -> bool:
+        """Whether ``name`` is another node's parameter, to be left out where a file is for all."""
+        return name not in cls.DECLARATIONS and owner(name) not in (None, cls.NODE)
 
     def with_values(self: Set, changes: Mapping[str, object]) -> Set:
         """Return a copy with all of ``changes`` made, checked as a whole; this set stays as it is.
@@ -276,6 +285,8 @@ class ParameterSet(Mapping[str, Value]):
         """Say that ``name`` is no parameter, and which one may have been meant."""
         if name in cls.REPLACED:
             return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
+        if cls.foreign(name):
+            return f"{name}: no such parameter of the {cls.NODE}, it is the {owner(name)}'s"
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         return f"{name}: no such parameter{hint}"

@@ -3,6 +3,7 @@
 JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
 SETPOINT = "setpoint"
+JOINT_COMMANDS = "joint_commands"
 
 # Of the controller, as seen from beside it.
 REFERENCE = "controller/reference"

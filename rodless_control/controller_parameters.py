@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
+from rodless_base import frames
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
 from rodless_control.controller import Law
 from rodless_control.laws import law_class, without_other_laws
@@ -98,6 +99,7 @@ class ControllerParameters(ParameterSet):
                 f"use ControllerParameters.for_law({name!r})"
             )
         self.of_law()
+        frames.check(self)
         self._check_reference()
 
     def _check_reference(self) -> None:

@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+from rodless_base import frames
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, collect
 from rodless_sim import timing
@@ -20,6 +21,7 @@ DECLARATIONS = collect(
     friction.PARAMETERS,
     instruments.PARAMETERS,
     timing.PARAMETERS,
+    frames.PARAMETERS,
 )
 
 REPLACED = {
@@ -60,7 +62,7 @@ class RigParameters(ParameterSet):
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""
         sockets = (*valve_assembly.ASSEMBLIES, *friction.FORMS, *forces.FORCES)
-        for thing in (air, valve, friction, cylinder, *sockets):
+        for thing in (air, valve, friction, cylinder, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

@@ -48,6 +48,7 @@ THIRD_PARTY = {
     "rosgraph_msgs": ("ros-jazzy-rosgraph-msgs", "rosgraph_msgs"),
     "builtin_interfaces": ("ros-jazzy-builtin-interfaces", "builtin_interfaces"),
     "rcl_interfaces": ("ros-jazzy-rcl-interfaces", "rcl_interfaces"),
+    "trajectory_msgs": ("ros-jazzy-trajectory-msgs", "trajectory_msgs"),
     "ament_index_python": (None, "ament_index_python"),
     "simulation_interfaces": (None, "simulation_interfaces"),
     "launch": (None, "launch"),

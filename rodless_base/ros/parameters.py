@@ -1,6 +1,6 @@
 """Show a parameter set as ROS parameters: declared, described, checked as a whole."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
 from rcl_interfaces.msg import (
@@ -13,8 +13,9 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from rodless_base.parameter_file import is_of_rclpy
+from rodless_base.parameter_file import is_of_rclpy, number_meant
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value
+from rodless_base.ros.given import given_parameters
 
 Set = TypeVar("Set", bound=ParameterSet)
 
@@ -69,18 +70,22 @@ class RosParameters(Generic[Set]):
         """Declare all of ``kind``; call ``apply`` after each change with the new values."""
         self._node = node
         self._apply = apply
-        self.values = kind(self._given())
+        self.values = kind(self._own(node, kind))
         self._declare()
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._changed)
 
-    def _given(self) -> dict[str, object]:
-        return {
-            name: parameter.value
-            for name, parameter in self._node.get_parameters_by_prefix("").items()
-            if not is_of_rclpy(name)
-        }
+    @staticmethod
+    def _own(node: Node, kind: type[Set]) -> Mapping[str, object]:
+        """Return what the node is given, without what a section for all nodes gives to others."""
+        given = given_parameters(node, kind.NODE)
+        foreign = sorted(filter(kind.foreign, given))
+        for name in filter(node.has_parameter, foreign):
+            node.undeclare_parameter(name)
+        if foreign:
+            node.get_logger().info(f"leaving out parameters of other nodes: {', '.join(foreign)}")
+        return kind.own({name: value for name, value in given.items() if name not in foreign})
 
     def _declare(self) -> None:
         for name, value in self.values.items():
@@ -94,7 +99,10 @@ class RosParameters(Generic[Set]):
             )
 
     def _convert(self, parameters: list[RosParameter]) -> list[RosParameter]:
-        """Take an integer for a real; name unknown names and wrong types, which rclpy does not."""
+        """Take an integer, or a number that came as a text, for a real.
+
+        Name unknown names and wrong types, which rclpy does not.
+        """
         return [self._converted(parameter) for parameter in parameters]
 
     def _converted(self, parameter: RosParameter) -> RosParameter:
@@ -103,13 +111,25 @@ class RosParameters(Generic[Set]):
             return parameter
         if name not in self.values:
             raise Refusal(self.values.unknown(name))
+        declared = self.values.DECLARATIONS[name]
+        if declared.fixed:
+            raise Refusal(self._fixed(declared, parameter.value))
+        given = parameter.value
+        if isinstance(given, str) and not isinstance(declared.default, str | bool):
+            given = number_meant(given)
         try:
-            value = self.values.DECLARATIONS[name].check(parameter.value)
+            value = declared.check(given)
         except ParameterError as error:
             if parameter.type_.value != self._node.describe_parameter(name).type:
                 raise Refusal(str(error)) from error
             return parameter
         return RosParameter(name, value=ros_value(value))
+
+    def _fixed(self, declared: Parameter, given: object) -> str:
+        """Say that a parameter cannot change, and so whether that matters to who gave it."""
+        now = ros_value(self.values[declared.name])
+        same = "; it has this value already" if given == now else f"; it is {now!r}"
+        return f"{declared.name}: read-only, given when the node starts{same}"
 
     def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE
+from rodless_base.frames import carriage_among
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
@@ -127,8 +128,9 @@ def _position(messages: TopicMessages) -> Array:
     names = list(messages.messages[0].name)
     if positions.ndim != 2 or not positions.shape[1]:
         raise RunError(f"{messages.topic.name}: its messages carry no position")
-    if CARRIAGE in names:
-        return np.asarray(positions[:, names.index(CARRIAGE)])
+    carriage = carriage_among(names)
+    if carriage is not None:
+        return np.asarray(positions[:, names.index(carriage)])
     if positions.shape[1] == 1:
         return np.asarray(positions[:, 0])
     raise RunError(f"{messages.topic.name}: no joint {CARRIAGE!r} among {', '.join(names)}")

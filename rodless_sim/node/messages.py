@@ -25,8 +25,10 @@ def clock(nanoseconds: int) -> Clock:
     return Clock(clock=stamp(nanoseconds))
 
 
-def joint_state(measurement: Measurement, velocity: float, piston_area: float) -> JointState:
-    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage.
+def joint_state(
+    measurement: Measurement, velocity: float, piston_area: float, joint: str = CARRIAGE
+) -> JointState:
+    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage, as ``joint``.
 
     The force is A (P_a - P_b) of the pressures read. The velocity is the true one: nothing on the
     rig measures it.
@@ -34,7 +36,7 @@ def joint_state(measurement: Measurement, velocity: float, piston_area: float) -
     force = piston_area * (measurement.pressure_a - measurement.pressure_b)
     return JointState(
         header=Header(stamp=stamp(measurement.stamp)),
-        name=[CARRIAGE],
+        name=[joint],
         position=[measurement.position],
         velocity=[velocity],
         effort=[force],

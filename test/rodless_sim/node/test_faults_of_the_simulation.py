@@ -25,7 +25,7 @@ from rodless_sim.node.lockstep import Lockstep
 PERIOD = 0.01
 BACKWARDS = {
     "valve.assembly": "printed",
-    "valve.area_coefficients": [2.0, math.pi / 8.0, *[0.0] * 7],
+    "valve.area_coefficients": [2e-6, math.pi / 8.0, *[0.0] * 7],
     "cylinder.locked": True,
 }
 PARAMETERS = RigParameters(BACKWARDS)
