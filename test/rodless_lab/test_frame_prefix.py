@@ -18,8 +18,8 @@ def test_frames_and_joint_have_the_prefix(
     start_rig: StartRig, observer: Observer, rodless: StartProcess
 ) -> None:
     """Every frame_id and the joint's name begin with it, and `rodless move` finds the carriage."""
-    plant = {**PREFIX, "time.period": 0.005, "friction.form": "saturating"}
-    with start_rig(plant=plant, controller=PREFIX):
+    plant = {**PREFIX, "time.period": 0.005}
+    with start_rig(preset="calibrated", plant=plant, controller=PREFIX):
         samples = observer.collect(JointState, "/joint_states")
         assert list(observer.more(samples, 1)[-1].name) == ["left/carriage"]
         for topic in PRESSURES.values():
