@@ -1,6 +1,8 @@
 """Show a parameter set as ROS parameters: declared, described, checked as a whole."""
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Generic, TypeVar
 
 from rcl_interfaces.msg import (
@@ -58,6 +60,16 @@ def ros_value(value: Value) -> object:
     return list(value) if isinstance(value, tuple) else value
 
 
+@contextmanager
+def warnings_logged(node: Node) -> Iterator[None]:
+    """Let ``node`` say in its log what Python would print as a warning, such as a former unit."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FutureWarning)
+        yield
+    for warning in caught:
+        node.get_logger().warning(str(warning.message))
+
+
 class RosParameters(Generic[Set]):
     """The parameters of one node, always equal to a valid ``values``.
 
@@ -70,7 +82,8 @@ class RosParameters(Generic[Set]):
         """Declare all of ``kind``; call ``apply`` after each change with the new values."""
         self._node = node
         self._apply = apply
-        self.values = kind(self._own(node, kind))
+        with warnings_logged(node):
+            self.values = kind(self._own(node, kind))
         self._declare()
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._check)
@@ -118,7 +131,8 @@ class RosParameters(Generic[Set]):
         if isinstance(given, str) and not isinstance(declared.default, str | bool):
             given = number_meant(given)
         try:
-            value = declared.check(given)
+            with warnings_logged(self._node):
+                value = declared.check(given)
         except ParameterError as error:
             if parameter.type_.value != self._node.describe_parameter(name).type:
                 raise Refusal(str(error)) from error

@@ -148,6 +148,10 @@ def test_friction_takes_effect_in_mid_move(observer: Observer) -> None:
     plant.pause(False)
 
 
+OLD_AREA = [2.0, 0.3, 0.0, 1.5, 0.5, 0.0, 0.1, 1.3, 0.0]
+NEW_AREA = [2e-6, 0.3, 0.0, 1.5e-6, 0.5, 0.0, 1e-7, 1.3, 0.0]
+
+
 @pytest.mark.parametrize(
     ("node", "name", "given", "taken"),
     [
@@ -164,6 +168,13 @@ def test_friction_takes_effect_in_mid_move(observer: Observer) -> None:
         ("/plant", "friction.capture_velocity", "2e-05", 2e-5),
         ("/plant", "valve.flow_coefficients", "[1.0, 1e-05, 0, 0, 0, 0]", [1.0, 1e-5, *[0.0] * 4]),
         ("/plant", "sensors.seed", "2e0", 2),
+        # In mm², as older files have the amplitudes.
+        (
+            "/plant",
+            "valve.area_coefficients",
+            [2.0, 0.3, 0.0, 1.5, 0.5, 0.0, 0.1, 1.3, 0.0],
+            NEW_AREA,
+        ),
     ],
 )
 def test_a_number_in_another_guise_is_taken(
