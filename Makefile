@@ -38,7 +38,7 @@ SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmar
 # Per cent. Not in pyproject.toml: `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85
 
-.PHONY: demo experiments test test-fast bench lint clean
+.PHONY: demo experiments test test-fast bench lint headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -64,6 +64,15 @@ lint: test-tools
 	$(VENV)/bin/python -m ruff check .
 	$(VENV)/bin/python -m ruff format --check .
 	$(VENV)/bin/python -m mypy
+
+# The licence's header, where a Python file lacks it.
+headers:
+	@$(PYTHON) .ci/headers.py
+
+# What a release needs and a checkout may lack; docs/release.md says more.
+release-check:
+	@! grep -n '\.example' package.xml || { echo 'package.xml: put real names for these' >&2; false; }
+	@! $(PYTHON) .ci/headers.py --missing || { echo 'make headers' >&2; false; }
 
 clean:
 	rm -rf .venv .venv-* build *.egg-info .mypy_cache .pytest_cache .ruff_cache

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-# What describes the package stands once, in package.xml.
+# What describes the package stands in package.xml.
 MANIFEST = ElementTree.parse(Path(__file__).resolve().with_name("package.xml")).getroot()
 NAME = MANIFEST.findtext("name")
 
@@ -31,6 +31,7 @@ TEST_REQUIREMENTS = [
     "pandas",  # runs as data frames,
     "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
+    "catkin_pkg",  # reads the changelog as catkin_prepare_release does
     "colcon-common-extensions",  # the packaging test builds with colcon,
     "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
     # A new release of a linter finds new faults; it must not fail a build that passed.
@@ -59,6 +60,7 @@ def ros_requirements() -> list[str]:
             "rosgraph-msgs",
             "builtin-interfaces",
             "rcl-interfaces",
+            "trajectory-msgs",
         )
     ]
 
@@ -70,7 +72,7 @@ def files(pattern: str) -> list[str]:
 
 setup(
     name=NAME,
-    version=MANIFEST.findtext("version"),
+    version="0.1.0",  # as in package.xml: catkin_prepare_release wants to find and change both
     description=" ".join(MANIFEST.findtext("description").split()),
     maintainer=MANIFEST.findtext("maintainer"),
     maintainer_email=MANIFEST.find("maintainer").get("email"),

@@ -7,6 +7,7 @@ from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
 from rodless_base.topics import RIG_TOPICS
 
@@ -22,6 +23,7 @@ ARGUMENTS = (
     ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
     ("controller", "true", BOOL, "start our controller; false: the plant waits for yours"),
     ("namespace", "", None, "namespace of all nodes"),
+    ("frame_prefix", "", None, "put before frame_ids and the joint's name: left/"),
     ("mode", "realtime", ["realtime", "lockstep"], "what drives plant time"),
     ("record", "false", BOOL, "record a bag from the first sample on"),
     ("bag", "", None, "folder of that bag; empty: named after the time"),
@@ -37,6 +39,10 @@ def start_rig(context: LaunchContext) -> list[Node]:
         files.append(str(CONFIG / "sensors" / f"{chosen['sensors']}.yaml"))
     if chosen["parameters"]:
         files.append(chosen["parameters"])
+    common_values = []
+    if chosen["frame_prefix"]:
+        text = ParameterValue(chosen["frame_prefix"], value_type=str)
+        common_values.append({"frame_prefix": text})
     plant = {"time.mode": chosen["mode"], "time.recorders": recorders}
     if chosen["supply_pressure"]:
         plant["supply.pressure"] = float(chosen["supply_pressure"])
@@ -49,7 +55,9 @@ def start_rig(context: LaunchContext) -> list[Node]:
     }
 
     def node(name: str, parameters: dict) -> Node:
-        return Node(executable=name, name=name, parameters=[*files, parameters], **common)
+        return Node(
+            executable=name, name=name, parameters=[*files, *common_values, parameters], **common
+        )
 
     nodes = [node("plant", plant)]
     if chosen["controller"] == "true":

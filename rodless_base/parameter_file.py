@@ -4,7 +4,7 @@ import errno
 import os
 import re
 import stat
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -89,31 +89,27 @@ EVERY_NODE = ("*", "**")
 
 
 def read_parameter_file(
-    path: str | Path, node: str, foreign: Collection[str] = ()
+    path: str | Path, node: str, foreign: Callable[[str], bool] = lambda _name: False
 ) -> dict[str, object]:
     """Return the parameters that the file at ``path`` gives to ``node``, dotted names as keys.
 
     A section applies when the last part of its name is ``node``, ``*`` or ``**``
     (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it; later
-    sections win. Parameters that every node has are left out, and in sections for every node the
-    names ``foreign``, which are for other nodes. Raises ValueError for a file that is not a ROS
+    sections win. Parameters that every node has are left out, and so are those of a section for
+    all nodes that are ``foreign``: another node's. Raises ValueError for a file that is not a ROS
     parameter file, and OSError for one that cannot be read.
     """
     found: dict[str, object] = {}
-    for section, tree in read_sections(path):
-        if is_for_every_node(section):
-            found |= {k: value for k, value in flattened(tree).items() if k not in foreign}
-        elif section.rsplit("/", 1)[-1] == node:
-            found |= flattened(tree)
+    for section, tree in _sections(path):
+        addressee = _addressee(section)
+        if addressee == node:
+            found |= _flattened(tree)
+        elif addressee in EVERY_NODE:
+            found |= {k: value for k, value in _flattened(tree).items() if not foreign(k)}
     return {name: value for name, value in found.items() if not is_of_rclpy(name)}
 
 
-def is_for_every_node(section: str) -> bool:
-    """Whether a section's name stands for every node: ``/**``."""
-    return section.rsplit("/", 1)[-1] in EVERY_NODE
-
-
-def read_sections(path: str | Path) -> list[tuple[str, object]]:
+def _sections(path: str | Path) -> list[tuple[str, object]]:
     """Return names and contents of a parameter file's sections; raises ValueError."""
     try:
         document = yaml.load(_text(path), _Loader)
@@ -146,6 +142,41 @@ def _text(path: str | Path) -> str:
     return content.decode("utf-8")
 
 
+def sections_for(path: str | Path, node: str) -> list[str]:
+    """Return the names of the sections that address ``node`` by name; [] where it cannot be read.
+
+    ROS itself has refused such a file by then.
+    """
+    try:
+        return [section for section, _ in _sections(path) if _addressee(section) == node]
+    except (OSError, ValueError):
+        return []
+
+
+def _addressee(section: str) -> str:
+    """Return the node that a section is for, whatever the namespace before it."""
+    return section.rsplit("/", 1)[-1]
+
+
+def number_meant(text: str) -> object:
+    """Return the number, or the list of numbers, that ``text`` is for ROS; others as they are.
+
+    `ros2 param` reads values as YAML 1.1, for which 1e-05 is a text, and a list with one such
+    number is one text.
+
+    Examples
+    --------
+    >>> number_meant("1e-05"), number_meant("[2e-06, 0.5]"), number_meant("high")
+    (1e-05, [2e-06, 0.5], 'high')
+    """
+    try:
+        value = yaml.load(text, _Loader)
+    except yaml.YAMLError:
+        return text
+    numbers = value if isinstance(value, list) else [value]
+    return value if all(type(number) in (int, float) for number in numbers) else text
+
+
 def is_of_rclpy(name: str) -> bool:
     """Whether ``name`` is a parameter that rclpy itself gives every node."""
     return name in ("use_sim_time", "start_type_description_service") or name.startswith(
@@ -153,22 +184,22 @@ def is_of_rclpy(name: str) -> bool:
     )
 
 
-def flattened(tree: object) -> dict[str, object]:
+def _flattened(tree: object) -> dict[str, object]:
     """Return a section's parameters by dotted name; raises ValueError for one given twice."""
     found: dict[str, object] = {}
-    for name, value in _flattened(tree, ""):
+    for name, value in _leaves(tree, ""):
         if name in found:
             raise ValueError(f"{name}: stands twice, nested and dotted; keep one")
         found[name] = value
     return found
 
 
-def _flattened(tree: object, prefix: str) -> Iterator[tuple[str, object]]:
+def _leaves(tree: object, prefix: str) -> Iterator[tuple[str, object]]:
     if not isinstance(tree, dict):
         raise ValueError(f"{prefix or 'ros__parameters'}: expected names and values")
     for key, value in tree.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):
-            yield from _flattened(value, f"{name}.")
+            yield from _leaves(value, f"{name}.")
         else:
             yield name, value

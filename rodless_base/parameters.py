@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from collections.abc import Set as AnySet
 from dataclasses import dataclass
 from numbers import Real
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import ClassVar, TypeVar
 
 from rodless_base.one_line import in_one_line, shown
+from rodless_base.owners import owner
 from rodless_base.parameter_file import preset_file, read_parameter_file
 
 Value = bool | int | float | str | tuple[float, ...]
@@ -53,6 +54,8 @@ class Parameter:
     maximum: float = math.inf
     choices: tuple[str, ...] = ()  # what a text may be
     fixed: bool = False  # cannot change while a node runs
+    # Puts numbers that are in a former unit, as older files have them, into ``unit``.
+    from_former: Callable[[tuple[float, ...]], tuple[float, ...]] | None = None
 
     def check(self, value: object) -> Value:
         """Return ``value`` in this parameter's type, or raise :class:`ParameterError`."""
@@ -61,7 +64,8 @@ class Parameter:
         if isinstance(self.default, str):
             return self._checked_text(value)
         if isinstance(self.default, tuple):
-            return self._checked_numbers(value, len(self.default))
+            numbers = self._checked_numbers(value, len(self.default))
+            return self.from_former(numbers) if self.from_former else numbers
         if isinstance(self.default, int):
             return self._checked_integer(value)
         return self._checked_number(value)
@@ -193,15 +197,13 @@ class ParameterSet(Mapping[str, Value]):
         return found._come_from(f"preset({name!r})")
 
     @classmethod
-    def from_file(cls: type[Set], path: str | Path, foreign: Collection[str] = ()) -> Set:
+    def from_file(cls: type[Set], path: str | Path) -> Set:
         """Read this node's section of a ROS parameter file (YAML); what it leaves out is default.
 
         Parameters
         ----------
         path
             The file.
-        foreign
-            Names of other nodes' parameters, which a section for every node (``/**``) may have.
 
         Raises
         ------
@@ -223,7 +225,7 @@ class ParameterSet(Mapping[str, Value]):
         600000.0
         """
         try:
-            found = cls(cls.own(read_parameter_file(path, cls.NODE, foreign)))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE, cls.foreign)))
         except OSError as error:
             raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
         except ValueError as error:
@@ -234,6 +236,11 @@ class ParameterSet(Mapping[str, Value]):
     def own(cls, values: Mapping[str, object]) -> Mapping[str, object]:
         """Return what this set takes of the values that a file gives to its node: all of them."""
         return values
+
+    @classmethod
+    def foreign(cls, name: str) -> bool:
+        """Whether ``name`` is another node's parameter, to be left out where a file is for all."""
+        return name not in cls.DECLARATIONS and owner(name) not in (None, cls.NODE)
 
     def with_values(self: Set, changes: Mapping[str, object]) -> Set:
         """Return a copy with all of ``changes`` made, checked as a whole; this set stays as it is.
@@ -336,6 +343,8 @@ class ParameterSet(Mapping[str, Value]):
             return f"{shown(name)}: no such parameter; names are texts"
         if name in cls.REPLACED:
             return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
+        if cls.foreign(name):
+            return f"{name}: no such parameter of the {cls.NODE}, it is the {owner(name)}'s"
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         return f"{in_one_line(name)}: no such parameter{hint}"

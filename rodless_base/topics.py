@@ -4,6 +4,7 @@ JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
 VALVE_STATE = "valve/state"
 SETPOINT = "setpoint"
+JOINT_COMMANDS = "joint_commands"
 
 # Of the controller, as seen from beside it.
 REFERENCE = "controller/reference"

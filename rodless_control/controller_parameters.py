@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
+from rodless_base import frames
 from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
 from rodless_control.controller import Law, checked_declarations, checked_terms
@@ -103,6 +104,7 @@ class ControllerParameters(ParameterSet):
                 f"use ControllerParameters.for_law({name!r})"
             )
         self.of_law()
+        frames.check(self)
         self._check_reference()
 
     def _check_reference(self) -> None:

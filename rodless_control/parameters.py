@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
+from rodless_base import frames
 from rodless_base.constants import (
     CARRIAGE,
     CLOSED_VOLTAGE,
@@ -76,9 +77,10 @@ NODE_PARAMETERS = declare(
         "controller.joint",
         CARRIAGE,
         "",
-        "name of the joint to control in joint_states",
+        "name of the joint to control in joint_states, without frame_prefix",
         "interface",
     ),
+    *frames.PARAMETERS.values(),
 )
 
 REFERENCE = declare(
@@ -146,6 +148,15 @@ REFERENCE = declare(
     ),
     Parameter(
         "reference.acceleration", 0.5, "m/s²", "acceleration limit of moves", "judgement", 1e-6, 1e3
+    ),
+    Parameter(
+        "reference.velocity_timeout",
+        0.1,
+        "s",
+        "plant time for which the velocity of a command on joint_commands counts: then it is 0",
+        "judgement",
+        1e-3,
+        60.0,
     ),
     Parameter("reference.jerk", 10.0, "m/s³", "jerk limit of moves", "judgement", 1e-6, 1e6),
 )

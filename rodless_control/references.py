@@ -164,6 +164,19 @@ class Constant(_Finite):
 
 
 @dataclass(frozen=True)
+class Moving(_Finite):
+    """A position (m) to be held with a ``velocity`` (m/s), which counts until ``until`` (s)."""
+
+    position: float
+    velocity: float
+    until: float
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return the position as it was given, and the velocity while it counts."""
+        return self.position, (self.velocity if time < self.until else 0.0)
+
+
+@dataclass(frozen=True)
 class Step(_Finite):
     """``before`` (m) until time ``at`` (s), ``after`` (m) from then on."""
 

@@ -1,9 +1,14 @@
 """From set-points, as they arrive, to the reference the controller follows."""
 
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
 from rodless_base.parameters import ParameterError
 from rodless_control.controller import ReferencePoint
 from rodless_control.controller_parameters import ControllerParameters
-from rodless_control.references import Constant, Move, Ramp, Reference, Sine, Step
+from rodless_control.references import Constant, Move, Moving, Ramp, Reference, Sine, Step
+from rodless_control.trajectory import Trajectory, Waypoint
 
 # The values of reference.type that take no set-points.
 FROM_PARAMETERS = ("step", "sine")
@@ -14,8 +19,9 @@ class SetpointFollower:
 
     ``setpoint``, ``ramp`` and ``move`` hold the carriage where it is found until a set-point
     comes. One that comes during a ``move`` waits for its end, the latest winning: the jerk limit
-    could not be kept otherwise. ``step`` and ``sine`` come from the parameters alone: they refuse
-    set-points and forget the last one.
+    could not be kept otherwise. Commands with a velocity and trajectories take over at once and are
+    followed as they are. ``step`` and ``sine`` come from the parameters alone: they refuse all of
+    these and forget the last one.
     """
 
     def __init__(self, parameters: ControllerParameters) -> None:
@@ -28,6 +34,8 @@ class SetpointFollower:
         """Find the carriage anew; the last set-point stays in force."""
         self._reference: Reference | None = None
         self._pending = self._target
+        self._time: float | None = None
+        self._successor: Callable[[float, Reference], Reference] | None = None
 
     def configure(self, parameters: ControllerParameters) -> None:
         """Change the parameters; a new type, or a new step or sine, starts at the next sample."""
@@ -61,20 +69,69 @@ class SetpointFollower:
         Raises ParameterError outside the travel of ``reference.*``, and where ``reference.type``
         takes no set-points.
         """
+        self._check_type(f"set-point: {target:g} m")
+        self._parameters.check_travel("set-point", target)
+        self._target = self._pending = target
+        self._successor = None
+
+    def receive_command(self, position: float, velocity: float) -> None:
+        """Take a position (m) with a velocity (m/s), one of a stream; raises as :meth:`receive`.
+
+        The velocity counts for ``reference.velocity_timeout``: what streams may stop.
+        """
+        self._check_type(f"command: {position:g} m")
+        self._parameters.check_travel("command", position)
+        if not math.isfinite(velocity):
+            raise ParameterError(f"command: {velocity!r} m/s refused, must be a finite number")
+        lasts = self._parameters.number("reference.velocity_timeout")
+        self._take_over(lambda time, _: Moving(position, velocity, time + lasts))
+
+    def receive_trajectory(self, points: Sequence[Waypoint], start: float | None = None) -> None:
+        """Follow ``points``, whose times count from ``start`` (s), or from the next sample on.
+
+        The way to the first point begins where the reference is. Raises ParameterError for points
+        that are no trajectory, leave the travel or are over, and as :meth:`receive`.
+        """
+        self._check_type("trajectory")
+        try:
+            low, high = Trajectory(points).extremes()
+        except ValueError as error:
+            raise ParameterError(f"trajectory: refused, {error}") from error
+        for position in (low, high):
+            self._parameters.check_travel("trajectory", position)
+        end = points[-1].time if start is None else start + points[-1].time
+        if start is not None and self._time is not None and end < self._time:
+            raise ParameterError(
+                f"trajectory: refused, it ended at {end:g} s, now it is {self._time:g} s; a stamp "
+                "of 0 starts at once"
+            )
+        if points[0].time < 0.0:
+            raise ParameterError(
+                f"trajectory: refused, point 1: time {points[0].time:g} s is before its start"
+            )
+        given = tuple(points)
+        self._take_over(lambda time, now: _joined(now, time, given, start))
+
+    def _take_over(self, successor: Callable[[float, Reference], Reference]) -> None:
+        self._target = self._pending = None
+        self._successor = successor
+
+    def _check_type(self, what: str) -> None:
         kind = self._parameters.text("reference.type")
         if kind in FROM_PARAMETERS:
             raise ParameterError(
-                f"set-point: {target:g} m ignored, reference.type is {kind}; "
-                "set-points need setpoint, ramp or move"
+                f"{what} ignored, reference.type is {kind}; set-points need setpoint, ramp or move"
             )
-        self._parameters.check_travel("set-point", target)
-        self._target = self._pending = target
 
     def sample(self, time: float, position: float) -> ReferencePoint:
         """Return the reference at ``time`` (s), the carriage being at ``position`` (m)."""
         if self._reference is None:
             self._reference = self._first(time, position)
-        if self._pending is not None and self._may_change(time):
+        self._time = time
+        if self._successor is not None:
+            self._reference = self._successor(time, self._reference)
+            self._successor = None
+        elif self._pending is not None and self._may_change(time):
             self._reference = self._towards(self._pending, time, self._reference)
             self._pending = None
         return ReferencePoint(*self._reference.sample(time))
@@ -114,3 +171,22 @@ class SetpointFollower:
                     time,
                 )
         return Constant(target)
+
+
+def _joined(
+    now: Reference, time: float, points: Sequence[Waypoint], start: float | None
+) -> Trajectory:
+    """Return the trajectory of ``points`` from ``start`` on, joined to ``now`` at ``time``."""
+    begin = time if start is None else start
+    absolute = [replace(point, time=begin + point.time) for point in points]
+    first = absolute[0]
+    if first.time <= time:
+        return Trajectory(absolute)
+    position, velocity = now.sample(time)
+    here = Waypoint(
+        time,
+        position,
+        None if first.velocity is None else velocity,
+        None if first.acceleration is None else 0.0,
+    )
+    return Trajectory([here, *absolute])

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping
 from typing import ClassVar
 
+from rodless_base import frames
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value, collect
 from rodless_sim import timing
@@ -21,6 +22,7 @@ DECLARATIONS = collect(
     friction.PARAMETERS,
     instruments.PARAMETERS,
     timing.PARAMETERS,
+    frames.PARAMETERS,
 )
 
 REPLACED = {
@@ -65,7 +67,7 @@ class RigParameters(ParameterSet):
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""
         sockets = (*valve_assembly.ASSEMBLIES, *friction.FORMS, *forces.FORCES)
-        for thing in (air, valve, friction, cylinder, *sockets):
+        for thing in (air, valve, friction, cylinder, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

@@ -1,6 +1,8 @@
 """Show a parameter set as ROS parameters: declared, described, checked as a whole."""
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Generic, TypeVar
 
 from rcl_interfaces.msg import (
@@ -13,7 +15,7 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from rodless_base.parameter_file import is_of_rclpy
+from rodless_base.parameter_file import is_of_rclpy, number_meant
 from rodless_base.parameters import (
     LARGEST_INTEGER,
     SMALLEST_INTEGER,
@@ -22,6 +24,7 @@ from rodless_base.parameters import (
     ParameterSet,
     Value,
 )
+from rodless_base.ros.given import given_parameters
 
 Set = TypeVar("Set", bound=ParameterSet)
 
@@ -67,6 +70,16 @@ def ros_value(value: Value) -> object:
     return list(value) if isinstance(value, tuple) else value
 
 
+@contextmanager
+def warnings_logged(node: Node) -> Iterator[None]:
+    """Let ``node`` say in its log what Python would print as a warning, such as a former unit."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FutureWarning)
+        yield
+    for warning in caught:
+        node.get_logger().warning(str(warning.message))
+
+
 class RosParameters(Generic[Set]):
     """The parameters of one node, always equal to a valid ``values``.
 
@@ -84,17 +97,22 @@ class RosParameters(Generic[Set]):
         """
         self._node = node
         self._apply = apply
-        self.values = kind(self._given())
+        with warnings_logged(node):
+            self.values = kind(self._own(node, kind))
         self._declare()
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._change)
 
-    def _given(self) -> dict[str, object]:
-        return {
-            name: parameter.value
-            for name, parameter in self._node.get_parameters_by_prefix("").items()
-            if not is_of_rclpy(name)
-        }
+    @staticmethod
+    def _own(node: Node, kind: type[Set]) -> Mapping[str, object]:
+        """Return what the node is given, without what a section for all nodes gives to others."""
+        given = given_parameters(node, kind.NODE)
+        foreign = sorted(filter(kind.foreign, given))
+        for name in filter(node.has_parameter, foreign):
+            node.undeclare_parameter(name)
+        if foreign:
+            node.get_logger().info(f"leaving out parameters of other nodes: {', '.join(foreign)}")
+        return kind.own({name: value for name, value in given.items() if name not in foreign})
 
     def _declare(self) -> None:
         for name, value in self.values.items():
@@ -108,7 +126,10 @@ class RosParameters(Generic[Set]):
             )
 
     def _convert(self, parameters: list[RosParameter]) -> list[RosParameter]:
-        """Take an integer for a real; name unknown names and wrong types, which rclpy does not."""
+        """Take an integer, or a number that came as a text, for a real.
+
+        Name unknown names and wrong types, which rclpy does not.
+        """
         converted = [self._converted(parameter) for parameter in parameters]
         return converted + self._derived(converted)
 
@@ -131,13 +152,26 @@ class RosParameters(Generic[Set]):
             return parameter
         if name not in self.values:
             raise Refusal(self.values.unknown(name))
+        declared = self.values.DECLARATIONS[name]
+        if declared.fixed:
+            raise Refusal(self._fixed(declared, parameter.value))
+        given = parameter.value
+        if isinstance(given, str) and not isinstance(declared.default, str | bool):
+            given = number_meant(given)
         try:
-            value = self.values.DECLARATIONS[name].check(parameter.value)
+            with warnings_logged(self._node):
+                value = declared.check(given)
         except ParameterError as error:
             if parameter.type_.value != self._node.describe_parameter(name).type:
                 raise Refusal(str(error)) from error
             return parameter
         return RosParameter(name, value=ros_value(value))
+
+    def _fixed(self, declared: Parameter, given: object) -> str:
+        """Say that a parameter cannot change, and so whether that matters to who gave it."""
+        now = ros_value(self.values[declared.name])
+        same = "; it has this value already" if given == now else f"; it is {now!r}"
+        return f"{declared.name}: read-only, given when the node starts{same}"
 
     def _change(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:

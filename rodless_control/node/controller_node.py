@@ -9,6 +9,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
+from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import (
@@ -20,6 +21,7 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.given import given_parameters
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
 from rodless_base.ros.message_info import Info
@@ -34,6 +36,7 @@ from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.inputs import Inputs
 from rodless_control.node.law_pace import LawPace
+from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.telemetry import Telemetry
 from rodless_control.parameters import NODE_PARAMETERS
 
@@ -68,7 +71,7 @@ class ControllerNode:
         self._inputs = Inputs(
             self.node,
             self._loop.law.USES_PRESSURES,
-            lambda: self._parameters.values.text("controller.joint"),
+            self._joint,
             self._take_sample,
         )
         self._enabled = True
@@ -93,12 +96,11 @@ class ControllerNode:
     def _parameters_of_law(self) -> type[ControllerParameters]:
         """Return the node's set for the law it is given; what other laws are given is left out."""
         declared = NODE_PARAMETERS["controller.law"]
-        parameters = self.node.get_parameters_by_prefix("")
-        given = {name: parameter.value for name, parameter in parameters.items()}
+        given = given_parameters(self.node, ControllerParameters.NODE)
         name = declared.check(given.get(declared.name, declared.default))
         kind = ControllerParameters.for_law(str(name))
         others = given.keys() - kind.own(given).keys()
-        for other in others:
+        for other in filter(self.node.has_parameter, others):
             self.node.undeclare_parameter(other)
         if others:
             self.node.get_logger().info(
@@ -114,6 +116,7 @@ class ControllerNode:
         self._outbox = Outbox(self.node)
         self._telemetry = Telemetry(self.node, self._loop.law, qos)
         self._diagnostics = diagnostics_publisher(self.node)
+        self._references = ReferenceInputs(self.node, self._loop.setpoints, self._joint)
         self._setpoint = self.node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
@@ -151,6 +154,10 @@ class ControllerNode:
         self._loop.setpoints.check(values)
         self._loop.configure(values)
         self._report_failure()
+
+    def _joint(self) -> str:
+        values = self._parameters.values
+        return prefixed(values, values.text("controller.joint"))
 
     def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._arrived = True
@@ -269,7 +276,7 @@ class ControllerNode:
             "positions lost": loop.lost,
             "positions not finite": loop.not_finite,
             "samples without the joint": inputs.without_joint,
-            "set-points refused": self._bad_setpoints,
+            "set-points refused": self._bad_setpoints + self._references.refused,
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
             LOST: self._outbox.lost + self._telemetry.lost,

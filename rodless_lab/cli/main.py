@@ -63,10 +63,13 @@ def main() -> None:
     try:
         module = importlib.import_module(VERBS[chosen.verb][0])
         code = module.main(chosen.arguments, stop)
-    except ModuleNotFoundError:
-        if _is_there("rclpy"):
+    except ModuleNotFoundError as error:
+        if error.name == "mcap":
+            print(error, file=sys.stderr)
+        elif _is_there("rclpy"):
             raise
-        print(NO_ROS, file=sys.stderr)
+        else:
+            print(NO_ROS, file=sys.stderr)
         code = 2
     failure = output.end()
     if failure is not None:

@@ -10,7 +10,6 @@ from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
-from rodless_lab.parameter_sections import names_of_controller
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
 from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
@@ -51,7 +50,7 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
         return preset
     try:
         return preset.with_values(
-            read_parameter_file(file, RigParameters.NODE, names_of_controller(file))
+            read_parameter_file(file, RigParameters.NODE, RigParameters.foreign)
         )
     except OSError as error:
         raise ParameterError(f"{file}: cannot be read: {error.strerror}") from error

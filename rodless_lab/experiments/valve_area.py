@@ -57,7 +57,8 @@ RATED = Limits(90.0, 110.0, "Festo MPYE-5-M5: 100 L/min ± 10 %")
 class ValveAreaResult:
     """Voltages (n,) in V, measured areas in m² by sweep (3, 2, n): up, then down; their fits.
 
-    ``truth`` holds the nine coefficients the measured valve has, ``systematic`` the largest share
+    ``truth`` holds the nine coefficients the measured valve has, in the fits' units (mm², rad/V,
+    rad), ``systematic`` the largest share
     by which the instruments misread all areas alike. ``assemblies`` holds the area
     that the same stand finds on a whole port of each assembly, m², at every 10 mV from 0 to 10 V;
     ``rated`` their flows in m³/s of free air from 6 to 5 bar gauge, forward and reverse.
@@ -78,11 +79,11 @@ class ValveAreaResult:
         return (*self._coefficient_rows(), *self._noisy_rows(), *self._rated_rows())
 
     def _coefficient_rows(self) -> Iterator[Comparison]:
-        rows = zip(NAMES, self.exact.values, self.truth, UNITS, strict=True)
+        rows = zip(NAMES, self.exact.coefficients, self.truth, UNITS, strict=True)
         for name, found, true, unit in rows:
             yield Comparison(
                 f"without noise: {name}",
-                found,
+                found.value,
                 unit,
                 f"{true:g}",
                 within(true, 2e-3, ROUNDING[name.split()[0]]),
@@ -91,7 +92,8 @@ class ValveAreaResult:
 
     def _noisy_rows(self) -> Iterator[Comparison]:
         shares = [self.systematic if unit == "mm²" else 0.0 for unit in UNITS]
-        turns = np.round((np.array(self.noisy.values) - self.truth) / (2.0 * np.pi))
+        found = np.array([estimate.value for estimate in self.noisy.coefficients])
+        turns = np.round((found - self.truth) / (2.0 * np.pi))
         same_phase = self.truth + 2.0 * np.pi * np.where(np.array(UNITS) == "rad", turns, 0.0)
         yield interval_row(self.noisy.coefficients, same_phase, shares)
         yield Comparison(
@@ -117,7 +119,7 @@ class ValveAreaResult:
         )
 
     def _true_areas(self) -> Array:
-        return three_sines(self.truth, self.voltages)
+        return 1e-6 * three_sines(self.truth, self.voltages)
 
     def _rated_rows(self) -> Iterator[Comparison]:
         for assembly, flows in self.rated.items():
@@ -181,7 +183,7 @@ class ValveAreaResult:
         for axes in (whole, centre):
             for assembly, areas in self.assemblies.items():
                 axes.plot(FINE_VOLTAGES, areas * 1e6, label=assembly)
-            measured = three_sines(self.truth, FINE_VOLTAGES)
+            measured = 1e-6 * three_sines(self.truth, FINE_VOLTAGES)
             axes.plot(FINE_VOLTAGES, measured * 1e6, "k:", label="eq. (5)")
             axes.axvline(
                 CLOSED_VOLTAGE, color="0.5", linewidth=0.8, label="closed position, 5.08 V"
@@ -222,7 +224,7 @@ def run_valve_area(seed: int = 1) -> ValveAreaResult:
     )
     instruments = parameters.with_values(DATA_SHEET)
     areas = measured_areas(plant, Stand.specimen(instruments, seed))
-    truth = np.array(parameters.numbers("valve.area_coefficients"))
+    truth = np.array(plant.valve.area_coefficients)
     assemblies = {name: assembled(name) for name in ("reconciled", "printed")}
     return ValveAreaResult(
         VOLTAGES,

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SPOOL
+from rodless_base.frames import joint_among
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
@@ -208,13 +209,14 @@ def _field(messages: TopicMessages, name: str) -> Array:
 
 
 def _of_joint(messages: TopicMessages, field: str, joint: str) -> Array:
-    """Return a field of ``joint``, or of the only joint."""
+    """Return a field of ``joint``, whatever its prefix, or of the only joint."""
     values = _field(messages, field)
     names = list(getattr(messages.messages[0], "name", []))
     if values.ndim != 2 or not values.shape[1]:
         raise RunError(f"{messages.topic.name}: its messages carry no {field}")
-    if joint in names[: values.shape[1]]:
-        return np.asarray(values[:, names.index(joint)])
+    found = joint_among(joint, names[: values.shape[1]])
+    if found is not None:
+        return np.asarray(values[:, names.index(found)])
     if values.shape[1] == 1:
         return np.asarray(values[:, 0])
     raise RunError(f"{messages.topic.name}: no joint {joint!r} among {', '.join(names)}")

@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from rodless_base.constants import CARRIAGE
-from rodless_base.ros.joint import joint_position
+from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
@@ -73,7 +73,7 @@ class SetpointMove:
 
     def _take_sample(self, message: JointState, info: Info) -> None:
         self._last_sample = time.monotonic()
-        position = joint_position(message, CARRIAGE)
+        position = carriage_position(message)
         if position is None:
             self._strangers = list(message.name)
             return

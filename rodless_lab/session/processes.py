@@ -13,7 +13,6 @@ import yaml
 
 from rodless_base.parameter_file import preset_file
 from rodless_base.topics import VALVE_VOLTAGE
-from rodless_lab.parameter_sections import divided
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 
@@ -115,7 +114,7 @@ class ProcessPlan:
         given = {"plant": self.plant}
         if isinstance(self.controller, Mapping):
             given["controller"] = {**self._controller_time, **self.controller}
-        between = [divided(self.parameter_file, folder)] if self.parameter_file else []
+        between = [self.parameter_file] if self.parameter_file else []
         files = [preset_file(self.preset), *between]
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))

@@ -9,7 +9,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.constants import CARRIAGE
-from rodless_base.ros.joint import joint_position
+from rodless_base.frames import joint_among
+from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
@@ -64,7 +65,7 @@ class Receiver:
 
     def _take(self, kind: type, topic: str, put: Callable[[Stamped], None]) -> Subscription:
         def take(message: Any, info: Info) -> None:
-            if kind is JointState and joint_position(message, CARRIAGE) is None:
+            if kind is JointState and carriage_position(message) is None:
                 return
             stamp = stamp_nanoseconds(message.header.stamp)
             put(Stamped(info["source_timestamp"], stamp, _content(message)))
@@ -79,5 +80,5 @@ def _ignore(_message: bytes) -> None:
 def _content(message: Any) -> tuple[float, ...]:
     if isinstance(message, FluidPressure):
         return (message.fluid_pressure,)
-    place = message.name.index(CARRIAGE)
+    place = message.name.index(joint_among(CARRIAGE, message.name))
     return (message.position[place], message.velocity[place], message.effort[place])

@@ -8,8 +8,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
-from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
-from rodless_base.ros.joint import joint_position
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, SILENT, RunningRig
@@ -104,7 +104,7 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
 
     def sample(message: JointState) -> None:
         readings["time"] = stamp_nanoseconds(message.header.stamp) / NANOSECONDS_PER_SECOND
-        readings["position"] = joint_position(message, CARRIAGE)
+        readings["position"] = carriage_position(message)
 
     observer = rig.observer
     for field, topic in PRESSURES.items():

@@ -28,8 +28,10 @@ def clock(nanoseconds: int) -> Clock:
     return Clock(clock=stamp(nanoseconds))
 
 
-def joint_state(measurement: Measurement, velocity: float, piston_area: float) -> JointState:
-    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage.
+def joint_state(
+    measurement: Measurement, velocity: float, piston_area: float, joint: str = CARRIAGE
+) -> JointState:
+    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage, as ``joint``.
 
     The force is A (P_a - P_b) of the pressures read. The velocity is the true one: nothing on the
     rig measures it.
@@ -38,21 +40,21 @@ def joint_state(measurement: Measurement, velocity: float, piston_area: float) -
     # Fields one by one: what is given to the constructor replaces a default made for nothing.
     message = JointState()
     message.header.stamp = stamp(measurement.stamp)
-    message.name = [CARRIAGE]
+    message.name = [joint]
     message.position = [measurement.position]
     message.velocity = [velocity]
     message.effort = [force]
     return message
 
 
-def valve_state(voltage: float, nanoseconds: int) -> JointState:
+def valve_state(voltage: float, nanoseconds: int, joint: str = SPOOL) -> JointState:
     """What the valve held up to a sample: displacement of its spool (m), eq. (24), and voltage (V).
 
     The voltage stands in ``effort``: it is what drives the joint.
     """
     message = JointState()
     message.header.stamp = stamp(nanoseconds)
-    message.name = [SPOOL]
+    message.name = [joint]
     message.position = [_displacement(voltage)]
     message.effort = [voltage]
     return message

@@ -8,6 +8,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.constants import CARRIAGE, SPOOL
+from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
     ERROR,
@@ -49,6 +51,7 @@ class PlantNode:
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
+        self._name_frames(self._parameters.values)
         self._make_publishers()
         self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
@@ -66,6 +69,11 @@ class PlantNode:
         """Stop the plant and destroy the node."""
         self._time.close()
         self.node.destroy_node()
+
+    def _name_frames(self, values: RigParameters) -> None:
+        self._joint, self._spool = prefixed(values, CARRIAGE), prefixed(values, SPOOL)
+        frames = messages.PRESSURE_FRAMES.items()
+        self._frames = {field: prefixed(values, frame) for field, frame in frames}
 
     def _make_publishers(self) -> None:
         # Real time waits for nobody; lock-step loses nothing.
@@ -176,12 +184,12 @@ class PlantNode:
         time = measurement.stamp
         if self._clock is not None:
             self._clock.publish(time)
-        for field, frame in messages.PRESSURE_FRAMES.items():
+        for field, frame in self._frames.items():
             value = getattr(measurement, field)
             self._pressures[field].publish(value, self._pressure_variance, frame, time)
-        self._valve_state.publish(state.voltage, time)
+        self._valve_state.publish(state.voltage, time, self._spool)
         area = self._engine.rig.plant.cylinder.piston_area
-        message = messages.joint_state(measurement, state.velocity, area)
+        message = messages.joint_state(measurement, state.velocity, area, self._joint)
         self._outbox.send(self._joint_states, message)
 
     def _publish_diagnostics(self) -> None:

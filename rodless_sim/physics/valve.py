@@ -1,6 +1,8 @@
 """The proportional valve (Festo MPYE-5-M5-010-B): what is measured of it, eqs. (5), (24), (25)."""
 
 import math
+import warnings
+from decimal import Decimal
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -17,6 +19,42 @@ SPOOL_OFFSET = -0.00108499
 
 # The flow-coefficient polynomial (25) was fitted up to this distance from the closed position.
 COEFFICIENT_RANGE = 5.0
+
+# What the area curve's largest amplitude may be, in m². No valve this size has a hundredth of that
+# in mm², nor a hundred times as much in m²: in between lie the two decades that tell mm² from m².
+LARGEST_AMPLITUDE = 1e-4
+SMALLEST_IN_SQUARE_MILLIMETRES = 1e-2
+
+
+def scaled_amplitudes(coefficients: tuple[float, ...], digits: int) -> tuple[float, ...]:
+    """Return the nine coefficients with the amplitudes, every third, times ten to ``digits``.
+
+    As decimal numbers: 2.108e-6 m² are 2.108 mm², to the last bit.
+    """
+    return tuple(
+        value if place % 3 else float(Decimal(repr(value)).scaleb(digits))
+        for place, value in enumerate(coefficients)
+    )
+
+
+def _in_square_metres(coefficients: tuple[float, ...]) -> tuple[float, ...]:
+    """Return coefficients whose amplitudes may be in mm², as they once were, in m²."""
+    largest = max(abs(value) for value in coefficients[::3])
+    if largest <= LARGEST_AMPLITUDE:
+        return coefficients
+    if largest < SMALLEST_IN_SQUARE_MILLIMETRES:
+        raise ParameterError(
+            f"valve.area_coefficients: amplitude {largest:g} refused, must be at most "
+            f"{LARGEST_AMPLITUDE:g} m²; values in mm² times 1e-6 are m²"
+        )
+    warnings.warn(
+        f"valve.area_coefficients: amplitude {largest:g} can only be in mm²: taken as "
+        f"{largest * 1e-6:g} m²; write the amplitudes times 1e-6, in m²",
+        FutureWarning,
+        stacklevel=2,
+    )
+    return scaled_amplitudes(coefficients, -6)
+
 
 PARAMETERS = declare(
     Parameter(
@@ -39,12 +77,13 @@ PARAMETERS = declare(
     ),
     Parameter(
         "valve.area_coefficients",
-        (2.108, 0.2636, 0.1742, 2.012, 0.4851, 2.157, -0.0933, 1.331, 0.9104),
-        "mm², rad/V, rad",
-        "amplitude, frequency and phase of the three sines of eq. (5)",
+        (2.108e-6, 0.2636, 0.1742, 2.012e-6, 0.4851, 2.157, -0.0933e-6, 1.331, 0.9104),
+        "m², rad/V, rad",
+        "amplitude (1e-4 m² at most), frequency and phase of the three sines of eq. (5)",
         f"{PAPER}, eq. (5)",
         -100.0,
         100.0,
+        from_former=_in_square_metres,
     ),
     Parameter(
         "valve.flow_coefficients",
@@ -96,7 +135,7 @@ class Valve(NamedTuple):
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Valve":
         """Return the constants for ``parameters``."""
-        area: Any = parameters.numbers("valve.area_coefficients")
+        area: Any = scaled_amplitudes(parameters.numbers("valve.area_coefficients"), 6)
         coefficient: Any = parameters.numbers("valve.flow_coefficients")
         return cls(
             closed_voltage=parameters.number("valve.closed_voltage"),

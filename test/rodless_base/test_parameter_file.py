@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rodless_base.parameter_file import read_parameter_file
+from rodless_base.parameter_file import number_meant, read_parameter_file
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
 from rodless_sim import RigParameters
@@ -140,6 +140,38 @@ def test_a_file_gives_each_node_its_own(written: Write) -> None:
     assert rig.number("supply.pressure") == 6e5
     assert (pid.number("controller.kp"), pid.text("controller.joint")) == (500.0, "slide")
     assert rig == RigParameters({"supply.pressure": 6e5})
+
+
+def test_a_section_for_all_nodes_may_hold_the_other_nodes_parameters(written: Write) -> None:
+    """Each takes its own of it; in a section of its own another's parameter is a mistake."""
+    path = written(section("/**", "{supply.pressure: 6e5, controller.kp: 500}"))
+    assert RigParameters.from_file(path) == RigParameters({"supply.pressure": 6e5})
+    assert ControllerParameters.from_file(path).number("controller.kp") == 500.0
+    path = written(section("plant", "{supply.pressure: 6e5, controller.kp: 500}"))
+    with pytest.raises(ParameterError, match=r"controller\.kp: .* it is the controller's"):
+        RigParameters.from_file(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("1e-05", 1e-5),
+        ("[2e-06, 1]", [2e-6, 1]),
+        ("3", 3),
+        ("high", "high"),
+        ("true", "true"),
+        ("[1.0, high]", "[1.0, high]"),
+        ("[[1e-5]]", "[[1e-5]]"),
+        ("{a: 1}", "{a: 1}"),
+        ("[", "["),
+        ("", ""),
+    ],
+)
+def test_texts_that_are_numbers_for_ros_are_told_from_others(text: str, meant: object) -> None:
+    """Only a number, or a list of numbers and nothing else."""
+    found = number_meant(text)
+    assert type(found) is type(meant)
+    assert found == meant
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,8 @@ SUBSCRIBED = {
     "controller": {
         "joint_states": JOINT,
         "setpoint": FLOAT,
+        "joint_commands": JOINT,
+        "controller/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
         "/clock": "rosgraph_msgs/msg/Clock",  # use_sim_time
     },
 }

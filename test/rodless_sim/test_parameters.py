@@ -1,11 +1,14 @@
 """Parameters: checked alone and together, immutable, read from presets and files."""
 
 import math
+import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rodless_sim import ParameterError, RigParameters
+from rodless_sim.physics.plant import Plant
 
 
 @pytest.mark.parametrize(
@@ -44,6 +47,44 @@ def test_not_a_number_inside_a_list_is_refused() -> None:
     good = RigParameters().numbers("valve.area_coefficients")
     with pytest.raises(ParameterError, match=r"valve\.area_coefficients"):
         RigParameters({"valve.area_coefficients": (*good[:8], math.nan)})
+
+
+# Eq. (5) as the paper prints it, in mm², and so in parameter files of old.
+PRINTED = (2.108, 0.2636, 0.1742, 2.012, 0.4851, 2.157, -0.0933, 1.331, 0.9104)
+
+
+def test_the_area_coefficients_of_older_files_are_told_by_their_size() -> None:
+    """Amplitudes in mm² mean the same rig as those in m², to the last bit, with a warning."""
+    with pytest.warns(FutureWarning, match="can only be in mm²"):
+        old = RigParameters({"valve.area_coefficients": PRINTED})
+    assert old == RigParameters()
+    assert Plant.of(old) == Plant.of(RigParameters())
+    assert Plant.of(old).valve.area_coefficients == PRINTED
+    amplitudes = np.random.default_rng(3).uniform(-3.0, 3.0, (100, 3)).round(8)
+    for a, b, c in amplitudes.tolist():
+        square_millimetres = (a, 0.3, 0.1, b, 0.5, 2.0, c, 1.3, 0.9)
+        with pytest.warns(FutureWarning):
+            old = RigParameters({"valve.area_coefficients": square_millimetres})
+        assert Plant.of(old).valve.area_coefficients == square_millimetres
+        assert old.numbers("valve.area_coefficients")[0] == pytest.approx(a * 1e-6, rel=1e-15)
+
+
+@pytest.mark.parametrize("largest", [1.001e-4, 1e-3, 9.99e-3])
+def test_an_amplitude_that_could_be_a_slip_in_either_unit_is_refused(largest: float) -> None:
+    """Between 100 mm² in m² and 0.01 mm² in mm² nothing is guessed; a line says how to convert."""
+    with pytest.raises(ParameterError, match="values in mm² times 1e-6 are m²"):
+        RigParameters({"valve.area_coefficients": (largest, *[0.0] * 8)})
+
+
+@pytest.mark.parametrize("largest", [0.0, 1e-9, 1e-4])
+def test_amplitudes_in_square_metres_are_left_as_they_are(largest: float) -> None:
+    """No warning, no change."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        values = RigParameters(
+            {"valve.area_coefficients": (-largest, *[1.0, 0.1, 0.0, 50.0, 0.2, 0.0, 1.0, 2.0])}
+        )
+    assert values.numbers("valve.area_coefficients")[0] == -largest
 
 
 @pytest.mark.parametrize(

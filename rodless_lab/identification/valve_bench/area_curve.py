@@ -13,6 +13,7 @@ from rodless_lab.identification.estimate import (
     judged,
     symmetric,
 )
+from rodless_sim.physics.valve import scaled_amplitudes
 
 Array = npt.NDArray[np.float64]
 
@@ -56,24 +57,25 @@ def effective_area(volume_flow: Array, upstream_pressure: Array, temperature: Ar
 
 
 def three_sines(coefficients: npt.ArrayLike, voltage: Array) -> Array:
-    """Eq. (5) in m² at ``voltage`` (V), shape (n,); nine coefficients in mm², rad/V and rad.
+    """Eq. (5) in m² at ``voltage`` (V), shape (n,); nine coefficients in m², rad/V and rad.
 
     Examples
     --------
-    >>> float(three_sines([2.0, 0.5, 0.0, 0, 0, 0, 0, 0, 0], np.array(np.pi))) * 1e6  # mm²
-    2.0
+    >>> float(three_sines([2e-6, 0.5, 0.0, 0, 0, 0, 0, 0, 0], np.array(np.pi)))
+    2e-06
     """
     amplitude, frequency, phase = np.asarray(coefficients, dtype=np.float64).reshape(3, 3).T
     angle = np.multiply.outer(np.asarray(voltage), frequency) + phase
-    return np.asarray(1e-6 * np.sum(amplitude * np.sin(angle), axis=-1))
+    return np.asarray(np.sum(amplitude * np.sin(angle), axis=-1))
 
 
 @dataclass(frozen=True)
 class AreaCurve:
     """Fitted eq. (5): nine coefficients in its order, and the scatter about it.
 
-    ``scatter`` is the standard deviation of a single point in m², ``freedom`` its degrees of
-    freedom, ``voltages`` (V, shape (n,)) where the area was measured.
+    The coefficients are the paper's, with amplitudes in mm². ``scatter`` is the standard deviation
+    of a single point in m², ``freedom`` its degrees of freedom, ``voltages`` (V, shape (n,)) where
+    the area was measured.
     """
 
     coefficients: tuple[Estimate, ...]
@@ -83,7 +85,11 @@ class AreaCurve:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The nine coefficients as the parameter ``valve.area_coefficients`` takes them."""
+        """The nine coefficients as ``valve.area_coefficients`` takes them: m², rad/V, rad."""
+        return scaled_amplitudes(self._fitted, -6)
+
+    @property
+    def _fitted(self) -> tuple[float, ...]:
         return tuple(estimate.value for estimate in self.coefficients)
 
     def area(self, voltage: Array) -> Array:
@@ -92,8 +98,8 @@ class AreaCurve:
 
     def band(self, voltage: Array) -> Array:
         """Half width in m² of the 95 % band about the fitted curve at ``voltage``, shape (n,)."""
-        gradient = _jacobian(np.array(self.values), np.asarray(voltage)) * 1e-6
-        measured = _jacobian(np.array(self.values), self.voltages) * 1e-6
+        gradient = _jacobian(np.array(self._fitted), np.asarray(voltage)) * 1e-6
+        measured = _jacobian(np.array(self._fitted), self.voltages) * 1e-6
         # Through the curve's own directions: combinations of coefficients that leave the curve
         # unchanged have no variance worth the name, and no effect here.
         _, singular, rows = linalg.svd(measured, full_matrices=False)
@@ -115,9 +121,9 @@ def fit_area_curve(
     voltages, areas
         Shape (n,), V and m².
     start
-        Nine coefficients to begin with. Without, the search begins by itself: for given frequencies
-        the curve is linear in the rest, so a coarse grid of frequencies is tried and the best
-        refined.
+        Nine coefficients to begin with, in m², rad/V and rad. Without, the search begins by
+        itself: for given frequencies the curve is linear in the rest, so a coarse grid of
+        frequencies is tried and the best refined.
 
     Raises
     ------
@@ -136,11 +142,16 @@ def fit_area_curve(
     area = np.asarray(areas, dtype=np.float64) * 1e6
     if len(voltage) < 10 or voltage.shape != area.shape:
         raise ValueError(f"three sines need ten points of voltage and area, got {voltage.size}")
-    starts = _starts(voltage, area) if start is None else [np.asarray(start, dtype=np.float64)]
+    starts = _starts(voltage, area) if start is None else [_fitted(start)]
     found = min((_refined(begin, voltage, area) for begin in starts), key=lambda fit: fit[1])[0]
     if start is None:
         found = _ordered(found)
     return _curve(found, voltage, area)
+
+
+def _fitted(coefficients: npt.ArrayLike) -> Array:
+    """Return coefficients with amplitudes in mm²: the unknowns are then all of one size."""
+    return np.array(scaled_amplitudes(tuple(np.asarray(coefficients, float).tolist()), 6))
 
 
 def _refined(start: Array, voltage: Array, area: Array) -> tuple[Array, float]:
@@ -159,7 +170,7 @@ def _refined(start: Array, voltage: Array, area: Array) -> tuple[Array, float]:
 
 
 def _residuals(values: Array, voltage: Array, area: Array) -> Array:
-    return 1e6 * three_sines(values, voltage) - area
+    return three_sines(values, voltage) - area
 
 
 def _slopes(values: Array, voltage: Array, area: Array) -> Array:  # noqa: ARG001
@@ -213,7 +224,7 @@ def _ordered(values: Array) -> Array:
 
 def _curve(values: Array, voltage: Array, area: Array) -> AreaCurve:
     freedom = len(voltage) - 9
-    residual = 1e6 * three_sines(values, voltage) - area
+    residual = three_sines(values, voltage) - area
     variance = float(residual @ residual) / max(freedom, 1)
     spread = covariance(_jacobian(values, voltage), variance)
     errors = np.sqrt(np.diag(spread))

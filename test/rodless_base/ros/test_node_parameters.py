@@ -148,6 +148,10 @@ def test_friction_takes_effect_in_mid_move(observer: Observer) -> None:
     plant.pause(False)
 
 
+OLD_AREA = [2.0, 0.3, 0.0, 1.5, 0.5, 0.0, 0.1, 1.3, 0.0]
+NEW_AREA = [2e-6, 0.3, 0.0, 1.5e-6, 0.5, 0.0, 1e-7, 1.3, 0.0]
+
+
 @pytest.mark.parametrize(
     ("node", "name", "given", "taken"),
     [
@@ -160,18 +164,29 @@ def test_friction_takes_effect_in_mid_move(observer: Observer) -> None:
             [1, 0, 0, 0, 0, 0],
             [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         ),
+        # As `ros2 param load` and `set` send 1e-05, and a list with such a number in it.
+        ("/plant", "friction.capture_velocity", "2e-05", 2e-5),
+        ("/plant", "valve.flow_coefficients", "[1.0, 1e-05, 0, 0, 0, 0]", [1.0, 1e-5, *[0.0] * 4]),
+        ("/plant", "sensors.seed", "2e0", 2),
+        # In mm², as older files have the amplitudes.
+        (
+            "/plant",
+            "valve.area_coefficients",
+            [2.0, 0.3, 0.0, 1.5, 0.5, 0.0, 0.1, 1.3, 0.0],
+            NEW_AREA,
+        ),
     ],
 )
-def test_an_integer_is_taken_for_a_real(
+def test_a_number_in_another_guise_is_taken(
     observer: Observer, node: str, name: str, given: object, taken: object
 ) -> None:
-    """A user who leaves the point out gets what was meant, and the type stays real."""
+    """Without a point, or as the text ROS's tools make of it: the type stays what it was."""
     observer.set_parameters(node, {name: given})
     value = observer.get_parameters(node, [name])[name]
     assert (list(value) if isinstance(taken, list) else value) == taken  # type: ignore[call-overload]
     client = observer.parameter_client(node)
     types = observer.result(lambda: client.get_parameter_types([name]), "types").types
-    assert list(types) in ([TYPES[float]], [TYPES[tuple]])
+    assert list(types) == [TYPES[type(SETS[node].DECLARATIONS[name].default)]]
 
 
 REFUSED = [
@@ -194,7 +209,14 @@ REFUSED = [
     ("/plant", "valve.flow_coefficients", [1.0, 2.0], "6 numbers"),
     ("/plant", "valve.flow_coefficients", [math.nan] * 6, "nan"),
     ("/plant", "time.period", 0.02, "read-only"),
-    ("/plant", "time.mode", "realtime", "read-only"),
+    ("/plant", "time.mode", "realtime", "read-only, given when the node starts; it has this value"),
+    ("/plant", "time.mode", "lockstep", "it is 'realtime'"),
+    ("/plant", "controller.kp", 500.0, "no such parameter of the plant, it is the controller's"),
+    ("/plant", "supply.pressure", "[6e5]", "must be a number (Pa)"),
+    ("/plant", "supply.pressure", "6e5 Pa", "must be a number (Pa)"),
+    ("/plant", "friction.form", "1e-05", "one of stribeck, saturating"),
+    ("/plant", "cylinder.locked", "1e0", "must be true or false"),
+    ("/other/controller", "friction.form", "stribeck", "it is the plant's"),
     ("/other/controller", "controller.kp", math.nan, "nan"),
     ("/other/controller", "controller.kp", -1.0, "-1.0"),
     ("/other/controller", "controller.kp", "much", "must be a number (V/m)"),

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[3]
 # For a process of a test to end, in wall-clock s.
 TIMEOUT = 500.0
 
-RunPytest = Callable[..., "subprocess.Popen[str]"]
+RunPytest = Callable[..., subprocess.Popen[str]]
 
 AT_ONCE = 8
 

@@ -31,7 +31,7 @@ from rodless_sim.physics.valve_assemblies import printed
 PERIOD = 0.01
 BACKWARDS = {
     "valve.assembly": "printed",
-    "valve.area_coefficients": [2.0, math.pi / 8.0, *[0.0] * 7],
+    "valve.area_coefficients": [2e-6, math.pi / 8.0, *[0.0] * 7],
     "cylinder.locked": True,
 }
 with pytest.MonkeyPatch.context() as _unchecked:

@@ -1,0 +1,47 @@
+"""Names of frames and joints with a prefix, so that several rigs fit into one robot model."""
+
+from collections.abc import Sequence
+
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
+
+PARAMETERS = declare(
+    Parameter(
+        "frame_prefix",
+        "",
+        "",
+        "put before every frame_id and joint name, as robot_state_publisher does: left/",
+        "interface",
+        fixed=True,
+    )
+)
+
+
+def check(parameters: ParameterSet) -> None:
+    """Refuse what tf2 refuses: a name of a frame that begins with a slash."""
+    prefix = parameters.text("frame_prefix")
+    if prefix.startswith("/"):
+        raise ParameterError(
+            f"frame_prefix: {prefix!r} refused, frames have no leading slash; "
+            f"write {prefix.lstrip('/')!r}"
+        )
+
+
+def prefixed(parameters: ParameterSet, name: str) -> str:
+    """Return a frame's or joint's ``name`` with the prefix of ``parameters``."""
+    return parameters.text("frame_prefix") + name
+
+
+def joint_among(joint: str, names: Sequence[str]) -> str | None:
+    """Return the name that ``joint`` has among ``names``, whatever its prefix.
+
+    None where it is not there, or more than once with a prefix.
+
+    Examples
+    --------
+    >>> joint_among("carriage", ["left/carriage", "gripper"])
+    'left/carriage'
+    """
+    if joint in names:
+        return joint
+    found = [name for name in names if name.endswith(joint)]
+    return found[0] if len(found) == 1 else None

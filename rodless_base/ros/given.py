@@ -1,0 +1,52 @@
+"""The parameters that a node is given when it starts."""
+
+import sys
+from collections.abc import Sequence
+
+from rclpy.node import Node
+
+from rodless_base.parameter_file import is_of_rclpy, read_parameter_file, sections_for
+
+
+def given_parameters(node: Node, kind: str) -> dict[str, object]:
+    """Return what files and command line give to ``node``, a ``plant`` or ``controller``.
+
+    ROS finds a node's section by the name the node has now, so a renamed one
+    (``-r __node:=cyl1``) would miss the sections ``plant`` of presets and other files. It takes
+    them, and says so, from each file without a section of its new name; what ROS found comes first.
+    """
+    found = {
+        name: parameter.value
+        for name, parameter in node.get_parameters_by_prefix("").items()
+        if not is_of_rclpy(name)
+    }
+    if node.get_name() == kind:
+        return found
+    return {**_sections_of_its_kind(node, kind), **found}
+
+
+def _sections_of_its_kind(node: Node, kind: str) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for file in parameter_files(sys.argv):
+        if sections_for(file, kind) and not sections_for(file, node.get_name()):
+            values.update(read_parameter_file(file, kind))
+            node.get_logger().info(
+                f"{file} has no section {node.get_name()}: taking {sections_for(file, kind)[-1]}"
+            )
+    return values
+
+
+def parameter_files(arguments: Sequence[str]) -> list[str]:
+    """Return the parameter files that ``arguments`` give to ROS, in their order.
+
+    Examples
+    --------
+    >>> parameter_files(["plant", "--ros-args", "--params-file", "a.yaml", "--", "x"])
+    ['a.yaml']
+    """
+    files, of_ros = [], False
+    for before, argument in zip(["", *arguments], arguments, strict=False):
+        of_ros = argument == "--ros-args" or (of_ros and argument != "--")
+        if of_ros and before == "--params-file":
+            files.append(argument)
+    return files

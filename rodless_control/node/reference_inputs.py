@@ -1,0 +1,122 @@
+"""References as messages of standard controllers: a stream of commands, and whole trajectories."""
+
+import math
+from collections.abc import Callable
+
+from builtin_interfaces.msg import Duration
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.parameters import ParameterError
+from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_base.topics import JOINT_COMMANDS
+from rodless_control.setpoint import SetpointFollower
+from rodless_control.trajectory import Waypoint
+
+TRAJECTORY = "~/joint_trajectory"
+
+# A stream that is refused comes at the rate of a control loop: say so once in this time, in s.
+REPEAT = 1.0
+
+
+class ReferenceInputs:
+    """Subscriptions to ``joint_commands`` and ``~/joint_trajectory``, for ``setpoints`` to follow.
+
+    What is wrong is counted in ``refused``, said in one line, and changes nothing.
+    """
+
+    def __init__(self, node: Node, setpoints: SetpointFollower, joint: Callable[[], str]) -> None:
+        """Subscribe; ``joint`` tells the name of the joint that is controlled."""
+        self._logger = node.get_logger()
+        self._setpoints = setpoints
+        self._joint = joint
+        self.refused = 0
+        node.create_subscription(JointState, JOINT_COMMANDS, self._take_command, 10)
+        node.create_subscription(JointTrajectory, TRAJECTORY, self._take_trajectory, 10)
+
+    def _take_command(self, message: JointState) -> None:
+        try:
+            command = position_and_velocity(message, self._joint())
+            if command is not None:
+                self._setpoints.receive_command(*command)
+        except ParameterError as error:
+            self.refused += 1
+            self._logger.warning(str(error), throttle_duration_sec=REPEAT)
+
+    def _take_trajectory(self, message: JointTrajectory) -> None:
+        try:
+            points = waypoints(message, self._joint())
+            stamp = stamp_nanoseconds(message.header.stamp)
+            start = stamp / NANOSECONDS_PER_SECOND if stamp else None
+            self._setpoints.receive_trajectory(points, start)
+        except ParameterError as error:
+            self.refused += 1
+            self._logger.warning(str(error))
+        else:
+            when = "now" if start is None else f"at {start:g} s"
+            self._logger.info(
+                f"trajectory: {len(points)} points, from {when}, {points[-1].time:g} s long"
+            )
+
+
+def position_and_velocity(message: JointState, joint: str) -> tuple[float, float] | None:
+    """Return position (m) and velocity (m/s) commanded to ``joint``; without a velocity it is 0.
+
+    None where the position is NaN: what ros2_control sends for an interface that no controller
+    has claimed. Raises ParameterError for a message that does not command the joint's position.
+    """
+    names = list(message.name)
+    if joint not in names:
+        raise ParameterError(
+            f"command: refused, it names the joints {', '.join(names) or '(none)'}, not {joint}"
+        )
+    place = names.index(joint)
+    for field, needed in (("position", True), ("velocity", False)):
+        count = len(getattr(message, field))
+        if count != len(names) and (needed or count):
+            raise ParameterError(
+                f"command: refused, {count} values of {field} for {len(names)} joints"
+            )
+    position = float(message.position[place])
+    if math.isnan(position):
+        return None
+    velocity = float(message.velocity[place]) if message.velocity else 0.0
+    return position, (0.0 if math.isnan(velocity) else velocity)
+
+
+def waypoints(message: JointTrajectory, joint: str) -> tuple[Waypoint, ...]:
+    """Return the points of a trajectory of ``joint`` alone, times in s from its start.
+
+    Raises ParameterError for other joints, and for points without a position or with an effort.
+    """
+    names = list(message.joint_names)
+    if names != [joint]:
+        raise ParameterError(
+            f"trajectory: refused, it is for the joints {', '.join(names) or '(none)'}, "
+            f"this controller has {joint}"
+        )
+    return tuple(_waypoint(point, number) for number, point in enumerate(message.points, 1))
+
+
+def _waypoint(point: JointTrajectoryPoint, number: int) -> Waypoint:
+    found = {
+        name: list(getattr(point, name))
+        for name in ("positions", "velocities", "accelerations", "effort")
+    }
+    for name, values in found.items():
+        if len(values) > 1 or (name == "positions" and not values) or (name == "effort" and values):
+            wanted = {"positions": "1", "effort": "none"}.get(name, "1 or none")
+            raise ParameterError(
+                f"trajectory: refused, point {number}: {len(values)} {name}, must be {wanted}"
+            )
+    return Waypoint(
+        _seconds(point.time_from_start),
+        found["positions"][0],
+        *(found[name][0] if found[name] else None for name in ("velocities", "accelerations")),
+    )
+
+
+def _seconds(duration: Duration) -> float:
+    return float(duration.sec + duration.nanosec / NANOSECONDS_PER_SECOND)

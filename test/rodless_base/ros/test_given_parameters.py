@@ -1,0 +1,91 @@
+"""What a node takes of the files it is given: by name, under another name, and for all nodes."""
+
+from pathlib import Path
+
+import pytest
+from running import StartProcess
+
+from rodless_base.parameter_file import preset_file
+from rodless_base.ros.given import parameter_files
+from rodless_control import ControllerParameters
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.processes import node_command
+from rodless_sim import RigParameters
+
+
+@pytest.mark.parametrize(
+    ("arguments", "files"),
+    [
+        ([], []),
+        (["--params-file", "a"], []),
+        (["--ros-args", "--params-file", "a", "-p", "x:=1", "--params-file", "b"], ["a", "b"]),
+        (["--ros-args", "--", "--params-file", "a"], []),
+        (["--ros-args", "--", "x", "--ros-args", "--params-file", "a"], ["a"]),
+        (["--ros-args", "--params-file"], []),
+    ],
+)
+def test_files_are_read_from_the_arguments_for_ros(arguments: list[str], files: list[str]) -> None:
+    """Those between --ros-args and --, in their order."""
+    assert parameter_files(["plant", *arguments]) == files
+
+
+def test_a_renamed_node_takes_the_preset_of_its_kind(
+    start_process: StartProcess, observer: Observer
+) -> None:
+    """`-r __node:=cyl1` with a preset: cyl1 has the preset's values, and says whence."""
+    command = [*node_command("plant", [preset_file("calibrated")]), "-r", "__node:=cyl1"]
+    with start_process(command, "cyl1") as process:
+        names = ["friction.form", "cylinder.stroke"]
+        found = observer.get_parameters("/cyl1", names)
+        preset = RigParameters.preset("calibrated")
+        assert found == {name: preset[name] for name in names}
+        assert found["friction.form"] != RigParameters()["friction.form"]
+        assert "has no section cyl1: taking /**/plant" in process.output
+
+
+def test_a_section_of_the_new_name_counts_alone(
+    start_process: StartProcess, observer: Observer, tmp_path: Path
+) -> None:
+    """A file that names the renamed node means `plant` for another node; -p counts most."""
+    file = tmp_path / "two.yaml"
+    file.write_text(
+        "plant: {ros__parameters: {supply.pressure: 500000.0, friction.form: saturating}}\n"
+        "cyl2: {ros__parameters: {supply.pressure: 550000.0, cylinder.moving_mass: 2.0}}\n"
+    )
+    command = [*node_command("plant", [file]), "-r", "__node:=cyl2"]
+    with start_process([*command, "-p", "cylinder.moving_mass:=3.0"], "cyl2") as process:
+        names = ["supply.pressure", "friction.form", "cylinder.moving_mass"]
+        assert list(observer.get_parameters("/cyl2", names).values()) == [5.5e5, "stribeck", 3.0]
+        assert "taking" not in process.output
+
+
+def test_a_section_for_all_nodes_gives_each_its_own(
+    start_process: StartProcess, observer: Observer, tmp_path: Path
+) -> None:
+    """Plant and controller values under /**: both nodes start, each with what it has."""
+    file = tmp_path / "all.yaml"
+    file.write_text("/**: {ros__parameters: {supply.pressure: 500000.0, controller.kp: 321.0}}\n")
+    with (
+        start_process(node_command("plant", [file], "all"), "plant") as plant,
+        start_process(node_command("controller", [file], "all"), "controller") as controller,
+    ):
+        given = observer.get_parameters("/all/plant", ["supply.pressure"])
+        assert given == {"supply.pressure": 5e5}
+        assert observer.get_parameters("/all/controller", ["controller.kp"]) == {
+            "controller.kp": 321.0
+        }
+        assert "leaving out parameters of other nodes: controller.kp" in plant.output
+        assert "leaving out parameters of other nodes: supply.pressure" in controller.output
+    assert RigParameters.from_file(file)["supply.pressure"] == 5e5
+    assert ControllerParameters.from_file(file)["controller.kp"] == 321.0
+
+
+def test_a_misspelt_name_for_all_nodes_is_still_refused(
+    start_process: StartProcess, tmp_path: Path
+) -> None:
+    """What is a typo stays one: the node it would be of refuses to start."""
+    file = tmp_path / "all.yaml"
+    file.write_text("/**: {ros__parameters: {supply.presure: 500000.0}}\n")
+    with start_process(node_command("plant", [file], "typo"), "plant") as plant:
+        assert plant.wait() == 1
+        assert "did you mean supply.pressure" in plant.output

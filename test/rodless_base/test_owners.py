@@ -1,0 +1,45 @@
+"""Each node's parameters are told from the other's by their names."""
+
+import pytest
+
+from rodless_base.owners import GROUPS, owner
+from rodless_base.parameters import ParameterError, ParameterSet
+from rodless_control import ControllerParameters, PidParameters
+from rodless_sim import RigParameters
+from rodless_sim.physics.forces import FORCES
+
+SETS: dict[str, type[ParameterSet]] = {"plant": RigParameters, "controller": ControllerParameters}
+
+
+@pytest.mark.parametrize("node", SETS)
+def test_the_groups_are_those_that_the_node_declares(node: str) -> None:
+    """The table repeats what is declared: no group is missing, and none is left over.
+
+    A force of one's own may have a group that only the plant knows.
+    """
+    own = {name.partition(".")[0] for force in FORCES for name in getattr(force, "PARAMETERS", ())}
+    declared = {name.partition(".")[0] for name in SETS[node].DECLARATIONS if "." in name}
+    assert declared - own <= set(GROUPS[node]) <= declared
+
+
+def test_no_group_belongs_to_two_nodes() -> None:
+    """Each name has one owner at most."""
+    assert not set(GROUPS["plant"]) & set(GROUPS["controller"])
+    assert owner("no.such") is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "whose"),
+    [
+        (RigParameters, "controller.kp", "it is the controller's"),
+        (RigParameters, "reference.type", "it is the controller's"),
+        (ControllerParameters, "supply.pressure", "it is the plant's"),
+        (PidParameters, "friction.form", "it is the plant's"),
+    ],
+)
+def test_a_name_of_the_other_node_is_refused_as_such(
+    kind: type[ParameterSet], name: str, whose: str
+) -> None:
+    """Who puts a value into the wrong section is told where it belongs."""
+    with pytest.raises(ParameterError, match=whose):
+        kind({name: 1.0})

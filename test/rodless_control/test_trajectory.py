@@ -1,0 +1,180 @@
+"""Trajectories through waypoints: interpolated as joint_trajectory_controller does, and refused."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.interpolate import BPoly
+
+from rodless_control import ControllerParameters, ParameterError
+from rodless_control.setpoint import SetpointFollower
+from rodless_control.trajectory import Trajectory, Waypoint
+
+TIMES = np.linspace(0.0, 3.0, 601)[:-1]
+
+
+def derivatives(point: Waypoint, order: int) -> list[float]:
+    """Position and the first derivatives of a waypoint."""
+    return [point.position, point.velocity, point.acceleration][:order]  # type: ignore[list-item]
+
+
+def hermite(points: list[Waypoint], order: int) -> BPoly:
+    """Scipy's own polynomials with these derivatives at the waypoints."""
+    return BPoly.from_derivatives(
+        [point.time for point in points], [derivatives(point, order) for point in points]
+    )
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_segments_are_hermite_polynomials(order: int) -> None:
+    """Linear, cubic, quintic: positions and velocities are those that scipy finds, to 1e-12."""
+    generator = np.random.default_rng(order)
+    for _ in range(20):
+        times = np.concatenate([[0.0], np.cumsum(generator.uniform(0.2, 1.0, 3)), [3.0]])
+        values = generator.uniform(-0.2, 0.2, (5, 3))
+        values[-1, 1] = 0.0
+        given = [
+            Waypoint(t, *[v if k < order else None for k, v in enumerate(row)])
+            for t, row in zip(times.tolist(), values.tolist(), strict=True)
+        ]
+        expected = hermite(given, order)
+        found = np.array([Trajectory(given).sample(float(time)) for time in TIMES])
+        np.testing.assert_allclose(found[:, 0], expected(TIMES), atol=1e-12)
+        np.testing.assert_allclose(found[:, 1], expected.derivative()(TIMES), atol=1e-10)
+
+
+def test_a_segment_takes_what_both_its_ends_have() -> None:
+    """Between a point with a velocity and one without, the way is straight."""
+    way = Trajectory([Waypoint(0.0, 0.0, 0.3), Waypoint(1.0, 0.1), Waypoint(2.0, 0.1, 0.0)])
+    assert way.sample(0.5) == (pytest.approx(0.05), pytest.approx(0.1))
+
+
+def test_it_rests_before_its_first_and_after_its_last_point() -> None:
+    """The last position is held, whatever the segment's slope was."""
+    way = Trajectory([Waypoint(1.0, 0.02), Waypoint(2.0, 0.05)])
+    assert way.sample(0.9) == (0.02, 0.0)
+    assert way.sample(2.0) == (0.05, 0.0)
+    assert way.sample(99.0) == (0.05, 0.0)
+
+
+def test_extremes_are_those_of_the_curve() -> None:
+    """A cubic swings out beyond its points; the extremes are what fine sampling finds."""
+    points = [Waypoint(0.0, 0.05, -0.2), Waypoint(1.0, 0.06, 0.3), Waypoint(3.0, 0.1, 0.0)]
+    way = Trajectory(points)
+    positions = [way.sample(float(time))[0] for time in np.linspace(0.0, 3.0, 30_001)]
+    low, high = way.extremes()
+    assert (low, high) == (
+        pytest.approx(min(positions), abs=1e-9),
+        pytest.approx(max(positions), abs=1e-9),
+    )
+    assert low < 0.05
+    assert high > 0.1
+
+
+BAD = [
+    ([], "no points"),
+    ([Waypoint(0.0, 0.1), Waypoint(0.0, 0.1)], "point 2: its time, 0 s, is not after"),
+    ([Waypoint(1.0, 0.1), Waypoint(0.5, 0.1)], "point 2: its time, 0.5 s, is not after"),
+    ([Waypoint(1.0, math.nan)], "point 1: position nan is not finite"),
+    ([Waypoint(1.0, 0.1, math.inf)], "point 1: velocity inf is not finite"),
+    ([Waypoint(1.0, 0.1, 0.01)], "the last point has velocity 0.01 m/s, must be 0"),
+    ([Waypoint(-0.1, 0.1)], "point 1: time -0.1 s is before its start"),
+    ([Waypoint(1.0, 0.21)], "0.21 m refused, must be from reference.minimum"),
+    ([Waypoint(1.0, -0.01), Waypoint(2.0, 0.1)], "reference.minimum"),
+    ([Waypoint(0.0, 0.19, 0.2), Waypoint(1.0, 0.19, 0.0)], "reference.maximum"),
+]
+
+
+@pytest.mark.parametrize(("points", "line"), BAD, ids=[line for _, line in BAD])
+def test_a_bad_trajectory_is_refused_in_one_line_and_changes_nothing(
+    points: list[Waypoint], line: str
+) -> None:
+    """The way in force goes on."""
+    found = moving_follower()
+    with pytest.raises(ParameterError, match="trajectory: ") as refusal:
+        found.receive_trajectory(points)
+    assert line in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+    assert found.sample(0.5, 0.0) == (pytest.approx(0.05), pytest.approx(0.1))
+
+
+def moving_follower(kind: str = "setpoint") -> SetpointFollower:
+    """Return a follower on its way from 0 to 0.1 m, from time 0 to 1 s."""
+    found = SetpointFollower(ControllerParameters({"reference.type": kind}))
+    found.receive_trajectory([Waypoint(1.0, 0.1)])
+    found.sample(0.0, 0.0)
+    return found
+
+
+def test_a_trajectory_begins_where_the_reference_is() -> None:
+    """Another in mid-way takes over without a jump in position, nor in velocity if it has it."""
+    found = moving_follower()
+    before = found.sample(0.5, 0.0)
+    found.receive_trajectory([Waypoint(1.0, 0.02, 0.0), Waypoint(2.0, 0.1, 0.0)])
+    assert found.sample(0.5, 0.0) == pytest.approx(before)
+    times = np.linspace(0.5, 3.0, 2501)
+    positions = [found.sample(float(time), 0.0)[0] for time in times]
+    assert max(abs(b - a) for a, b in pairwise(positions)) < 0.2e-3
+    assert positions[1000] == pytest.approx(0.02)
+    assert positions[-1] == 0.1
+
+
+def test_a_stamp_says_when_it_starts() -> None:
+    """Times count from it; what lies behind is left out; what is over is refused."""
+    found = moving_follower()
+    found.sample(2.0, 0.0)
+    found.receive_trajectory([Waypoint(0.0, 0.0), Waypoint(2.0, 0.04)], start=1.5)
+    assert found.sample(2.5, 0.0) == (pytest.approx(0.02), pytest.approx(0.02))
+    found.receive_trajectory([Waypoint(1.0, 0.1)], start=4.0)
+    assert found.sample(3.0, 0.0)[0] == pytest.approx(0.03)
+    assert found.sample(4.0, 0.0)[0] == pytest.approx(0.065)
+    assert found.sample(5.0, 0.0) == (0.1, 0.0)
+    with pytest.raises(ParameterError, match=r"it ended at 4\.9 s, now it is 5 s"):
+        found.receive_trajectory([Waypoint(0.9, 0.1)], start=4.0)
+
+
+@pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
+def test_set_points_and_trajectories_take_over_from_each_other(kind: str) -> None:
+    """The latest counts, and a reset forgets a trajectory: the carriage stays where it is."""
+    found = moving_follower(kind)
+    found.receive(0.05)
+    found.sample(0.2, 0.0)
+    assert found.sample(9.0, 0.0) == (0.05, 0.0)
+    found.receive_trajectory([Waypoint(1.0, 0.1)])
+    assert found.sample(9.0, 0.0) == (0.05, pytest.approx(0.05))
+    found.reset()
+    assert found.sample(9.5, 0.07) == (0.07, 0.0)
+
+
+def test_a_command_with_a_velocity_is_followed_as_it_is() -> None:
+    """Position and velocity from the next sample on; the velocity counts for the time-out only."""
+    found = SetpointFollower(ControllerParameters({"reference.velocity_timeout": 0.05}))
+    found.sample(1.0, 0.01)
+    found.receive_command(0.02, 0.3)
+    assert found.sample(1.001, 0.01) == (0.02, 0.3)
+    assert found.sample(1.05, 0.01) == (0.02, 0.3)
+    assert found.sample(1.0511, 0.01) == (0.02, 0.0)
+    found.receive_command(0.03, -0.1)
+    assert found.sample(1.06, 0.01) == (0.03, -0.1)
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity"), [(0.3, 0.0), (math.inf, 0.0), (0.1, math.nan), (0.1, math.inf)]
+)
+def test_a_bad_command_changes_nothing(position: float, velocity: float) -> None:
+    """Outside the travel, or not finite."""
+    found = moving_follower()
+    with pytest.raises(ParameterError, match="command: "):
+        found.receive_command(position, velocity)
+    assert found.sample(0.5, 0.0) == (pytest.approx(0.05), pytest.approx(0.1))
+
+
+@pytest.mark.parametrize("kind", ["step", "sine"])
+def test_a_reference_from_parameters_takes_neither(kind: str) -> None:
+    """They are refused as set-points are, with the way out."""
+    found = SetpointFollower(ControllerParameters({"reference.type": kind}))
+    with pytest.raises(ParameterError, match=f"reference.type is {kind}; set-points need"):
+        found.receive_trajectory([Waypoint(1.0, 0.1)])
+    with pytest.raises(ParameterError, match=f"reference.type is {kind}; set-points need"):
+        found.receive_command(0.1, 0.0)

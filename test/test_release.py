@@ -1,0 +1,67 @@
+"""What a release through bloom and the ROS build farm needs of the tree."""
+
+import re
+import shutil
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from catkin_pkg.changelog import get_changelog_from_path
+from catkin_pkg.package import parse_package
+from catkin_pkg.package_version import (
+    get_forthcoming_label,
+    update_changelog_sections,
+    update_versions,
+)
+
+ROOT = Path(__file__).parents[1]
+
+# rosdep keys of this kind install with pip on Ubuntu; bloom refuses a package that has one.
+PIP_KEYS = re.compile(r"(?<!python3)-pip$|^mcap|rosbags|pyarrow")
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """Return a copy of what catkin_prepare_release changes."""
+    for name in ("package.xml", "setup.py", "CHANGELOG.rst"):
+        shutil.copy(ROOT / name, tmp_path)
+    return tmp_path
+
+
+def test_a_release_can_be_prepared(tree: Path) -> None:
+    """The steps of catkin_prepare_release, by its own functions: version and changelog move on.
+
+    The new entry is what was forthcoming, under the new version and a date.
+    """
+    changelog = get_changelog_from_path(str(tree / "CHANGELOG.rst"), "rodless_sim")
+    label = get_forthcoming_label(changelog.rst)
+    assert label == "Forthcoming"
+    update_versions({str(tree): parse_package(str(tree / "package.xml"))}, "8.9.10")
+    path = str(tree / "CHANGELOG.rst")
+    update_changelog_sections({"rodless_sim": (path, changelog, label)}, "8.9.10")
+    assert parse_package(str(tree / "package.xml")).version == "8.9.10"
+    assert 'version="8.9.10",' in (tree / "setup.py").read_text()
+    released = get_changelog_from_path(path, "rodless_sim")
+    assert "8.9.10" in [version for version, _, _ in released.foreach_version()]
+    assert released.get_date_of_version("8.9.10") is not None
+    forthcoming = (ROOT / "CHANGELOG.rst").read_text().split("Forthcoming\n", 1)[1]
+    entries = re.findall(r"^\* ", forthcoming.split("\n---", 1)[0], re.M)
+    (content,) = released.get_content_of_version("8.9.10")
+    assert len(content.bullets) >= len(entries) > 0
+
+
+def test_no_dependency_is_installed_with_pip() -> None:
+    """Every rosdep key is a package of ROS or of the system."""
+    manifest = ElementTree.parse(ROOT / "package.xml").getroot()
+    keys = {str(e.text) for e in manifest if e.tag.endswith("depend")}
+    assert len(keys) > 10
+    assert {key for key in keys if PIP_KEYS.search(key)} == set()
+
+
+def test_the_manifest_is_valid_and_says_where_the_package_lives() -> None:
+    """catkin_pkg reads it without a warning; it has the URLs and the file of the licence."""
+    warnings: list[str] = []
+    package = parse_package(str(ROOT / "package.xml"), warnings=warnings)
+    assert warnings == []
+    assert {url.type for url in package.urls} == {"website", "repository", "bugtracker"}
+    assert [(str(one), one.file) for one in package.licenses] == [("Apache-2.0", "LICENSE")]
