@@ -4,6 +4,10 @@ JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
 SETPOINT = "setpoint"
 
+# Plant time: where ROS nodes look for theirs, and of one rig, the same topic without a namespace.
+ROS_CLOCK = "/clock"
+RIG_CLOCK = "clock"
+
 # Of the controller, as seen from beside it.
 REFERENCE = "controller/reference"
 

@@ -10,11 +10,16 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.fault_counts import WINDOW, FaultCounts, lately_text
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
+    ACTUAL_RATE,
     ERROR,
+    MODE,
     OK,
     PERIOD,
+    PRESET,
+    TARGET_RATE,
     WARN,
     diagnostic,
     diagnostics_publisher,
@@ -27,16 +32,23 @@ from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
 from rodless_sim.node import messages
+from rodless_sim.node.clock_publishers import ClockPublishers
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.pace import Pace, PaceMeter, PaceNews
-from rodless_sim.node.ready import all_listen, ready_line
+from rodless_sim.node.ready import all_listen, preset_text, ready_line
 from rodless_sim.node.realtime import POLL_PERIOD, Realtime
 from rodless_sim.node.simulation_interfaces import Simulation, offer_standard_services
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
+
+# The share of late periods above which they are a fault: an ordinary machine is late now and then.
+TOLERATED_OVERRUNS = 0.01
+
+# What the fault of late periods is called.
+OVERRUNS = "overruns"
 
 
 class TimeKeeper(Simulation, Protocol):
@@ -77,11 +89,14 @@ class PlantNode:
         self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
         self._failure: str | None = None
+        self._counts = FaultCounts()
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
         )
         self._time = self._make_time_keeper(self._parameters.values)
         self._pace, self._pace_news = self._make_pace_meter(self._parameters.values)
+        self._last_pace = self._pace.report()
+        self._announced: tuple[object, ...] = ()
         self._make_services()
         self._say_ready()
 
@@ -102,12 +117,12 @@ class PlantNode:
             field: OnDemand(publisher(FluidPressure, topic), messages.pressure)
             for field, topic in PRESSURES.items()
         }
-        self._clock = (
-            OnDemand(publisher(Clock, "/clock"), messages.clock)
-            if self._parameters.values["time.publish_clock"]
-            else None
+        self._clock = ClockPublishers(
+            self.node,
+            lambda topic: OnDemand(publisher(Clock, topic), messages.clock),
+            bool(self._parameters.values["time.publish_clock"]),
         )
-        self._on_demand = [*self._pressures.values(), *([self._clock] if self._clock else [])]
+        self._on_demand = [*self._pressures.values(), *self._clock.awaited]
         self._diagnostics = diagnostics_publisher(self.node)
 
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
@@ -134,7 +149,7 @@ class PlantNode:
         self.node.create_service(Trigger, "~/step", self._step)
         offer_standard_services(self.node, self._time)
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
-        self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
+        self.node.create_timer(PERIOD, self._report, clock=steady_clock())
 
     def _ready(self) -> bool:
         """Whether everybody listens whom the run must not start without."""
@@ -152,12 +167,27 @@ class PlantNode:
     def _poll(self) -> None:
         for publisher in self._on_demand:
             publisher.poll()
+        self._clock.poll()
         self._time.poll()
+        if self._time.paused:
+            # A paused simulation shows that it lives, and what time it is to whoever joins.
+            self._clock.publish(self._engine.rig.nanoseconds)
         if self._engine.failure != self._failure:
             self._failure = self._engine.failure
             if self._failure is not None:
                 self.node.get_logger().error(self._failure)
         self._pace.observe(self._engine.rig.nanoseconds, self._time.running)
+        self._announce()
+
+    def _announce(self) -> None:
+        """Report at once what the controller must know of: pauses, and whether samples are due.
+
+        A new subscriber of the samples is told too.
+        """
+        state = (self._time.paused, self._time.running, self._joint_states.get_subscription_count())
+        if state != self._announced:
+            self._announced = state
+            self._publish_diagnostics()
 
     def _configure(self, values: RigParameters) -> None:
         self._pressure_variance = pressure_variance(values)
@@ -169,10 +199,12 @@ class PlantNode:
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
         response.message = self._time.reset()
+        self._counts.clear(self._faults())
         return response
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._time.pause(request.data)
+        self._announce()
         response.success = True
         response.message = "paused" if request.data else "running"
         return response
@@ -185,8 +217,7 @@ class PlantNode:
 
     def _publish(self, measurement: Measurement, state: State) -> None:
         time = measurement.stamp
-        if self._clock is not None:
-            self._clock.publish(time)
+        self._clock.publish(time)
         for field, frame in messages.PRESSURE_FRAMES.items():
             value = getattr(measurement, field)
             self._pressures[field].publish(value, self._pressure_variance, frame, time)
@@ -194,17 +225,28 @@ class PlantNode:
         message = messages.joint_state(measurement, state.velocity, area)
         self._samples_lost += not send(self._joint_states, message)
 
-    def _publish_diagnostics(self) -> None:
+    def _faults(self) -> dict[str, int]:
+        """Return how often each fault has happened since the start."""
         command = self._engine.command
-        faults = {
+        return {
             "commands lost": command.timeouts,
             "commands not finite": command.not_finite,
             "commands clamped": command.clamped,
-            "overruns": self._time.overruns,
-            LOST: self._samples_lost + sum(publisher.lost for publisher in self._on_demand),
+            OVERRUNS: self._time.overruns,
+            LOST: self._samples_lost
+            + sum(publisher.lost for publisher in (*self._on_demand, *self._clock.others)),
         }
-        pace = self._take_pace()
-        level, message = self._judge(faults)
+
+    def _report(self) -> None:
+        self._last_pace = self._take_pace()
+        self._clock.check()
+        self._publish_diagnostics()
+
+    def _publish_diagnostics(self) -> None:
+        values = self._parameters.values
+        faults = self._counts.update(self._faults())
+        pace = self._last_pace
+        level, message = self._judge()
         flow = self._engine.rig.free_air_flow * 6e4
         self._diagnostics.publish(
             diagnostic(
@@ -213,16 +255,28 @@ class PlantNode:
                 level,
                 message,
                 {
-                    "mode": self._parameters.values.text("time.mode"),
+                    MODE: values.text("time.mode"),
+                    PRESET: preset_text(values),
                     "paused": self._time.paused,
+                    TARGET_RATE: f"{self._target_rate:g}",
+                    ACTUAL_RATE: f"{pace.speed_factor / values.number('time.period'):.3f}",
                     "speed factor": f"{pace.speed_factor:.3f}",
                     "lag (s)": f"{pace.lag:.3f}",
-                    "commands received": command.received,
+                    "commands received": self._engine.command.received,
                     **faults,
                     "free-air supply flow (L/min)": f"{flow:.2f}",
                 },
+                cylinder_name(values),
             )
         )
+
+    @property
+    def _target_rate(self) -> float:
+        """Samples due per wall-clock s; 0 where none is, as in lock-step."""
+        values = self._parameters.values
+        if values.text("time.mode") == "lockstep" or not self._time.running:
+            return 0.0
+        return values.number("time.speed") / values.number("time.period")
 
     def _take_pace(self) -> Pace:
         pace = self._pace.report()
@@ -233,21 +287,36 @@ class PlantNode:
             self.node.get_logger().info(news)
         return pace
 
-    def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
-        """Level and message: an error now, a warning for now or for past faults, or all well."""
+    def _judge(self) -> tuple[bytes, str]:
+        """Level and message: an error now, a warning for now or for faults of late, or all well."""
         if self._time.problem is not None:
             return ERROR, self._time.problem
-        seen = [name for name, count in faults.items() if count]
-        since_start = ["since start: " + ", ".join(seen)] if seen else []
-        if self._time.paused:
-            return (WARN if seen else OK), "; ".join(["paused", *since_start])
-        if self._pace_news.behind:
-            return WARN, "; ".join(["plant time falls behind", *since_start])
-        if seen:
-            return WARN, since_start[0]
+        said = ["paused"] if self._time.paused else []
+        warnings = [self._clock.problem] if self._clock.problem else []
+        if self._pace_news.behind and not self._time.paused:
+            warnings.append("plant time falls behind")
+        lately = self._faults_lately()
+        if lately:
+            warnings.append(lately_text(lately))
+        if said or warnings:
+            return (WARN if warnings else OK), "; ".join([*said, *warnings])
         if not self._engine.command.received:
             return OK, "waiting for commands, valve closed"
         return OK, "ended" if self._engine.ended else "running"
+
+    def _faults_lately(self) -> list[str]:
+        lately = self._counts.lately()
+        number = self._parameters.values.number
+        periods = WINDOW * number("time.speed") / number("time.period")
+        if lately.get(OVERRUNS, 0) <= TOLERATED_OVERRUNS * periods:
+            lately.pop(OVERRUNS, None)
+        return list(lately)
+
+
+def cylinder_name(values: RigParameters) -> str:
+    """Bore and stroke, as makers name cylinders."""
+    bore, stroke = (values.number(f"cylinder.{name}") for name in ("bore", "stroke"))
+    return f"cylinder {bore * 1e3:g}-{stroke * 1e3:g} mm"
 
 
 def pressure_variance(values: RigParameters) -> float:
