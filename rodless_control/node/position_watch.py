@@ -36,10 +36,10 @@ class PlantReport:
     rate: float  # Hz, samples due per wall-clock s; 0 while none is due by the clock
 
     def text(self) -> str:
-        """Name mode, preset and rate."""
+        """Return mode, preset and rate in words."""
         rate = [f"{self.rate:g} Hz"] if self.rate else []
         preset = [f"preset {self.preset}"] if self.preset else []
-        return ", ".join([self.mode, *rate, *preset])
+        return ", ".join([self.mode, *preset, *rate])
 
 
 def plant_report(status: DiagnosticStatus, namespace: str) -> PlantReport | None:
