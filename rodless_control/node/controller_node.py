@@ -31,7 +31,12 @@ from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.loop import ControlLoop
 from rodless_control.node.inputs import Inputs
-from rodless_control.node.position_watch import WATCH_PERIOD, PositionWatch, plant_report
+from rodless_control.node.position_watch import (
+    REPORT_TIMEOUT,
+    WATCH_PERIOD,
+    PositionWatch,
+    plant_report,
+)
 from rodless_control.node.telemetry import Telemetry
 from rodless_control.parameters import NODE_PARAMETERS
 
@@ -131,8 +136,10 @@ class ControllerNode:
         """
         if not self._ready and self._answered:
             self._ready_polls += 1
-            self._ready = self._position_watch.report is not None or (
-                self._ready_polls * WATCH_PERIOD > 1.5 * PERIOD
+            longest = REPORT_TIMEOUT if self._simulated else 1.5 * PERIOD
+            self._ready = (
+                self._position_watch.report is not None
+                or self._ready_polls * WATCH_PERIOD > longest
             )
             if self._ready:
                 self.node.get_logger().info(self._ready_line())
