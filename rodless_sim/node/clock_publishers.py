@@ -8,6 +8,10 @@ from rodless_base.ros.publish import OnDemand
 from rodless_base.topics import RIG_CLOCK, ROS_CLOCK
 
 
+# Checks in a row that find nobody on /clock before that is said: discovery may take 3 s.
+UNHEARD_CHECKS = 5
+
+
 class ClockPublishers:
     """Plant time on ``/clock``, where it may, and in a namespace on a topic of the rig's own.
 
@@ -28,6 +32,7 @@ class ClockPublishers:
             topics[self._rig_clock] = True
         self._publishers = {topic: publisher(topic) for topic, wanted in topics.items() if wanted}
         self._said: str | None = None
+        self._unheard = 0
         self.problem: str | None = None
 
     @property
@@ -53,7 +58,7 @@ class ClockPublishers:
     def check(self) -> None:
         """Look for other publishers on ``/clock``, and for those who wait for one in vain.
 
-        What is found is logged once.
+        To be called once a second; what is found is logged once.
         """
         self.problem = self._conflict()
         found = self.problem or self._nobody()
@@ -71,8 +76,10 @@ class ClockPublishers:
         )
 
     def _nobody(self) -> str | None:
-        subscribers = int(self._node.count_subscribers(self._ros_clock))
-        if not subscribers or self._node.count_publishers(self._ros_clock):
+        waiting = self._node.count_subscribers(self._ros_clock)
+        in_vain = waiting and not self._node.count_publishers(self._ros_clock)
+        self._unheard = self._unheard + 1 if in_vain else 0
+        if self._unheard < UNHEARD_CHECKS:
             return None
         remapping = (
             f", or remap {self._ros_clock} to {self._rig_clock} in the nodes of this rig"
@@ -80,6 +87,6 @@ class ClockPublishers:
             else ""
         )
         return (
-            f"{subscribers} subscribers wait for {self._ros_clock} and nobody publishes it: set "
-            f"time.publish_clock to true (publish_clock:=true) on one rig{remapping}"
+            f"nodes wait for {self._ros_clock} and nobody publishes it: set time.publish_clock to "
+            f"true (publish_clock:=true) on one rig{remapping}"
         )

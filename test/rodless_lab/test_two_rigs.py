@@ -33,7 +33,7 @@ def test_two_rigs_are_told_of_when_both_publish_clock_and_when_nobody_does(
     assert one.output.count("publishers on /clock") == 1
     with start_node("plant", QUIET, namespace="three") as three:
         observer.subscribe(Clock, "/clock", lambda _: None)
-        until_it_says(three, "subscribers wait for /clock and nobody publishes it")
+        until_it_says(three, "nodes wait for /clock and nobody publishes it")
 
 
 def test_each_controller_lives_on_its_own_rig(observer: Observer, start_rig: StartRig) -> None:
