@@ -270,20 +270,15 @@ class ControllerNode:
         if self._in_lockstep:
             # The plant stands still without a command. A run must not depend on the wall clock.
             self._loop.lost += 1
+            safe = "no command until the next one, a lock-step plant stands still"
         else:
             self._loop.hold()
             self._report_failure()
             self._command_neutral()
+            safe = "commanding a closed valve"
         self.node.get_logger().warning(
-            f"positions{self._with_pressures} have stopped coming: {self._without_positions}"
+            f"positions{self._with_pressures} have stopped coming: {safe}"
         )
-
-    @property
-    def _without_positions(self) -> str:
-        """What becomes of the valve while no position comes."""
-        if self._in_lockstep and self._lost:
-            return "no command until the next one, a lock-step plant stands still"
-        return "commanding a closed valve"
 
     def _command_neutral(self) -> None:
         self._command(self._parameters.values.number("controller.neutral_voltage"))

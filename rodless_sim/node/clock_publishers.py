@@ -7,7 +7,6 @@ from rclpy.node import Node
 from rodless_base.ros.publish import OnDemand
 from rodless_base.topics import RIG_CLOCK, ROS_CLOCK
 
-
 # Checks in a row that find nobody on /clock before that is said: discovery may take 3 s.
 UNHEARD_CHECKS = 5
 
