@@ -6,7 +6,11 @@ from pathlib import Path
 
 
 def atomic_write(path: Path, content: str | bytes) -> None:
-    """Write ``content`` to ``path`` whole or not at all; raises OSError."""
+    """Write ``content`` to ``path`` whole or not at all; raises OSError.
+
+    Where ``path`` is a symbolic link, its target is written and the link stays.
+    """
+    path = Path(os.path.realpath(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     unfinished = Path(name)
@@ -21,6 +25,16 @@ def atomic_write(path: Path, content: str | bytes) -> None:
     except BaseException:
         unfinished.unlink(missing_ok=True)
         raise
+
+
+def check_writable(folder: Path) -> None:
+    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+    for place in made:
+        place.rmdir()
 
 
 def _mask() -> int:

@@ -80,7 +80,8 @@ class Columns:
         Parameters
         ----------
         path
-            Ends in ``.csv``, or in ``.parquet``, which needs pyarrow.
+            Ends in ``.csv``, or in ``.parquet``, which needs pyarrow. A symbolic link stays
+            one: its target is written.
 
         Raises
         ------

@@ -14,6 +14,9 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.dispatcher import Dispatcher
+from numba.core.errors import NumbaError
+
+from rodless_base.one_line import in_one_line
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 Result = TypeVar("Result")
@@ -128,8 +131,23 @@ def specialise(function: Kernel, *example: object) -> Kernel:
     if not isinstance(function, Dispatcher):
         return function
     signature = tuple(numba.typeof(value) for value in example)
-    function.compile(signature)
+    try:
+        function.compile(signature)
+    except NumbaError as error:
+        raise TypeError(f"does not compile: {_first_cause(error)}") from error
     return cast(Kernel, function.get_overload(signature))
+
+
+def _first_cause(error: NumbaError) -> str:
+    """Return the sentence of numba's pages that says what is wrong, and where."""
+    text, *_ = str(error).partition("During:")
+    lines = (line for line in text.splitlines() if not line.startswith("Failed in nopython mode"))
+    return in_one_line(" ".join(lines))
+
+
+def same_type(first: object, second: object) -> bool:
+    """Whether compiled code has one type for both."""
+    return bool(numba.typeof(first) == numba.typeof(second))
 
 
 def dispatch(functions: Sequence[Callable[..., Result]]) -> Callable[..., Result]:

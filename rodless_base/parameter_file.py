@@ -1,14 +1,50 @@
 """ROS parameter files (YAML): find the presets, read one node's section."""
 
+import errno
+import os
 import re
-from collections.abc import Iterator
+import stat
+from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import Any
 
 import yaml
 
+from rodless_base.one_line import described, shown
+
+# A file of all parameters of both nodes has 10 kB and is five levels deep.
+LARGEST_FILE = 1_000_000  # bytes
+DEEPEST_NESTING = 20  # levels
+
 
 class _Loader(yaml.SafeLoader):
-    """Reads numbers as ROS does: ``1e-5`` is one, for YAML 1.1 it is a text."""
+    """Reads what ROS reads: ``1e-5`` is a number, and nothing stands for something elsewhere."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Refuse aliases, as ROS does, and what is nested beyond reason."""
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        line = event.start_mark.line + 1
+        if self.check_event(yaml.AliasEvent):
+            raise ValueError(f"line {line}: aliases (*name) are not for ROS; write the values out")
+        if self._depth == DEEPEST_NESTING:
+            raise ValueError(f"line {line}: nested more than {DEEPEST_NESTING} levels deep")
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Refuse a name that stands twice, of which all values but the last would be lost."""
+        names: set[str] = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in names:
+                    line = key.start_mark.line + 1
+                    raise ValueError(f"line {line}: {shown(key.value)} stands twice; keep one")
+                names.add(key.value)
+        return super().construct_mapping(node, deep)
 
 
 _Loader.add_implicit_resolver(
@@ -16,6 +52,18 @@ _Loader.add_implicit_resolver(
     re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
     list("-+.0123456789"),
 )
+
+
+def _number_or_text(loader: _Loader, node: Any) -> object:
+    """Return a number; ``190:20:30``, a number to base 60 in YAML 1.1, is a text for ROS."""
+    if ":" in node.value:
+        return str(node.value)
+    integer = node.tag.endswith(":int")
+    return loader.construct_yaml_int(node) if integer else loader.construct_yaml_float(node)
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _number_or_text)
+_Loader.add_constructor("tag:yaml.org,2002:float", _number_or_text)
 
 
 def preset_directory() -> Path:
@@ -32,31 +80,70 @@ def preset_names() -> list[str]:
 def preset_file(name: str) -> Path:
     """Return the file of preset ``name``; raises FileNotFoundError listing what there is."""
     if name not in preset_names():
-        raise FileNotFoundError(f"no preset {name!r}; there are {', '.join(preset_names())}")
+        raise FileNotFoundError(f"no preset {shown(name)}; there are {', '.join(preset_names())}")
     return preset_directory() / f"{name}.yaml"
 
 
-def read_parameter_file(path: str | Path, node: str) -> dict[str, object]:
+# The last part of a section's name that stands for every node.
+EVERY_NODE = ("*", "**")
+
+
+def read_parameter_file(
+    path: str | Path, node: str, foreign: Collection[str] = ()
+) -> dict[str, object]:
     """Return the parameters that the file at ``path`` gives to ``node``, dotted names as keys.
 
     A section applies when the last part of its name is ``node``, ``*`` or ``**``
     (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it; later
-    sections win. Parameters that every node has are left out. Raises ValueError for a file that is
-    not a ROS parameter file.
+    sections win. Parameters that every node has are left out, and in sections for every node the
+    names ``foreign``, which are for other nodes. Raises ValueError for a file that is not a ROS
+    parameter file, and OSError for one that cannot be read.
     """
+    found: dict[str, object] = {}
+    for section, tree in read_sections(path):
+        if is_for_every_node(section):
+            found |= {k: value for k, value in flattened(tree).items() if k not in foreign}
+        elif section.rsplit("/", 1)[-1] == node:
+            found |= flattened(tree)
+    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+
+
+def is_for_every_node(section: str) -> bool:
+    """Whether a section's name stands for every node: ``/**``."""
+    return section.rsplit("/", 1)[-1] in EVERY_NODE
+
+
+def read_sections(path: str | Path) -> list[tuple[str, object]]:
+    """Return names and contents of a parameter file's sections; raises ValueError."""
     try:
-        document = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
+        document = yaml.load(_text(path), _Loader)
     except yaml.YAMLError as error:
-        raise ValueError(f"not YAML: {error}") from error
+        raise ValueError(f"not YAML: {described(error)}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"not a text in UTF-8: byte {error.start}") from error
     if not isinstance(document, dict):
         raise ValueError("not a ROS parameter file: no node sections")
-    found: dict[str, object] = {}
+    sections = []
     for section, content in document.items():
         if not isinstance(content, dict) or set(content) != {"ros__parameters"}:
-            raise ValueError(f"section {section!r} must hold ros__parameters and nothing else")
-        if str(section).rsplit("/", 1)[-1] in (node, "*", "**"):
-            found.update(_flattened(content["ros__parameters"] or {}, ""))
-    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+            raise ValueError(f"section {shown(section)} must hold ros__parameters and nothing else")
+        sections.append((str(section), content["ros__parameters"] or {}))
+    return sections
+
+
+def _text(path: str | Path) -> str:
+    """Return what is in a file; raises ValueError for what is none, or too large for parameters."""
+    # A pipe without a writer would make open() wait for ever.
+    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+        kind = os.fstat(file.fileno()).st_mode
+        if stat.S_ISDIR(kind):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(kind):
+            raise ValueError("not a file but a pipe or device; save the parameters to a file")
+        content = file.read(LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise ValueError(f"not a ROS parameter file: larger than {LARGEST_FILE // 1000} kB")
+    return content.decode("utf-8")
 
 
 def is_of_rclpy(name: str) -> bool:
@@ -64,6 +151,16 @@ def is_of_rclpy(name: str) -> bool:
     return name in ("use_sim_time", "start_type_description_service") or name.startswith(
         "qos_overrides."
     )
+
+
+def flattened(tree: object) -> dict[str, object]:
+    """Return a section's parameters by dotted name; raises ValueError for one given twice."""
+    found: dict[str, object] = {}
+    for name, value in _flattened(tree, ""):
+        if name in found:
+            raise ValueError(f"{name}: stands twice, nested and dotted; keep one")
+        found[name] = value
+    return found
 
 
 def _flattened(tree: object, prefix: str) -> Iterator[tuple[str, object]]:

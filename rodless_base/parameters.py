@@ -2,12 +2,14 @@
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Set as AnySet
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
+from rodless_base.one_line import in_one_line, shown
 from rodless_base.parameter_file import preset_file, read_parameter_file
 
 Value = bool | int | float | str | tuple[float, ...]
@@ -25,6 +27,17 @@ class ParameterError(ValueError):
     ...     print(error)
     supply.presure: no such parameter; did you mean supply.pressure?
     """
+
+
+class ParameterFileError(ParameterError, OSError):
+    """A parameter file that cannot be opened or read; the text names it and says why."""
+
+
+# The whole numbers that a ROS parameter can hold.
+SMALLEST_INTEGER, LARGEST_INTEGER = -(2**63), 2**63 - 1
+
+# What has a length and numbers in it, and is no list of numbers.
+_NO_LISTS = (str, bytes, bytearray, memoryview, Mapping, AnySet)
 
 
 @dataclass(frozen=True)
@@ -55,7 +68,7 @@ class Parameter:
 
     def _refuse(self, value: object, wanted: str) -> ParameterError:
         unit = f" ({self.unit})" if self.unit else ""
-        return ParameterError(f"{self.name}: {value!r} refused, must be {wanted}{unit}")
+        return ParameterError(f"{self.name}: {shown(value)} refused, must be {wanted}{unit}")
 
     def _checked_bool(self, value: object) -> bool:
         if not isinstance(value, bool):
@@ -69,10 +82,14 @@ class Parameter:
         return value
 
     def _checked_integer(self, value: object) -> int:
-        number = self._checked_number(value)
-        if number != int(number):
+        self._checked_number(value)
+        # A float has not the digits of every whole number.
+        whole: int = int(value)  # type: ignore[call-overload]
+        if value != whole:
             raise self._refuse(value, "a whole number")
-        return int(number)
+        if not SMALLEST_INTEGER <= whole <= LARGEST_INTEGER:
+            raise self._refuse(value, f"from {SMALLEST_INTEGER} to {LARGEST_INTEGER}")
+        return whole
 
     def _checked_number(self, value: object) -> float:
         # numpy's numbers are Real too.
@@ -87,7 +104,12 @@ class Parameter:
         return number
 
     def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:
-        if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != length:
+        try:
+            # An array without dimensions has __len__ and no length.
+            fits = not isinstance(value, _NO_LISTS) and len(value) == length  # type: ignore[arg-type]
+        except TypeError:
+            fits = False
+        if not fits:
             raise self._refuse(value, f"{length} numbers")
         return tuple(self._checked_number(item) for item in value)  # type: ignore[attr-defined]
 
@@ -115,9 +137,25 @@ class ParameterSet(Mapping[str, Value]):
     REPLACED: ClassVar[dict[str, str]] = {}
     NODE: ClassVar[str] = ""
 
+    # The expression that a repr has for a class that was made by a call.
+    NAMED_BY: ClassVar[str] = ""
+
     def __init__(self, values: Mapping[str, object] | None = None) -> None:
         """Take the defaults with ``values`` on top; raises :class:`ParameterError`."""
-        given = dict(values or {})
+        given = self._named({} if values is None else values)
+        self._take(given, given)
+
+    @classmethod
+    def _named(cls, values: object) -> dict[str, object]:
+        try:
+            return dict(values)  # type: ignore[call-overload, no-any-return]
+        except (TypeError, ValueError) as error:
+            raise TypeError(
+                f"{cls.__name__}: {shown(values)} refused, must be values by name: "
+                '{"name": value, ...}'
+            ) from error
+
+    def _take(self, given: Mapping[str, object], changed: Collection[str]) -> None:
         unknown = [name for name in given if name not in self.DECLARATIONS]
         if unknown:
             raise ParameterError(self.unknown(unknown[0]))
@@ -125,8 +163,13 @@ class ParameterSet(Mapping[str, Value]):
             name: declared.check(given.get(name, declared.default))
             for name, declared in self.DECLARATIONS.items()
         }
+        self._values.update(self.derived(changed))
         self.check_together()
         self._origin: _Origin | None = None
+
+    def derived(self, changed: Collection[str]) -> Mapping[str, Value]:  # noqa: ARG002
+        """Return what follows from the values ``changed`` for others that are not: nothing."""
+        return {}
 
     @classmethod
     def preset(cls: type[Set], name: str) -> Set:
@@ -150,16 +193,23 @@ class ParameterSet(Mapping[str, Value]):
         return found._come_from(f"preset({name!r})")
 
     @classmethod
-    def from_file(cls: type[Set], path: str | Path) -> Set:
+    def from_file(cls: type[Set], path: str | Path, foreign: Collection[str] = ()) -> Set:
         """Read this node's section of a ROS parameter file (YAML); what it leaves out is default.
+
+        Parameters
+        ----------
+        path
+            The file.
+        foreign
+            Names of other nodes' parameters, which a section for every node (``/**``) may have.
 
         Raises
         ------
         ParameterError
             For a file that is none, and for names and values as for a set; the text begins with the
             path.
-        OSError
-            Where the file cannot be read.
+        ParameterFileError
+            Where the file cannot be read; it is a ParameterError and an OSError.
 
         Examples
         --------
@@ -173,7 +223,9 @@ class ParameterSet(Mapping[str, Value]):
         600000.0
         """
         try:
-            found = cls(cls.own(read_parameter_file(path, cls.NODE)))
+            found = cls(cls.own(read_parameter_file(path, cls.NODE, foreign)))
+        except OSError as error:
+            raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
         except ValueError as error:
             raise ParameterError(f"{path}: {error}") from error
         return found._come_from(f"from_file({str(path)!r})")
@@ -202,9 +254,15 @@ class ParameterSet(Mapping[str, Value]):
         >>> RigParameters().with_values({"supply.pressure": 0.6e6})
         RigParameters({'supply.pressure': 600000.0})
         """
-        changed = type(self)({**self._values, **changes})
+        named = self._named(changes)
+        changed = object.__new__(type(self))
+        changed._take({**self._values, **named}, named)
         changed._origin = self._origin
         return changed
+
+    def differences(self, before: Mapping[str, Value]) -> dict[str, Value]:
+        """Return the values that are not those of ``before``, by name."""
+        return {name: value for name, value in self._values.items() if value != before[name]}
 
     def _come_from(self: Set, call: str) -> Set:
         self._origin = _Origin(call, dict(self._values))
@@ -263,22 +321,24 @@ class ParameterSet(Mapping[str, Value]):
 
     def __repr__(self) -> str:
         """Show where the values come from, and what differs from there."""
-        kind, origin = type(self).__name__, self._origin
+        kind, origin = self.NAMED_BY or type(self).__name__, self._origin
         before = origin.values if origin else {n: p.default for n, p in self.DECLARATIONS.items()}
-        changed = {name: value for name, value in self._values.items() if value != before[name]}
+        changed = self.differences(before)
         text = repr(changed) if changed else ""
         if origin is None:
             return f"{kind}({text})"
         return f"{kind}.{origin.call}" + (f".with_values({text})" if changed else "")
 
     @classmethod
-    def unknown(cls, name: str) -> str:
+    def unknown(cls, name: object) -> str:
         """Say that ``name`` is no parameter, and which one may have been meant."""
+        if not isinstance(name, str):
+            return f"{shown(name)}: no such parameter; names are texts"
         if name in cls.REPLACED:
             return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        return f"{name}: no such parameter{hint}"
+        return f"{in_one_line(name)}: no such parameter{hint}"
 
 
 def declare(*parameters: Parameter) -> dict[str, Parameter]:

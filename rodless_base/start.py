@@ -5,7 +5,10 @@ import importlib.util
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from types import FrameType
+
+from rodless_base.output import Output
 
 # What to say where there is no ROS.
 NO_ROS = (
@@ -51,8 +54,22 @@ class Stop:
             signal.signal(number, signal.SIG_IGN)
 
 
+def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments that are not for ROS, which stand from ``--ros-args`` to ``--``."""
+    kept, for_ros = [], False
+    for argument in arguments:
+        if argument == "--ros-args":
+            for_ros = True
+        elif for_ros:
+            for_ros = argument != "--"
+        else:
+            kept.append(argument)
+    return kept
+
+
 def start(module: str) -> None:
     """Call ``main(stop)`` of ``module`` and exit with what it returns."""
+    Output()
     stop = Stop()
     try:
         main = importlib.import_module(module).main

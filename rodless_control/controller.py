@@ -5,13 +5,15 @@ in one loop with the rig. Both serve ``rodless_lab.closed_loop`` and the control
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
-from rodless_base.kernels import is_kernel, specialise
+from rodless_base.kernels import is_kernel, same_type, specialise
 from rodless_base.measurement import Measurement
-from rodless_base.parameters import Parameter, ParameterSet
+from rodless_base.one_line import described, in_one_line, shown
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet
 from rodless_control.parameters import OUTPUT, LawParameters
 
 
@@ -75,19 +77,44 @@ class Law:
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        if "PARAMETERS" in vars(cls) and "Parameters" not in vars(cls):
-            content = {
-                "__doc__": f"The parameters of the law {cls.__name__}.",
-                "__module__": cls.__module__,
-                "DECLARATIONS": {**cls.PARAMETERS, **OUTPUT},
-                "LAW_NAME": f"{cls.__module__}:{cls.__qualname__}",
-            }
-            cls.Parameters = type(f"{cls.__name__}Parameters", (LawParameters,), content)
+        if "Parameters" in vars(cls):
+            return
+        name = cls.__name__
+        content: dict[str, object] = {
+            "__doc__": f"The parameters of the law {name}.",
+            "__module__": cls.__module__,
+            # Where pickle finds it.
+            "__qualname__": f"{cls.__qualname__}.Parameters",
+            "NAMED_BY": f"{name}.Parameters",
+            "LAW_NAME": f"{cls.__module__}:{cls.__qualname__}",
+        }
+        if "PARAMETERS" in vars(cls):
+            own = checked_declarations(cls)
+            content["DECLARATIONS"] = {**own, **OUTPUT}
+            cls.Parameters = type(f"{name}Parameters", (LawParameters,), content)
+        else:
+            # Those of the base class, for this law.
+            cls.Parameters = type(f"{name}Parameters", (cls.Parameters,), content)
 
     def __init__(self, parameters: Mapping[str, object] | None = None) -> None:
         """Take values by name (default: all defaults); raises ParameterError."""
         given = parameters if isinstance(parameters, ParameterSet) else None
+        if given is not None:
+            self._refuse_parameters_of_others(given)
         self.parameters: ParameterSet = given or self.Parameters(parameters)
+
+    def __repr__(self) -> str:
+        """Show the call that makes a law like this; what it remembers is left out."""
+        return f"{type(self).__name__}({self.parameters!r})"
+
+    def _refuse_parameters_of_others(self, given: ParameterSet) -> None:
+        missing = self.Parameters.DECLARATIONS.keys() - given.keys()
+        if missing:
+            wanted = self.Parameters.NAMED_BY or self.Parameters.__name__
+            raise ParameterError(
+                f"{type(self).__name__}: {in_one_line(repr(given))} refused, it has no "
+                f"{min(missing)}; give {wanted}(...) or values by name"
+            )
 
     def configure(self, parameters: ParameterSet) -> None:
         """Take other parameters while running, where possible without a jump of the command.
@@ -140,10 +167,16 @@ class Law:
 class FunctionLaw(Law):
     """A function of measurement and reference that returns a voltage in V."""
 
+    Parameters = LawParameters
+
     def __init__(self, function: Callable[[Measurement, ReferencePoint], float]) -> None:
         """Take the function."""
         super().__init__()
         self.function = function
+
+    def __repr__(self) -> str:
+        """Show the function."""
+        return f"FunctionLaw({shown(self.function)})"
 
     def update(
         self,
@@ -179,6 +212,7 @@ class CompiledLaw(Law):
     """
 
     KERNELS: ClassVar[Kernels]
+    Parameters = LawParameters
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -197,16 +231,47 @@ class CompiledLaw(Law):
         Raises ParameterError, and TypeError where ``TERMS`` are not the command's.
         """
         super().__init__(parameters)
+        checked_terms(type(self))
         self.gains = self.KERNELS.gains_of(self.parameters)
-        example = Measurement(0, 0.0)
-        self._begin = specialise(self.KERNELS.begin, self.gains, example)
-        begun = self._begin(self.gains, example)
-        first_sample = (self.gains, begun, example, ReferencePoint(example.position), 0.0)
-        self._update = specialise(self.KERNELS.update, *first_sample)
-        _, command = self._update(*first_sample)
-        self._check_terms(command)
+        self._compile()
         self.memory: Any = None
         self._held = False
+
+    def _compile(self) -> None:
+        example = Measurement(0, 0.0)
+        self._begin = self._specialised("begin", self.gains, example)
+        begun = self._begin(self.gains, example)
+        first_sample = (self.gains, begun, example, ReferencePoint(example.position), 0.0)
+        self._update = self._specialised("update", *first_sample)
+        answer = self._update(*first_sample)
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            raise TypeError(
+                f"{type(self).__name__}: KERNELS.update returns {shown(answer)}, but must return "
+                "memory and command"
+            )
+        memory, command = answer
+        if not same_type(memory, begun):
+            raise TypeError(
+                f"{type(self).__name__}: the memory of KERNELS.update, {shown(memory)}, has other "
+                f"types than that of KERNELS.begin, {shown(begun)}; write 0.0 for a real zero"
+            )
+        self._check_terms(command)
+
+    def _specialised(self, name: str, *example: object) -> Any:
+        """Return a kernel compiled for these; raises TypeError in one line where it does not."""
+        try:
+            return specialise(getattr(self.KERNELS, name), *example)
+        except TypeError as error:
+            raise TypeError(f"{type(self).__name__}: KERNELS.{name} {described(error)}") from error
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave the compiled functions out: :mod:`pickle` and :mod:`copy` cannot have them."""
+        return {n: v for n, v in vars(self).items() if n not in ("_begin", "_update")}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Compile again."""
+        vars(self).update(state)
+        self._compile()
 
     def _check_terms(self, command: object) -> None:
         fields = getattr(command, "_fields", None)
@@ -218,6 +283,12 @@ class CompiledLaw(Law):
                 f"{type(self).__name__}: the command of KERNELS.update {has}, but must have "
                 f"voltage and TERMS: {wanted}"
             )
+        for name, value in zip(fields or (), command, strict=True):  # type: ignore[call-overload]
+            if type(value) is not float:
+                raise TypeError(
+                    f"{type(self).__name__}: {name} in the command of KERNELS.update is "
+                    f"{shown(value)}, but must be a float; write 0.0 for 0"
+                )
 
     def configure(self, parameters: ParameterSet) -> None:
         """Change the parameters; :meth:`retuned` says what becomes of the memory."""
@@ -236,14 +307,25 @@ class CompiledLaw(Law):
         self._held = True
 
     def update(self, measurement: Measurement, reference: ReferencePoint, interval: float) -> Any:
-        """Evaluate the law; see :meth:`Law.update`."""
+        """Evaluate the law; see :meth:`Law.update`.
+
+        A sample that it answers with no finite voltage, such as one whose position is NaN, leaves
+        no trace in the memory. Raises ValueError for an ``interval`` that is negative
+        or not finite.
+        """
+        if not 0.0 <= interval < math.inf:
+            raise ValueError(
+                f"interval {shown(interval)} s refused: must be the time since the sample before, "
+                "0 or more"
+            )
         if self.memory is None or self._held:
             begun, interval = self._begin(self.gains, measurement), 0.0
-            self.memory = begun if self.memory is None else self.resumed(begun, self.memory)
-            self._held = False
-        self.memory, command = self._update(
-            self.gains, self.memory, measurement, reference, interval
-        )
+            memory = begun if self.memory is None else self.resumed(begun, self.memory)
+        else:
+            memory = self.memory
+        after, command = self._update(self.gains, memory, measurement, reference, interval)
+        if math.isfinite(command[0]):
+            self.memory, self._held = after, False
         return command
 
     def resumed(self, begun: Any, before: Any) -> Any:  # noqa: ARG002
@@ -255,17 +337,57 @@ class CompiledLaw(Law):
         return memory
 
 
+# What ROS takes for a name of a parameter, and for the last part of a topic's.
+PARAMETER_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+TERM_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def checked_declarations(law: type[Law]) -> dict[str, Parameter]:
+    """Return the ``PARAMETERS`` of a law; raises TypeError for what cannot be parameters."""
+    declared = law.PARAMETERS
+    if not isinstance(declared, dict):
+        raise TypeError(
+            f"{law.__name__}: PARAMETERS {shown(declared)} refused, must be declare(Parameter(...))"
+        )
+    for name, parameter in declared.items():
+        if not isinstance(parameter, Parameter) or parameter.name != name:
+            raise TypeError(
+                f"{law.__name__}: PARAMETERS[{shown(name)}] refused, must be a Parameter of that "
+                "name; use declare(Parameter(...))"
+            )
+        if not isinstance(name, str) or not PARAMETER_NAME.fullmatch(name):
+            raise TypeError(
+                f"{law.__name__}: the parameter name {shown(name)} refused, must be letters, "
+                'digits and _, with dots between parts, such as "mine.gain"'
+            )
+    return declared
+
+
+def checked_terms(law: type[Law]) -> tuple[str, ...]:
+    """Return the ``TERMS`` of a law; raises TypeError for what cannot be topics and columns."""
+    terms = law.TERMS
+    sound = isinstance(terms, tuple | list) and all(
+        isinstance(term, str) and TERM_NAME.fullmatch(term) for term in terms
+    )
+    if not sound or len({"reference", "voltage", *terms}) < len(terms) + 2:
+        raise TypeError(
+            f"{law.__name__}: its TERMS {shown(terms)} must be identifiers, each once, in a tuple, "
+            "and none of them reference or voltage"
+        )
+    return tuple(terms)
+
+
 def checked_answer(law: Law, answer: object) -> tuple[float, ...]:
     """Return voltage (V) and terms of an answer; raises LawError for what is no command."""
     values = answer if isinstance(answer, tuple) else (answer,)
     wanted = ("voltage", *law.TERMS)
     if len(values) != len(wanted) or getattr(answer, "_fields", wanted) != wanted:
-        raise LawError(f"{law_name(law)} answered {answer!r}: must be {' and '.join(wanted)}")
+        raise LawError(f"{law_name(law)} answered {shown(answer)}: must be {' and '.join(wanted)}")
     numbers = values
     if set(map(type, values)) != {float}:
         if not all(isinstance(value, Real) and not isinstance(value, bool) for value in values):
             wanted_kind = "numbers" if law.TERMS else "a number in V"
-            raise LawError(f"{law_name(law)} answered {answer!r}: must be {wanted_kind}")
+            raise LawError(f"{law_name(law)} answered {shown(answer)}: must be {wanted_kind}")
         numbers = tuple(map(float, values))
     if not math.isfinite(numbers[0]):
         raise LawError(f"{law_name(law)} answered {numbers[0]!r} V: must be a finite number")
@@ -275,7 +397,7 @@ def checked_answer(law: Law, answer: object) -> tuple[float, ...]:
 def law_name(law: Law) -> str:
     """Return what messages call the law."""
     if isinstance(law, FunctionLaw):
-        return f"law {getattr(law.function, '__name__', repr(law.function))}"
+        return f"law {getattr(law.function, '__name__', shown(law.function))}"
     return f"law {type(law).__name__}"
 
 

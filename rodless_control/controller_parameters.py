@@ -6,8 +6,9 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
+from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
-from rodless_control.controller import Law
+from rodless_control.controller import Law, checked_declarations, checked_terms
 from rodless_control.laws import law_class, without_other_laws
 from rodless_control.parameters import NODE_PARAMETERS, OUTPUT, REFERENCE, LawParameters
 
@@ -16,12 +17,11 @@ DEFAULT_LAW = str(NODE_PARAMETERS["controller.law"].default)
 
 def _declarations(name: str, law: type[Law]) -> dict[str, Parameter]:
     """Compose the node's set for a law; raises ParameterError where the law's names cannot be."""
-    terms = ("reference", *law.TERMS)
-    if len(set(terms)) < len(terms) or not all(map(str.isidentifier, terms)):
-        raise ParameterError(
-            f"controller.law: {name!r} refused: its TERMS {law.TERMS} must be identifiers, each "
-            "once, and none of them reference"
-        )
+    try:
+        checked_terms(law)
+        checked_declarations(law)
+    except TypeError as error:
+        raise ParameterError(f"controller.law: {shown(name)} refused: {error}") from error
     taken = law.PARAMETERS.keys() & {**OUTPUT, **NODE_PARAMETERS, **REFERENCE}.keys()
     if taken:
         raise ParameterError(
@@ -74,10 +74,15 @@ class ControllerParameters(ParameterSet):
         law = law_class(name)
         content = {
             "__doc__": f"The controller node's parameters, with the law {name}.",
+            "NAMED_BY": f"ControllerParameters.for_law({name!r})",
             "LAW_CLASS": law,
             "DECLARATIONS": _declarations(name, law),
         }
         return type("ControllerParameters", (ControllerParameters,), content)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Let :mod:`pickle` find the class of a law again, which no module holds."""
+        return _restored, (self.text("controller.law"), vars(self))
 
     def of_law(self) -> LawParameters:
         """Return what the law is given."""
@@ -130,3 +135,10 @@ class ControllerParameters(ParameterSet):
                 f"{what}: {position!r} m refused, must be from reference.minimum ({low:g} m) to "
                 f"reference.maximum ({high:g} m); change reference.{limit} for another travel"
             )
+
+
+def _restored(law: str, state: dict[str, object]) -> ControllerParameters:
+    kind = ControllerParameters.for_law(law)
+    found = kind.__new__(kind)
+    vars(found).update(state)
+    return found

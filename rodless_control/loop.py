@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
+from rodless_base.one_line import described
 from rodless_control.controller import LawError, checked_answer, law_name, output_limits
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.laws import make_law
@@ -125,10 +126,10 @@ class ControlLoop:
         try:
             return action()
         except LawError as error:
-            self._fail(_in_one_line(error))
-        except Exception as error:
+            self._fail(described(error))
+        except (Exception, SystemExit) as error:
             self._fail(
-                f"{law_name(self.law)} failed: {type(error).__name__}: {_in_one_line(error)} "
+                f"{law_name(self.law)} failed: {type(error).__name__}: {described(error)} "
                 f"({_place(error)})"
             )
         return None
@@ -138,11 +139,7 @@ class ControlLoop:
         self.failure = failure
 
 
-def _in_one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
-def _place(error: Exception) -> str:
+def _place(error: BaseException) -> str:
     """Return file and line that an error comes from."""
     *_, place = extract_tb(error.__traceback__)
     return f"{Path(place.filename).name}, line {place.lineno}"

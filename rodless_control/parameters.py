@@ -184,7 +184,7 @@ class LawParameters(ParameterSet):
         return without_other_laws(own, cls)
 
     @classmethod
-    def unknown(cls, name: str) -> str:
+    def unknown(cls, name: object) -> str:
         """Say that ``name`` is no parameter of the law, and whose it may be."""
         if name in NODE_PARAMETERS or name in REFERENCE:
             return (

@@ -11,12 +11,14 @@ Examples
 
 import math
 from dataclasses import dataclass, fields
-from typing import Protocol
+from numbers import Real
+from typing import Protocol, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import outlined_kernel
+from rodless_base.one_line import shown
 
 Array = npt.NDArray[np.float64]
 
@@ -41,12 +43,64 @@ class Reference(Protocol):
 
 
 def sampled(reference: Reference, times: Array) -> Array:
-    """Return position (m) and velocity (m/s) at ``times`` (s), shape (n,), as shape (n, 2)."""
+    """Return position (m) and velocity (m/s) at ``times`` (s), shape (n,), as shape (n, 2).
+
+    Raises TypeError for what is no reference, and ValueError, with the time, for an answer that is
+    not two finite numbers.
+    """
     at_once = getattr(reference, "samples", None)
     if at_once is not None:
-        return np.ascontiguousarray(at_once(times), dtype=np.float64)
-    points = [reference.sample(time) for time in times.tolist()]
-    return np.array(points, dtype=np.float64).reshape(-1, 2)
+        points = _array(reference, at_once(times), len(times))
+    elif callable(getattr(reference, "sample", None)):
+        answers = [reference.sample(time) for time in times.tolist()]
+        points = np.array(
+            [_point(reference, *each) for each in zip(times.tolist(), answers, strict=True)]
+        ).reshape(-1, 2)
+    else:
+        raise TypeError(
+            f"{shown(reference)} is no reference: give one of rodless_control.references, or an "
+            "object with sample(time) -> (position in m, velocity in m/s)"
+        )
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if bad.size:
+        raise _no_point(reference, float(times[bad[0]]), tuple(points[bad[0]].tolist()))
+    return points
+
+
+def _array(reference: object, answer: object, count: int) -> Array:
+    """Return what ``samples`` has answered; raises ValueError unless it is numbers, (n, 2)."""
+    try:
+        points = np.ascontiguousarray(answer)
+    except ValueError:  # rows of different lengths
+        points = np.empty(0)
+    if points.shape != (count, 2) or points.dtype.kind not in "iuf":
+        raise ValueError(
+            f"reference {_name(reference)}: samples(times) answered {shown(answer)} for {count} "
+            f"times, must be numbers of shape ({count}, 2): position (m) and velocity (m/s)"
+        )
+    return points.astype(np.float64, copy=False)
+
+
+def _point(reference: object, time: float, answer: object) -> tuple[float, float]:
+    try:
+        numbers: list[object] = list(answer)  # type: ignore[call-overload]
+        position, velocity = (float(each) for each in numbers if _is_number(each))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _no_point(reference, time, answer) from error
+    if len(numbers) != 2:
+        raise _no_point(reference, time, answer)
+    return position, velocity
+
+
+def _no_point(reference: object, time: float, answer: object) -> ValueError:
+    return ValueError(
+        f"at {time:g} s: reference {_name(reference)} answered {shown(answer)}, must be two finite "
+        "numbers: position (m) and velocity (m/s)"
+    )
+
+
+def _name(reference: object) -> str:
+    return type(reference).__name__
 
 
 def _points(position: Array | float, velocity: Array | float, times: Array) -> Array:
@@ -77,8 +131,21 @@ class _Finite:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not math.isfinite(value):
-                raise ValueError(f"{field.name} {value!r} refused: must be finite")
+            if not (_is_number(value) or isinstance(value, np.ndarray)):
+                raise TypeError(f"{field.name} {shown(value)} refused: must be a number")
+            if not _is_finite(value):
+                raise ValueError(f"{field.name} {shown(value)} refused: must be finite")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _is_finite(value: object) -> bool:
+    try:
+        return math.isfinite(value)  # type: ignore[arg-type]
+    except OverflowError:  # a whole number too large for a float
+        return False
 
 
 @dataclass(frozen=True)
@@ -177,6 +244,10 @@ class Sine(_Finite):
         return _sine_samples(self.centre, self.amplitude, rate, self.at, times)
 
 
+# A distance (m) that no carriage knows: shorter moves need not be computed in all their digits.
+SMALLEST = 1e-12
+
+
 @dataclass(frozen=True)
 class Move(_Finite):
     """Rest to rest from ``start`` to ``target`` (m), from time ``at`` (s), as fast as limits allow.
@@ -197,6 +268,28 @@ class Move(_Finite):
         super().__post_init__()
         for name in ("velocity", "acceleration", "jerk"):
             _require_positive(name, getattr(self, name))
+        if not self._arrives():
+            raise ValueError(
+                f"velocity {self.velocity!r}, acceleration {self.acceleration!r} and jerk "
+                f"{self.jerk!r} refused: no move over {abs(self.target - self.start):g} m can be "
+                "computed with limits so small or so large"
+            )
+
+    def _arrives(self) -> bool:
+        """Whether the phases end at the target: limits near the ends of what a float holds do not.
+
+        They overflow, underflow, or divide by zero.
+        """
+        distance = abs(self.target - self.start)
+        position = velocity = acceleration = 0.0
+        try:
+            for jerk, t in self._phases():
+                position += t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0))
+                velocity += t * (acceleration + t * jerk / 2.0)
+                acceleration += t * jerk
+        except (ZeroDivisionError, OverflowError):
+            return False
+        return math.isfinite(distance) and abs(position - distance) <= 1e-6 * distance + SMALLEST
 
     @property
     def duration(self) -> float:

@@ -49,6 +49,22 @@ class SetpointFollower:
         if kind != old.text("reference.type") or (changed and kind in FROM_PARAMETERS):
             self.reset()
 
+    def check(self, parameters: ControllerParameters) -> None:
+        """Raise ParameterError where the set-point in force is outside the travel of a change."""
+        target = self._target
+        if target is None or parameters.text("reference.type") in FROM_PARAMETERS:
+            return
+        low, high = parameters.number("reference.minimum"), parameters.number("reference.maximum")
+        for name, limit, excludes in (
+            ("reference.minimum", low, target < low),
+            ("reference.maximum", high, target > high),
+        ):
+            if excludes:
+                raise ParameterError(
+                    f"{name}: {limit:g} m refused, the set-point in force is "
+                    f"{target:g} m; send another set-point first"
+                )
+
     def receive(self, target: float) -> None:
         """Take a set-point (m).
 

@@ -1,18 +1,30 @@
 """Messages of several topics, combined to measurements by their stamp."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from rodless_base.measurement import Measurement
 
 # Run and stamp (ns): a plant that is reset counts its time from 0 again.
 Key = tuple[int, int]
 
+NONE_YET: Key = (0, -1)
+
+
+@dataclass
+class _Topic:
+    """How far a topic has come, and how far it was before its stamps first ran backwards alone."""
+
+    latest: Key = NONE_YET
+    before: Key = NONE_YET
+
 
 class StampSynchronizer:
     """Measurements of which every one of ``fields`` has come, in whatever order topics arrive.
 
-    Messages of one topic arrive in order. A stamp that runs backwards starts the plant's next run;
-    messages of different runs are never combined. When a later sample completes, earlier incomplete
+    Messages of one topic arrive in order. A stamp that runs backwards starts the plant's next run,
+    unless the topic goes on where it was before any other has followed: then the stamp was wrong.
+    Messages of different runs are never combined. When a later sample completes, earlier incomplete
     ones are dropped and counted, in ``incomplete``.
     """
 
@@ -24,22 +36,35 @@ class StampSynchronizer:
         """
         self.incomplete = 0
         self._capacity = capacity
-        self._latest = dict.fromkeys(fields, (0, -1))
+        self._topics = {field: _Topic() for field in fields}
         self._waiting: dict[Key, dict[str, float]] = {}
 
     def put(self, field: str, stamp: int, value: float) -> Measurement | None:
         """Take one reading; return the measurement that it completes, if it does."""
-        run, last = self._latest[field]
-        key = (run + (stamp < last), stamp)
-        self._latest[field] = key
+        key = self._key(field, stamp)
         readings = self._waiting.setdefault(key, {})
         readings[field] = value
-        if len(readings) == len(self._latest):
+        if len(readings) == len(self._topics):
             self._drop(other for other in list(self._waiting) if other < key)
             return Measurement(stamp, **self._waiting.pop(key))
         if len(self._waiting) > self._capacity:
             self._start_over_with(field, stamp, value)
         return None
+
+    def _key(self, field: str, stamp: int) -> Key:
+        """Return run and stamp of a reading, and take note of how far its topic has come."""
+        topic = self._topics[field]
+        run, last = topic.latest
+        alone = all(run > other.latest[0] for other in self._topics.values() if other is not topic)
+        if alone and stamp > topic.before[1]:
+            run, _ = topic.before
+            self._drop(key for key in list(self._waiting) if key[0] > run)
+        elif stamp < last:
+            if not alone:
+                topic.before = topic.latest
+            run += 1
+        topic.latest = run, stamp
+        return topic.latest
 
     def _drop(self, keys: Iterable[Key]) -> None:
         for key in keys:
@@ -48,7 +73,8 @@ class StampSynchronizer:
 
     def _start_over_with(self, field: str, stamp: int, value: float) -> None:
         """Keep this reading alone: where a topic has missed a reset, its runs are miscounted."""
-        key = self._latest[field]
+        key = self._topics[field].latest
         self._drop(other for other in list(self._waiting) if other != key)
-        self._latest = {**dict.fromkeys(self._latest, (0, -1)), field: (0, stamp)}
+        self._topics = {other: _Topic() for other in self._topics}
+        self._topics[field].latest = (0, stamp)
         self._waiting = {(0, stamp): {field: value}}

@@ -3,16 +3,20 @@
 In lock-step the numbers are the same on every machine, however busy it is.
 """
 
+import fcntl
 import json
+import os
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.atomic_write import atomic_write, check_writable
 from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
@@ -55,30 +59,56 @@ class Progress:
             self._show(min(sample.time / DURATION, 0.999), sample.position)
 
 
-def remove_old_bag(bag: Path) -> None:
-    """Remove the bag of an earlier demo; raises HarnessError for anything else at its place."""
+@contextmanager
+def results_folder(folder: Path) -> Iterator[None]:
+    """Keep ``folder`` for one demo; it is made where it is missing.
+
+    Raises HarnessError where another demo has it, and OSError where nothing can be written. The
+    claim is a lock, which the kernel drops when the process ends, however it ends.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        try:
+            fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise HarnessError(
+                f"{folder}: another demo writes there; wait for its end or choose another --output"
+            ) from error
+        check_writable(folder)
+        yield
+    finally:
+        os.close(claim)
+
+
+def remove_old_bag(bag: Path) -> bool:
+    """Remove the bag of an earlier demo; return whether there was one.
+
+    Raises HarnessError for anything else at its place.
+    """
     if not bag.exists():
-        return
+        return False
     if not bag.is_dir() or any(
         file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir()
     ):
         raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
     shutil.rmtree(bag)
+    return True
 
 
 def move(
     preset: str,
     bag: Path,
     stop: Stop,
-    on_move: Callable[[], None],
+    on_move: Callable[[float], None],
     show: Callable[[float, float], None],
 ) -> None:
-    """Run the rig from rest at 0 to ``TARGET`` and record it into ``bag``, written anew.
+    """Run the rig from rest at 0 to ``TARGET`` and record it into ``bag``, which is new.
 
-    ``on_move`` is called when the set-point is sent; for ``show`` see :class:`Progress`. Raises
-    InterruptedRunError where ``stop`` is requested, and HarnessError where a node fails.
+    ``on_move`` is called with the set-point (m) when it is sent; for ``show`` see
+    :class:`Progress`. Raises InterruptedRunError where ``stop`` is requested, HarnessError where a
+    node fails, and BagError where the bag cannot be written.
     """
-    remove_old_bag(bag)
     progress = Progress(stop, show)
     with RigSession(
         "lockstep",
@@ -93,7 +123,7 @@ def move(
         progress.rig = rig
         # Step by step, so that the set-point always comes at the same sample.
         rig.step(round(LEAD / PERIOD))
-        on_move()
+        on_move(TARGET)
         rig.setpoint(TARGET)
         rig.resume()
         run = rig.run()
@@ -152,13 +182,12 @@ def write_results(preset: str, path: Path, folder: Path) -> Outcome:
     """Measure the bag at ``path``; write metrics.json and step.png into ``folder``."""
     bag = read_bag(path)
     outcome = measure(bag)
-    folder.mkdir(parents=True, exist_ok=True)
     values = {
         **vars(outcome.metrics),
         "supply_pressure": outcome.supply_pressure,
         "preset": preset,
     }
-    (folder / "metrics.json").write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+    atomic_write(folder / "metrics.json", json.dumps(values, indent=2) + "\n")
     draw(preset, bag, folder / "step.png")
     return outcome
 

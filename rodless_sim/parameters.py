@@ -1,9 +1,10 @@
 """The plant's parameters: what each physical thing declares, and what ties several together."""
 
+from collections.abc import Collection, Mapping
 from typing import ClassVar
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
-from rodless_base.parameters import Parameter, ParameterError, ParameterSet, collect
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value, collect
 from rodless_sim import timing
 from rodless_sim.instruments import instruments
 from rodless_sim.node import command
@@ -56,6 +57,10 @@ class RigParameters(ParameterSet):
     DECLARATIONS: ClassVar[dict[str, Parameter]] = DECLARATIONS
     REPLACED: ClassVar[dict[str, str]] = REPLACED
     NODE: ClassVar[str] = "plant"
+
+    def derived(self, changed: Collection[str]) -> Mapping[str, Value]:
+        """Return what follows from the values ``changed`` for others that are not."""
+        return air.derived(self, changed)
 
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""

@@ -1,6 +1,7 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
+from numbers import Real
 
 import numpy as np
 import numpy.typing as npt
@@ -8,6 +9,8 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.kernels import specialise
 from rodless_base.measurement import Measurement
+from rodless_base.one_line import described, shown
+from rodless_base.parameters import ParameterError
 from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
@@ -22,7 +25,12 @@ from rodless_sim.trace import Trace, run_open_loop, trace
 
 
 def applied_voltage(voltage: float) -> float:
-    """Return the command as the valve takes it, within 0-10 V; raises ValueError for NaN or Inf."""
+    """Return the command as the valve takes it, within 0-10 V.
+
+    Raises ValueError for NaN or Inf, TypeError for what is no number.
+    """
+    if not isinstance(voltage, Real | np.ndarray):
+        raise TypeError(f"voltage {shown(voltage)} refused: must be a number of volts")
     if not math.isfinite(voltage):
         raise ValueError(f"voltage {voltage!r} refused: not a finite number")
     return min(max(voltage, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
@@ -30,7 +38,12 @@ def applied_voltage(voltage: float) -> float:
 
 def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
     """Return :func:`applied_voltage` of each of ``voltages``; raises ValueError for none."""
-    commands = np.asarray(voltages, dtype=np.float64).ravel()
+    try:
+        commands = np.asarray(voltages, dtype=np.float64).ravel()
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(
+            f"voltages {shown(voltages)} refused: must be numbers of volts ({described(error)})"
+        ) from error
     if not commands.size:
         raise ValueError("no voltages given")
     if not np.isfinite(commands).all():
@@ -47,14 +60,36 @@ def starting_motion(
     """Return the state at rest that :meth:`Rig.reset` describes; raises as it does."""
     if position is None:
         position = parameters.number("cylinder.initial_position")
-    if not 0.0 <= position <= plant.cylinder.stroke:
-        raise ValueError(f"position {position!r} m refused: outside the stroke")
+    if not isinstance(position, Real | np.ndarray):
+        raise TypeError(f"position {shown(position)} refused: must be a number of metres")
+    stroke = plant.cylinder.stroke
+    if not 0.0 <= position <= stroke:
+        raise ValueError(
+            f"position {position!r} m refused: outside the stroke, must be from 0 to {stroke:g} m"
+        )
     if pressures is None:
         pressures = settled_pressures(plant, plant.valve.closed_voltage)
-    a, b = pressures
+    return Motion(float(position), 0.0, *_two_pressures(pressures))
+
+
+def _two_pressures(pressures: object) -> tuple[float, float]:
+    """Return the pressures (Pa) of chambers A and B as floats; raises ValueError."""
+    try:
+        a, b = map(float, pressures)  # type: ignore[call-overload]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(
+            f"pressures {shown(pressures)} refused: must be two numbers of Pa, for A and B"
+        ) from error
     if not (0.0 < a < math.inf and 0.0 < b < math.inf):
         raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
-    return Motion(float(position), 0.0, float(a), float(b))
+    return a, b
+
+
+def rig_parameters(parameters: object) -> RigParameters:
+    """Return ``parameters``; raises TypeError for what is no :class:`RigParameters`."""
+    if not isinstance(parameters, RigParameters):
+        raise TypeError(f"{shown(parameters)} are no RigParameters: give RigParameters({{...}})")
+    return parameters
 
 
 class Rig:
@@ -89,14 +124,21 @@ class Rig:
             For what is no :class:`RigParameters`, such as a dict. Each of those makes a rig: what
             no rig has was refused when the set was made.
         """
-        if not isinstance(parameters, RigParameters | None):
-            raise TypeError(f"{parameters!r} are no RigParameters: give RigParameters({{...}})")
-        self._parameters = parameters or RigParameters()
+        self._parameters = RigParameters() if parameters is None else rig_parameters(parameters)
         self._plant = Plant.of(self._parameters)
         self._sampling: Sampling | None = None
         rest = Motion(0.0, 0.0, 0.0, 0.0)
         self._advance = specialise(advance_at_voltage, self._plant, 0.0, rest, 0.0, 1.0)
+        self._nanoseconds = 0
         self.reset()
+
+    def __repr__(self) -> str:
+        """Show time, position and velocity, and the parameters."""
+        return (
+            f"<Rig at {self._nanoseconds * SECONDS_PER_NANOSECOND:g} s: carriage at "
+            f"{self._motion.position * 1e3:.3f} mm, {self._motion.velocity * 1e3:.3f} mm/s, "
+            f"{self._voltage:g} V; {self._parameters!r}>"
+        )
 
     @property
     def parameters(self) -> RigParameters:
@@ -114,6 +156,15 @@ class Rig:
         parameters
             A whole set; :meth:`ParameterSet.with_values` of the one in force changes a few values.
 
+        Raises
+        ------
+        TypeError
+            For what is no :class:`RigParameters`; the rig stays as it was.
+        ParameterError
+            For a stroke that ends before the carriage; the rig stays as it was.
+        SimulationError
+            Where the state is none that a rig of these parameters has; the rig stays as it was.
+
         Examples
         --------
         >>> from rodless_sim import Rig
@@ -122,11 +173,25 @@ class Rig:
         >>> rig.parameters["supply.pressure"]
         700000.0
         """
-        self._parameters = parameters
-        self._plant = Plant.of(parameters)
-        if self._sampling is not None:
-            self._sampling.configure(parameters)
-        self._apply(self._voltage, self._motion, 0.0)
+        self.check(parameters)
+        before = dict(vars(self))
+        self._parameters, self._plant = parameters, Plant.of(parameters)
+        try:
+            self._apply(self._voltage, self._motion, 0.0)
+            if self._sampling is not None:
+                self._sampling.configure(parameters)
+        except BaseException:
+            vars(self).update(before)
+            raise
+
+    def check(self, parameters: RigParameters) -> None:
+        """Raise as :meth:`configure` for parameters that do not go with where the carriage is."""
+        stroke = rig_parameters(parameters).number("cylinder.stroke")
+        if self._motion.position > stroke:
+            raise ParameterError(
+                f"cylinder.stroke: {stroke:g} m refused, the carriage is at "
+                f"{self._motion.position:g} m; move it back or reset the rig first"
+            )
 
     def _apply(self, voltage: float, motion: Motion, period: float) -> None:
         tolerance = self._parameters.number("time.tolerance")
@@ -155,12 +220,13 @@ class Rig:
         Raises
         ------
         ValueError
-            For a position outside the stroke, and pressures that are not finite and positive.
+            For a position outside the stroke, and pressures that are not two numbers, finite and
+            positive; the rig stays as it was.
 
         """
         motion = starting_motion(self._plant, self._parameters, position, pressures)
-        self._nanoseconds = 0
         self._apply(self._plant.valve.closed_voltage, motion, 0.0)
+        self._nanoseconds = 0
         if self._sampling is not None:
             self._sampling.start()
         return self.state
@@ -276,9 +342,9 @@ def simulate(
     '9.1 mm'
 
     """
-    plant = Plant.of(parameters)
+    plant = Plant.of(rig_parameters(parameters))
     commands = applied_voltages(voltages)
-    span = nanoseconds(period)
+    span = nanoseconds(period, "period")
     rows, state, done, fault = run_open_loop(
         plant,
         commands,

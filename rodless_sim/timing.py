@@ -1,11 +1,13 @@
 """Plant time: integer nanoseconds."""
 
 import math
+from numbers import Real
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
+from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, declare
 
 PARAMETERS = declare(
@@ -91,11 +93,26 @@ PARAMETERS = declare(
 )
 
 
-def nanoseconds(duration: float) -> int:
-    """Return ``duration`` (s) in whole nanoseconds; raises ValueError unless that is positive."""
-    span = duration * NANOSECONDS_PER_SECOND
-    if not math.isfinite(span) or round(span) <= 0:
-        raise ValueError(f"duration {duration!r} s refused: must be a positive number")
+# Times in ns are 64-bit integers: 292 years.
+LONGEST_SPAN = 2**63 - 1
+
+
+def nanoseconds(duration: float, name: str = "duration") -> int:
+    """Return ``duration`` (s) in whole nanoseconds.
+
+    Raises ValueError, with the ``name`` of the time, unless that is positive and no longer than
+    292 years; TypeError for what is no number.
+    """
+    if isinstance(duration, bool) or not isinstance(duration, Real | np.ndarray):
+        raise TypeError(f"{name} {shown(duration)} refused: must be a number of seconds")
+    try:
+        span = float(duration) * NANOSECONDS_PER_SECOND
+    except OverflowError:
+        span = math.inf
+    if not 0.5 < span <= LONGEST_SPAN:
+        raise ValueError(
+            f"{name} {shown(duration)} s refused: must be a positive number, from 1 ns to 292 years"
+        )
     return round(span)
 
 

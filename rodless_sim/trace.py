@@ -68,7 +68,8 @@ class Trace(Columns):
         raise AttributeError(f"{name}: a trace cannot be changed")
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}: {len(self.time)} samples, {self.time[-1]:g} s"
+        end = f", {self.time[-1]:g} s" if len(self.time) else ""
+        return f"{type(self).__name__}: {len(self.time)} samples{end}"
 
     def units(self) -> dict[str, str]:
         """Return the unit of each column by name: those of the state, then a subclass's own."""

@@ -14,7 +14,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from rodless_base.parameter_file import is_of_rclpy
-from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value
+from rodless_base.parameters import (
+    LARGEST_INTEGER,
+    SMALLEST_INTEGER,
+    Parameter,
+    ParameterError,
+    ParameterSet,
+    Value,
+)
 
 Set = TypeVar("Set", bound=ParameterSet)
 
@@ -36,7 +43,10 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     )
     if type(parameter.default) is int:
         description.integer_range = [
-            IntegerRange(from_value=int(parameter.minimum), to_value=int(parameter.maximum))
+            IntegerRange(
+                from_value=int(max(parameter.minimum, SMALLEST_INTEGER)),
+                to_value=int(min(parameter.maximum, LARGEST_INTEGER)),
+            )
         ]
     elif isinstance(parameter.default, float):
         description.floating_point_range = [
@@ -65,9 +75,20 @@ class RosParameters(Generic[Set]):
     :class:`ParameterError` where what was given is not a valid set.
     """
 
-    def __init__(self, node: Node, kind: type[Set], apply: Callable[[Set], None]) -> None:
-        """Declare all of ``kind``; call ``apply`` after each change with the new values."""
+    def __init__(
+        self,
+        node: Node,
+        kind: type[Set],
+        apply: Callable[[Set], None],
+        check: Callable[[Set], None] = lambda _: None,
+    ) -> None:
+        """Declare all of ``kind``; call ``apply`` after each change with the new values.
+
+        ``check`` is called before; the ParameterError it raises refuses what the node's state does
+        not allow.
+        """
         self._node = node
+        self._check_state = check
         self._apply = apply
         self.values = kind(self._given())
         self._declare()
@@ -95,7 +116,21 @@ class RosParameters(Generic[Set]):
 
     def _convert(self, parameters: list[RosParameter]) -> list[RosParameter]:
         """Take an integer for a real; name unknown names and wrong types, which rclpy does not."""
-        return [self._converted(parameter) for parameter in parameters]
+        converted = [self._converted(parameter) for parameter in parameters]
+        return converted + self._derived(converted)
+
+    def _derived(self, parameters: list[RosParameter]) -> list[RosParameter]:
+        """Return what follows from these for others, so that the node shows it too."""
+        given = self._ours(parameters)
+        try:
+            values = self.values.with_values(given)
+        except ParameterError:
+            return []  # refused in a moment
+        return [
+            RosParameter(name, value=ros_value(value))
+            for name, value in values.differences(self.values).items()
+            if name not in given
+        ]
 
     def _converted(self, parameter: RosParameter) -> RosParameter:
         name = parameter.name
@@ -113,7 +148,7 @@ class RosParameters(Generic[Set]):
 
     def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
-            self.values.with_values(self._ours(parameters))
+            self._check_state(self.values.with_values(self._ours(parameters)))
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

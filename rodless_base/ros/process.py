@@ -12,7 +12,6 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
-from rclpy.utilities import remove_ros_args
 
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
@@ -71,11 +70,6 @@ def leave_ros() -> None:
     rclpy.get_default_context().try_shutdown()
 
 
-def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments that are not for ROS (``--ros-args …``)."""
-    return list(remove_ros_args(["", *arguments])[1:])
-
-
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
     """Build a node, run it until ``stop``, close it; return the exit code.
 
@@ -91,7 +85,7 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     stop.from_now_on_wait()
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
+    except (RuntimeError, UnicodeEncodeError) as error:
         print(f"refused to start: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     running: list[RunningNode] = []

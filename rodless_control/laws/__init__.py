@@ -2,7 +2,9 @@
 
 import importlib
 from collections.abc import Mapping
+from operator import attrgetter
 
+from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameters import ParameterError, ParameterSet
 from rodless_control.controller import Law
 from rodless_control.parameters import LawParameters
@@ -17,6 +19,8 @@ def law_class(name: str) -> type[Law]:
 
     Raises ParameterError in one line that names what is missing.
     """
+    if not isinstance(name, str):
+        raise _refused(name, f"must be {', '.join(LAWS)} or package.module:Class")
     path = LAWS.get(name, name)
     module_name, colon, class_name = path.partition(":")
     if not (module_name and colon and class_name):
@@ -25,15 +29,15 @@ def law_class(name: str) -> type[Law]:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
         raise _refused(
-            name, f"{error}; put its folder on PYTHONPATH or install the package"
+            name, f"{described(error)}; put its folder on PYTHONPATH or install the package"
         ) from error
+    except BaseException as error:  # a module can also call sys.exit, and a node must not follow it
+        raise _refused(name, f"importing {module_name} failed: {_raised(error)}") from error
+    try:
+        law = attrgetter(class_name)(module)
     except Exception as error:
-        raise _refused(
-            name, f"importing {module_name} failed: {type(error).__name__}: {error}"
-        ) from error
-    law = getattr(module, class_name, None)
-    if law is None:
-        raise _refused(name, f"{module_name} ({module.__file__}) has no {class_name}")
+        where = getattr(module, "__file__", "no file")
+        raise _refused(name, f"{module_name} ({where}) has no {class_name}") from error
     if not (isinstance(law, type) and issubclass(law, Law)):
         raise _refused(name, f"{class_name} is not a subclass of rodless_control.Law")
     return law
@@ -43,12 +47,12 @@ def make_law(law: type[Law], parameters: ParameterSet) -> Law:
     """Return a law with ``parameters``; raises ParameterError where the law cannot be made."""
     try:
         return law(parameters)
-    except ParameterError:
-        raise
-    except Exception as error:
+    except ParameterError as error:
+        raise ParameterError(described(error)) from error
+    except (Exception, SystemExit) as error:
         raise _refused(
             f"{law.__module__}:{law.__qualname__}",
-            f"{law.__name__}(parameters) failed: {type(error).__name__}: {error}",
+            f"{law.__name__}(parameters) failed: {_raised(error)}",
         ) from error
 
 
@@ -69,6 +73,9 @@ def without_other_laws(
     return {name: value for name, value in values.items() if name not in others}
 
 
-def _refused(name: str, reason: str) -> ParameterError:
-    first, *_ = reason.splitlines()
-    return ParameterError(f"controller.law: {name!r} refused: {first}")
+def _raised(error: BaseException) -> str:
+    return f"{type(error).__name__}: {described(error)}"
+
+
+def _refused(name: object, reason: str) -> ParameterError:
+    return ParameterError(f"controller.law: {shown(name)} refused: {in_one_line(reason)}")

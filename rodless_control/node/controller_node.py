@@ -1,5 +1,7 @@
 """The controller as a ROS node: each sample of the rig triggers one valve command."""
 
+from time import perf_counter, time_ns
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
@@ -8,7 +10,7 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
 from rodless_base.fault_counts import FaultCounts, lately_text
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
@@ -22,15 +24,18 @@ from rodless_base.ros.diagnostics import (
     diagnostics_publisher,
     steady_clock,
 )
+from rodless_base.ros.message_info import Info
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import LOST, send
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, SETPOINT, VALVE_VOLTAGE
+from rodless_control.controller import law_name
 from rodless_control.controller_parameters import ControllerParameters
-from rodless_control.loop import ControlLoop
+from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.inputs import Inputs
+from rodless_control.node.law_pace import LawPace
 from rodless_control.node.position_watch import (
     REPORT_TIMEOUT,
     WATCH_PERIOD,
@@ -42,6 +47,12 @@ from rodless_control.parameters import NODE_PARAMETERS
 
 # How long the last command may take to arrive; less than Ctrl-C promises.
 LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
+
+# Warnings that could come with every message, in wall-clock seconds; diagnostics count them all.
+WARNING_PERIOD = 1.0
+
+# How often a law that is too slow is said to be.
+SLOW_LAW_PERIOD = 10.0
 
 # What ~/reset and ~/enable answer.
 HOLDS = "holds where it is until a new set-point comes"
@@ -59,8 +70,9 @@ class ControllerNode:
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
         kind = self._parameters_of_law()
-        self._parameters = RosParameters(self.node, kind, self._configure)
+        self._parameters = RosParameters(self.node, kind, self._configure, self._check)
         self._loop = ControlLoop(self._parameters.values)
+        self._pace = LawPace()
         self._inputs = Inputs(
             self.node,
             self._loop.law.USES_PRESSURES,
@@ -157,6 +169,9 @@ class ControllerNode:
         plant = report.text() + ", " if report is not None else ""
         return f"ready: {plant}{self._law_and_reference}; {next_step}"
 
+    def _check(self, values: ControllerParameters) -> None:
+        self._loop.setpoints.check(values)
+
     def _configure(self, values: ControllerParameters) -> None:
         self._loop.configure(values)
         self._report_failure()
@@ -167,10 +182,12 @@ class ControllerNode:
             if report is not None:
                 self._position_watch.hear(report)
 
-    def _take_sample(self, measurement: Measurement) -> None:
+    def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._arrived = True
         self._stamp = measurement.stamp
-        output = self._loop.sample(measurement) if self._enabled else None
+        if self._enabled and self._must_skip(info):
+            return
+        output = self._answer(measurement) if self._enabled else None
         self._refused = self._enabled and output is None
         if output is None:
             self._command_neutral()
@@ -179,6 +196,18 @@ class ControllerNode:
             self._command(output.voltage)
             self._telemetry.publish(output)
             self._answered = True
+
+    def _must_skip(self, info: Info) -> bool:
+        # Some middlewares do not tell when a message was received.
+        times = info["source_timestamp"], info["received_timestamp"] or info["source_timestamp"]
+        sent, received, now = (time * SECONDS_PER_NANOSECOND for time in (*times, time_ns()))
+        return self._pace.must_skip(sent, received, now)
+
+    def _answer(self, measurement: Measurement) -> Output | None:
+        began = perf_counter()
+        output = self._loop.sample(measurement)
+        self._pace.took(perf_counter() - began)
+        return output
 
     def _report_failure(self) -> None:
         """Say once why the law is not called any more."""
@@ -192,7 +221,7 @@ class ControllerNode:
             self._loop.setpoints.receive(message.data)
         except ParameterError as error:
             self._bad_setpoints += 1
-            self.node.get_logger().warning(str(error))
+            self.node.get_logger().warning(str(error), throttle_duration_sec=WARNING_PERIOD)
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.reset()
@@ -297,6 +326,7 @@ class ControllerNode:
             "restarts by time running backwards": loop.restarts,
             "failures of the law": loop.failures,
             LOST: self._lost_commands + self._telemetry.lost,
+            "samples skipped": self._pace.skipped,
         }
         if loop.law.USES_PRESSURES:
             faults["samples without all pressures"] = inputs.incomplete
@@ -304,8 +334,15 @@ class ControllerNode:
 
     def _publish_diagnostics(self) -> None:
         faults = self._counts.update(self._faults())
-        level, text = self._judge()
-        values = {"set-point (m)": self._setpoint_text, **faults}
+        slow = self._pace.news(law_name(self._loop.law))
+        if slow is not None:
+            self.node.get_logger().warning(slow, throttle_duration_sec=SLOW_LAW_PERIOD)
+        level, text = self._judge(slow)
+        values = {
+            "set-point (m)": self._setpoint_text,
+            **faults,
+            "law's time per sample (ms)": f"{self._pace.law_time * 1e3:.3g}",
+        }
         second, nanosecond = divmod(self._stamp, NANOSECONDS_PER_SECOND)
         stamp = Time(sec=second, nanosec=nanosecond)
         self._diagnostics.publish(diagnostic(self.node, stamp, level, text, values))
@@ -315,7 +352,7 @@ class ControllerNode:
         target = self._loop.setpoints.target
         return "none" if target is None else f"{target:g}"
 
-    def _judge(self) -> tuple[bytes, str]:
+    def _judge(self, slow: str | None) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for faults of late, or all well."""
         if self._loop.failure is not None:
             return ERROR, f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
@@ -328,8 +365,8 @@ class ControllerNode:
             used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
             return ERROR, f"{used} not finite: valve closed"
         lately = self._counts.lately()
-        if lately:
-            return WARN, lately_text(list(lately))
+        if slow is not None or lately:
+            return WARN, slow or lately_text(list(lately))
         return OK, "controlling"
 
 

@@ -7,6 +7,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.measurement import Measurement
 from rodless_base.ros.joint import joint_position
+from rodless_base.ros.message_info import Info, with_info
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES
 from rodless_control.stamp_synchronizer import StampSynchronizer
@@ -18,7 +19,10 @@ class Inputs:
     def __init__(
         self, node: Node, pressures: bool, joint: Callable[[], str], take: Callable[..., None]
     ) -> None:
-        """Prepare; ``joint`` tells the joint's name, ``take`` gets a measurement."""
+        """Prepare; ``joint`` tells the joint's name.
+
+        ``take`` gets a measurement, and the information of the message that completed it.
+        """
         self._node = node
         self._joint = joint
         self._take = take
@@ -39,24 +43,28 @@ class Inputs:
             self._node.create_subscription(
                 FluidPressure, topic, self._pressure_taker(field), QUEUE_DEPTH
             )
-        self._node.create_subscription(JointState, JOINT_STATES, self._take_joint, QUEUE_DEPTH)
+        self._node.create_subscription(
+            JointState, JOINT_STATES, with_info(self._take_joint), QUEUE_DEPTH
+        )
 
-    def _pressure_taker(self, field: str) -> Callable[[FluidPressure], None]:
-        def take(message: FluidPressure) -> None:
-            self._put(field, message, float(message.fluid_pressure))
+    def _pressure_taker(self, field: str) -> Callable[..., None]:
+        def take(message: FluidPressure, info: Info) -> None:
+            self._put(field, message, float(message.fluid_pressure), info)
 
-        return take
+        return with_info(take)
 
-    def _take_joint(self, message: JointState) -> None:
+    def _take_joint(self, message: JointState, info: Info) -> None:
         """Take the carriage's position; a message without it counts as no sample at all."""
         position = joint_position(message, self._joint())
         if position is None:
             self.without_joint += 1
         else:
-            self._put("position", message, position)
+            self._put("position", message, position, info)
 
-    def _put(self, field: str, message: FluidPressure | JointState, value: float) -> None:
+    def _put(
+        self, field: str, message: FluidPressure | JointState, value: float, info: Info
+    ) -> None:
         stamp = stamp_nanoseconds(message.header.stamp)
         measurement: Measurement | None = self._synchronizer.put(field, stamp, value)
         if measurement is not None:
-            self._take(measurement)
+            self._take(measurement, info)

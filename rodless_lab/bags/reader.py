@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from rclpy.serialization import deserialize_message
 
 from rodless_base.columns import Columns
 from rodless_lab.bags.mcap_file.reader import McapError, McapMessage, McapReader
@@ -50,6 +49,9 @@ class TopicMessages(Columns):
     @cached_property
     def messages(self) -> list[Any]:
         """Messages as objects of their ROS type; raises :class:`BagError`."""
+        # Here, so that the commands that read bags show their help without ROS.
+        from rclpy.serialization import deserialize_message  # noqa: PLC0415
+
         name = self.topic.type_name
         try:
             kind = message_class(name)
@@ -114,6 +116,12 @@ class Bag:
         self.path = path
         self.complete = complete
         self._messages = messages
+
+    def __repr__(self) -> str:
+        """Show where it is and how many messages each topic has."""
+        counts = ", ".join(f"{name}: {len(found)}" for name, found in self._messages.items())
+        state = "" if self.complete else ", incomplete"
+        return f"<Bag {self.path}{state}: {counts or 'no topics'}>"
 
     @property
     def topics(self) -> list[str]:

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
 
+from rodless_base.closing import Closing
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.mcap_file.writer import McapWriter
@@ -24,7 +24,7 @@ from rodless_lab.bags.metadata import (
 _METADATA_RECORD = "rosbag2"
 
 
-class BagWriter:
+class BagWriter(Closing):
     """A bag under construction at ``path``, a folder that must not exist yet.
 
     What a crash leaves is what :meth:`flush` has handed over; :func:`recover_bag` makes a bag of
@@ -101,17 +101,6 @@ class BagWriter:
                 _finish(self.path, self._file)
             except BagError as error:
                 self.failure = error
-
-    def __enter__(self) -> "BagWriter":
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 def recover_bag(path: str | Path) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
-from rodless_lab.reports.differences import Pair, differences_table, write_differences
+from rodless_lab.reports.differences import IN_PLACE, Pair, differences_table, write_differences
 from rodless_lab.runs.comparison import aligned, common_time, differences
 from rodless_lab.runs.from_bag import read_run_and_setpoint
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
@@ -71,6 +71,6 @@ def _report(options: argparse.Namespace, runs: Pair) -> None:
         "duration": float(time[-1] - time[0]),
         "differences": {name: asdict(value) for name, value in found.items()},
     }
-    write_differences(options.output / "compare", names, runs, time, numbers)
+    replaced = write_differences(options.output / "compare", names, runs, time, numbers)
     print(differences_table(names, found))
-    print(f"compare.json and compare.png are in {options.output}")
+    print(f"compare.json and compare.png are in {options.output}{IN_PLACE if replaced else ''}")

@@ -3,45 +3,77 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.demo import TARGET, Outcome, move, write_results
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.reports.differences import IN_PLACE
 from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
-from rodless_lab.session.errors import InterruptedRunError
+from rodless_lab.session.errors import HarnessError, InterruptedRunError
+
+if TYPE_CHECKING:
+    from rodless_lab.demo import Outcome
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 if the carriage ends within 0.2 mm of the target, or after Ctrl-C."""
+    """Return 0 if the carriage ends within 0.2 mm of the target, or after Ctrl-C.
+
+    Returns 1 where the run fails, 2 for a folder that cannot be written to.
+    """
     parser = argparse.ArgumentParser(prog="rodless demo", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument("--output", type=Path, default=Path("results/demo"), help="folder")
     options = parser.parse_args(arguments)
-    bag = options.output / "bag"
+    # Here, so that help works without ROS.
+    from rodless_lab.demo import remove_old_bag, results_folder  # noqa: PLC0415
+
     stop.from_now_on_wait()
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(results_folder(options.output))
+            replaced = remove_old_bag(options.output / "bag")
+        except HarnessError as error:
+            print(error, file=sys.stderr)
+            return 2
+        except OSError as error:
+            print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
+            return 2
+        return run(options.preset, options.output, replaced, stop)
+
+
+def run(preset: str, folder: Path, replaced: bool, stop: Stop) -> int:
+    """Move, measure and print; return the exit code. ``replaced``: an earlier demo was there."""
+    from rodless_lab.demo import move, write_results  # noqa: PLC0415
+
+    bag = folder / "bag"
     print("starting plant and controller (the first start compiles them)", flush=True)
     try:
-        move(options.preset, bag, stop, show_start, show_progress)
-        outcome = write_results(options.preset, bag, options.output)
+        move(preset, bag, stop, show_start, show_progress)
+        outcome = write_results(preset, bag, folder)
     except InterruptedRunError:
         print(f"\ninterrupted; what was recorded is in {bag}")
         return 0
-    except (RuntimeError, TimeoutError) as error:
+    except (RuntimeError, BagError) as error:
         print(f"\n{error}", file=sys.stderr)
         return 1
-    print_table(options.preset, outcome)
-    print(f"bag, metrics.json and step.png are in {options.output}")
+    except OSError as error:
+        print(f"\n{error.filename or folder}: cannot be written: {error.strerror}", file=sys.stderr)
+        return 1
+    print_table(preset, outcome)
+    print(f"bag, metrics.json and step.png are in {folder}{IN_PLACE if replaced else ''}")
     if abs(outcome.metrics.final_error) > SETTLING_BAND:
         print("the final error exceeds 0.2 mm", file=sys.stderr)
         return 1
     return 0
 
 
-def show_start() -> None:
-    """Say that the move begins."""
-    print(f"moving to {TARGET * 1e3:g} mm", flush=True)
+def show_start(target: float) -> None:
+    """Say that the move to ``target`` (m) begins."""
+    print(f"moving to {target * 1e3:g} mm", flush=True)
 
 
 def show_progress(share: float, position: float) -> None:
@@ -52,7 +84,7 @@ def show_progress(share: float, position: float) -> None:
         print(f"\r[{bar:30}] carriage at {position * 1e3:7.3f} mm", end=end, flush=True)
 
 
-def print_table(preset: str, outcome: Outcome) -> None:
+def print_table(preset: str, outcome: "Outcome") -> None:
     """Print what was measured."""
     gauge = outcome.supply_pressure - STANDARD_ATMOSPHERE
     print(f"{'preset':28}{preset:>12}")

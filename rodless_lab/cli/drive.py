@@ -4,16 +4,17 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from rodless_base.ros.process import without_ros_arguments
-from rodless_base.start import Stop
+from rodless_base.start import Stop, without_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
-from rodless_lab.session.driver import drive
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Return 0 once all voltages were given, 1 where it was ended before."""
     options = _parser().parse_args(without_ros_arguments(arguments))
+    # Here, so that help works without ROS.
+    from rodless_lab.session.driver import drive  # noqa: PLC0415
+
     voltages = EXCITATIONS[options.subject]()
     duration = len(voltages) * PERIOD
 

@@ -6,13 +6,14 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import check_writable
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.experiments import sine
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
 from rodless_lab.experiments.runner import IN_PROCESS, Runner
-from rodless_lab.reports.report import Performed, check_writable, write_report
+from rodless_lab.reports.report import Performed, write_report
 from rodless_lab.reports.table import cells, verdict
 from rodless_sim import RigParameters
 

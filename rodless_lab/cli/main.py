@@ -5,6 +5,7 @@ import importlib
 import importlib.util
 import sys
 
+from rodless_base.output import Output
 from rodless_base.start import NO_ROS, Stop
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
@@ -19,7 +20,13 @@ VERBS = {
     ),
     "move": ("rodless_lab.cli.move", "move the carriage of a running rig to a position in mm"),
     "set": ("rodless_lab.cli.set_parameters", "change parameters of a running rig, all or none"),
+    "get": ("rodless_lab.cli.get_parameters", "show parameters of a running rig"),
     "status": ("rodless_lab.cli.status", "show the state of a running rig"),
+    "pause": ("rodless_lab.cli.pause", "stop the plant time of a running rig"),
+    "resume": ("rodless_lab.cli.resume", "let the plant time of a running rig run on"),
+    "reset": ("rodless_lab.cli.reset", "return a running rig to its start"),
+    "enable": ("rodless_lab.cli.enable", "let the controller of a running rig control"),
+    "disable": ("rodless_lab.cli.disable", "close the valve and keep it closed"),
     "experiment": (
         "rodless_lab.cli.experiment",
         "repeat the paper's experiments beside what they report",
@@ -36,7 +43,8 @@ VERBS = {
 
 
 def main() -> None:
-    """Run the verb on the command line and exit with its code."""
+    """Run the verb on the command line and exit with its code, 1 where its output got lost."""
+    output = Output()
     stop = Stop()
     parser = argparse.ArgumentParser(
         prog="rodless",
@@ -47,6 +55,10 @@ def main() -> None:
     parser.add_argument("verb", choices=VERBS, metavar="verb")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="see rodless VERB --help")
     chosen = parser.parse_args()
+    for text in chosen.arguments:
+        # Neither ROS nor a bag takes another text.
+        if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+            parser.error(f"{text!a} is not text in UTF-8")
     try:
         module = importlib.import_module(VERBS[chosen.verb][0])
         code = module.main(chosen.arguments, stop)
@@ -55,7 +67,10 @@ def main() -> None:
             raise
         print(NO_ROS, file=sys.stderr)
         code = 2
-    sys.exit(code)
+    failure = output.end()
+    if failure is not None:
+        print(failure, file=sys.stderr)
+    sys.exit(code or int(failure is not None))
 
 
 def _is_there(module: str) -> bool:

@@ -70,7 +70,10 @@ def _move(rig: "RunningRig", options: argparse.Namespace) -> int:
     print(f"from {move.track.position * 1e3:.2f} to {options.position:g} mm", flush=True)
     result = move.make(options.timeout, show, lambda text: print(f"\n{text}", file=sys.stderr))
     show.end(move.track)
-    return _report(result, move.track.position * 1e3, options)
+    code = _report(result, move.track.position * 1e3, options)
+    for obstacle in [] if result.settled else rig.obstacles():
+        print(obstacle, file=sys.stderr)
+    return code
 
 
 def _report(result: "MoveResult", position: float, options: argparse.Namespace) -> int:

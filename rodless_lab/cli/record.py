@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from rodless_base.ros.process import without_ros_arguments
-from rodless_base.start import Stop
+from rodless_base.start import Stop, without_ros_arguments
 from rodless_lab.bags.metadata import BagError
-from rodless_lab.bags.ros.record import check_topic_name, record
-from rodless_lab.bags.writer import BagWriter
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Record until ``stop``; return 2 for a bag that cannot be begun, 1 for one not whole."""
     options = _parser().parse_args(without_ros_arguments(arguments))
+    # Here, so that help works without ROS.
+    from rodless_lab.bags.ros.record import record  # noqa: PLC0415
+    from rodless_lab.bags.writer import BagWriter  # noqa: PLC0415
+
     # From here on there is a bag to close, whenever the request to stop comes.
     stop.from_now_on_wait()
     try:
@@ -62,6 +63,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _topic_name(text: str) -> str:
+    from rodless_lab.bags.ros.record import check_topic_name  # noqa: PLC0415
+
     try:
         return check_topic_name(text)
     except ValueError as error:

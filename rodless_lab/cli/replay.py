@@ -10,7 +10,8 @@ from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
-from rodless_lab.reports.differences import differences_table, write_differences
+from rodless_lab.parameter_sections import names_of_controller
+from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
 from rodless_lab.runs.comparison import differences
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import MeasuredRun
@@ -48,7 +49,9 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
     if file is None:
         return preset
     try:
-        return preset.with_values(read_parameter_file(file, RigParameters.NODE))
+        return preset.with_values(
+            read_parameter_file(file, RigParameters.NODE, names_of_controller(file))
+        )
     except OSError as error:
         raise ParameterError(f"{file}: cannot be read: {error.strerror}") from error
     except ValueError as error:
@@ -57,11 +60,11 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
 
 def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:
     names = (options.bag.resolve().name, "replay")
-    time = recorded.time
-    found = differences(recorded, replayed, time)
+    runs, time = (recorded, replayed), recorded.time
+    found = differences(*runs, time)
     numbers = {name: asdict(value) for name, value in found.items()}
-    write_differences(options.output / "replay", names, (recorded, replayed), time, numbers)
+    replaced = write_differences(options.output / "replay", names, runs, time, numbers)
     print(differences_table(names, found))
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")
-    print(f"replay.json and replay.png are in {options.output}")
+    print(f"replay.json and replay.png are in {options.output}{IN_PLACE if replaced else ''}")

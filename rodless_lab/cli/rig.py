@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rodless_base.parameter_file import preset_names
+from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
 from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, NodeDiedError
@@ -24,7 +25,7 @@ STOP_TIMEOUT = 2.0
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Run the nodes; return 1 if one ends by itself, 2 for a domain or namespace there is not."""
+    """Run the nodes; return 1 if one ends by itself, 2 for what cannot be started."""
     options = _options(arguments)
     # Here, so that help is quick and works without ROS.
     from rodless_lab.session.domain import full_namespace, named_domain  # noqa: PLC0415
@@ -41,6 +42,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     try:
         with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
             _watch(processes, plan, stop)
+    except ParameterError as error:
+        print(error, file=sys.stderr)
+        return 2
     except NodeDiedError as error:
         print(error, file=sys.stderr)
         return 1

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 NOT_POSSIBLE = 2
 
+# For each answer of a node, in wall-clock s.
+ANSWER_TIMEOUT = 10.0
+
 
 def add_namespace(parser: argparse.ArgumentParser) -> None:
     """Add the option that says which rig."""
@@ -30,19 +33,38 @@ def seconds(text: str) -> float:
     return value
 
 
-def with_rig(namespace: str, stop: Stop, work: "Callable[[RunningRig], int]") -> int:
-    """Return what ``work`` returns on a running rig.
+def value_text(value: object) -> str:
+    """Return a parameter's value as `rodless set` takes it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str | int | float):
+        return str(value)
+    return ",".join(map(str, value)) if hasattr(value, "__iter__") else str(value)
+
+
+def with_rig(
+    namespace: str, stop: Stop, work: "Callable[[RunningRig], int]", timeout: float = ANSWER_TIMEOUT
+) -> int:
+    """Return what ``work`` returns on a running rig; each answer may take ``timeout`` s.
 
     Returns 2 with a line on standard error where it cannot be done, 1 where the user ends it.
     """
     # Here, so that help is quick and works without ROS.
-    from rodless_lab.session.errors import HarnessError, InterruptedRunError  # noqa: PLC0415
+    from rodless_lab.session.errors import (  # noqa: PLC0415
+        HarnessError,
+        InterruptedRunError,
+        WaitTimeoutError,
+    )
     from rodless_lab.session.running_rig import RunningRig  # noqa: PLC0415
 
     stop.from_now_on_wait()
     try:
-        with RunningRig(namespace, stop) as rig:
-            return work(rig)
+        with RunningRig(namespace, stop, timeout) as rig:
+            try:
+                return work(rig)
+            except WaitTimeoutError as error:
+                print("; ".join([str(error), *rig.obstacles()]), file=sys.stderr)
+                return NOT_POSSIBLE
     except HarnessError as error:
         print(error, file=sys.stderr)
         return NOT_POSSIBLE

@@ -1,11 +1,12 @@
 """`rodless set`: change parameters of a running rig, all of them or none."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, seconds, with_rig
+from rodless_lab.cli.running_rig import add_namespace, seconds, value_text, with_rig
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -18,19 +19,21 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     given = dict(options.changes)
     if len(given) < len(options.changes):
         parser.error("the same parameter is given twice")
-    return with_rig(options.namespace, stop, lambda rig: _set(rig, given, options.timeout))
+    timeout = options.timeout
+    return with_rig(options.namespace, stop, lambda rig: _set(rig, given, timeout), timeout)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless set",
         description="Change parameters of a running rig. Each parameter goes to the node that "
-        "declares it. Each node takes all its changes at once or none; if the second node refuses, "
-        "the first gets its old values back after running with the new ones for a few "
-        "milliseconds.",
+        "declares it. All are checked before any is sent, and each node takes its own at once or "
+        "not at all; if the second node refuses for a reason that only it knows, the first gets "
+        "its old values back after running with the new ones for a few milliseconds.",
         epilog="Example: rodless set supply.pressure=600000 friction.forward.static=35. "
-        "Exit code: 0 all changed; 1 Ctrl-C; 2 no such rig, no such parameter, refused or no "
-        "answer: nothing has changed unless the error says so.",
+        "Exit code: 0 all changed; 1 the control law fails with the new values, or Ctrl-C; 2 no "
+        "such rig, no such parameter, refused or no answer: nothing has changed unless the error "
+        "says so.",
     )
     parser.add_argument(
         "changes",
@@ -59,16 +62,15 @@ def _change(text: str) -> tuple[str, str]:
 
 
 def _set(rig: "RunningRig", given: dict[str, str], timeout: float) -> int:
-    from rodless_lab.session.set_parameters import change_parameters  # noqa: PLC0415  imports ROS
+    # They import ROS.
+    from rodless_lab.session.running_rig import CONTROLLER  # noqa: PLC0415
+    from rodless_lab.session.set_parameters import change_parameters, failed_law  # noqa: PLC0415
 
-    for change in change_parameters(rig, given, timeout):
-        print(f"{change.node} {change.name}: {_text(change.old)} → {_text(change.new)}")
+    changes = change_parameters(rig, given, timeout)
+    for change in changes:
+        print(f"{change.node} {change.name}: {value_text(change.old)} → {value_text(change.new)}")
+    failure = failed_law(rig) if any(change.node == CONTROLLER for change in changes) else None
+    if failure is not None:
+        print(f"{CONTROLLER}: {failure}; the new values are in force", file=sys.stderr)
+        return 1
     return 0
-
-
-def _text(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str | int | float):
-        return str(value)
-    return ",".join(map(str, value)) if hasattr(value, "__iter__") else str(value)

@@ -27,8 +27,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="rodless status",
         description="Show the state of a running rig: its nodes, plant time, readings and "
         "diagnostics.",
-        epilog="Exit code: 0 all is well, warnings of past faults included; 1 a node is missing or "
-        "reports an error, or Ctrl-C; 2 no such ROS domain or namespace.",
+        epilog="Exit code: 0 all is well, warnings of past faults included; 1 a node is missing, "
+        "there twice, or reports an error, or Ctrl-C; 2 no such ROS domain or namespace.",
     )
     add_namespace(parser)
     parser.add_argument("--json", action="store_true", help="print JSON, in SI units")
@@ -50,6 +50,8 @@ def _status(rig: "RunningRig", options: argparse.Namespace) -> int:
         print(json.dumps(asdict(status), indent=2))
     else:
         print("\n".join(screen(status)))
+    for problem in status.problems:
+        print(problem, file=sys.stderr)
     for name, node in status.nodes.items():
         if node.level == "missing":
             print(rig.unreported(name, options.timeout), file=sys.stderr)
@@ -70,7 +72,12 @@ def _state(status: "RigStatus") -> str:
     values = status.nodes["plant"].values
     if not values:
         return ""
-    state = "running" if status.is_running else "paused" if status.is_paused else "standing still"
+    if status.has_ended:
+        state = "ended: time.duration is over, rodless reset begins anew"
+    elif status.is_running:
+        state = "running"
+    else:
+        state = "paused" if status.is_paused else "standing still"
     return f", {values.get('mode', 'unknown mode')}, {state}"
 
 

@@ -8,6 +8,7 @@ from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.chambers import chambers_findings
 from rodless_lab.identification.pressures.valve import valve_findings
+from rodless_lab.parameter_sections import names_of_controller
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import ParameterError, RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
@@ -29,7 +30,7 @@ def assumed_parameters(base: str, sensors: str) -> RigParameters:
         parameters = RigParameters.preset(base)
     else:
         try:
-            parameters = RigParameters.from_file(base)
+            parameters = RigParameters.from_file(base, names_of_controller(base))
         except OSError as error:
             raise ParameterError(
                 f"{base}: neither a preset ({', '.join(preset_names())}) nor a file that can be "

@@ -10,19 +10,25 @@ from rodless_lab.figures.files import png
 from rodless_lab.runs.comparison import QUANTITIES, Difference
 from rodless_lab.runs.measured_run import MeasuredRun
 
+# What is said of results that have replaced earlier ones.
+IN_PLACE = ", in place of earlier ones"
+
 Pair = tuple[MeasuredRun, MeasuredRun]
 
 
 def write_differences(
     file: Path, names: tuple[str, str], runs: Pair, time: Array, numbers: Mapping[str, object]
-) -> None:
+) -> bool:
     """Write the picture of both runs as ``FILE.png`` and ``numbers`` as ``FILE.json``.
 
-    ``time`` (s, shape (n,)) is where they are compared. Raises OSError.
+    ``time`` (s, shape (n,)) is where they are compared. Returns whether earlier ones were there,
+    which these replace. Raises OSError.
     """
+    replaced = file.with_suffix(".json").exists()
     picture = png(lambda: draw_comparison(names, runs, time))
     atomic_write(file.with_suffix(".png"), picture)
     atomic_write(file.with_suffix(".json"), json.dumps(numbers, indent=2) + "\n")
+    return replaced
 
 
 def differences_table(names: tuple[str, str], found: Mapping[str, Difference]) -> str:

@@ -2,7 +2,6 @@
 
 import base64
 import re
-import tempfile
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -32,16 +31,6 @@ class Performed(NamedTuple):
 
     experiment: Experiment
     result: Result
-
-
-def check_writable(folder: Path) -> None:
-    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
-    made = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
-    for place in made:
-        place.rmdir()
 
 
 def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Path]:

@@ -13,13 +13,14 @@ SETTLING_BAND = 2e-4
 
 @dataclass(frozen=True)
 class StepMetrics:
-    """Of a move between two positions: s, s, m, m, V. A time is NaN if it never came."""
+    """Of a move between two positions: s, s, m, m, V, V. A time is NaN if it never came."""
 
     rise_time: float
     settling_time: float
     overshoot: float
     final_error: float
-    peak_voltage: float
+    peak_voltage: float  # the highest
+    lowest_voltage: float
 
 
 def step_metrics(
@@ -45,6 +46,7 @@ def step_metrics(
         overshoot=float(max(share.max() - 1.0, 0.0) * abs(target - start)),
         final_error=float(position[-1] - target),
         peak_voltage=float(voltage.max()),
+        lowest_voltage=float(voltage.min()),
     )
 
 
@@ -54,8 +56,10 @@ def metric_lines(metrics: StepMetrics) -> list[str]:
         ("rise time 10-90 %", metrics.rise_time, "s"),
         ("settling time to ±0.2 mm", metrics.settling_time, "s"),
         ("overshoot", metrics.overshoot * 1e3, "mm"),
-        ("final error", metrics.final_error * 1e3, "mm"),
-        ("peak valve voltage", metrics.peak_voltage, "V"),
+        # A controller's error is reference minus position: the opposite sign.
+        ("final error, actual - target", metrics.final_error * 1e3, "mm"),
+        ("peak valve voltage, highest", metrics.peak_voltage, "V"),
+        ("peak valve voltage, lowest", metrics.lowest_voltage, "V"),
     )
     return [
         f"{label:28}{'-' if np.isnan(value) else f'{value:.3f}':>12} {unit}"

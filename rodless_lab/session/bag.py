@@ -32,6 +32,13 @@ class SessionBag:
         return self._recorder.ready
 
     @property
+    def missing(self) -> list[str]:
+        """Topics that nobody publishes, once the rig publishes its own; none before."""
+        missing = self._recorder.missing
+        own = map(self._recorder.node.resolve_topic_name, RIG_TOPICS)
+        return [] if set(own).intersection(missing) else missing
+
+    @property
     def commands(self) -> int:
         """Number of commands recorded so far."""
         topic = self._recorder.node.resolve_topic_name(VALVE_VOLTAGE)

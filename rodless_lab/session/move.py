@@ -55,6 +55,7 @@ class SetpointMove:
         self._listen()
         if not self._rig.wait_for(lambda: setpoint_is_heard(node, self._setpoint), FIND_TIMEOUT):
             raise RigError(self._no_controller)
+        self._rig.check_alone()
         if self._rig.is_known(CONTROLLER):
             self._check_target()
         self._wait_until_heard()
@@ -110,7 +111,7 @@ class SetpointMove:
             raise StandstillError(self._standstill)
         speaks = self._rig.observer.node.count_publishers(REFERENCE)
         if speaks and not self._rig.wait_for(lambda: self.track.has_references, MESSAGE_TIMEOUT):
-            raise RigError(f"the controller does not control: {self._message_of(CONTROLLER)}")
+            raise RigError(f"the controller does not control: {self._rig.state_of(CONTROLLER)}")
 
     @property
     def _no_controller(self) -> str:
@@ -128,17 +129,21 @@ class SetpointMove:
     @property
     def _is_paused(self) -> bool:
         plant = self._rig.diagnostic(PLANT)
-        return plant is not None and plant.values.get("paused") == "True"
+        if plant is None or self._rig.is_silent(PLANT):
+            return False
+        return plant.values.get("paused") == "True"
 
     @property
     def _standstill(self) -> str:
         """Why no samples come."""
-        why = "it is paused" if self._is_paused else self._message_of(PLANT)
+        why = self._rig.state_of(PLANT)
+        if self._is_paused:
+            why = "it is paused"
+        elif why.startswith("ended"):
+            why = "its time.duration is over; rodless reset begins anew"
+        elif self._rig.is_silent(PLANT):
+            why = f"the plant is {why}"
         return f"plant time stands still: {why}"
-
-    def _message_of(self, node: str) -> str:
-        said = self._rig.diagnostic(node)
-        return said.message if said is not None else f"the {node} says nothing on /diagnostics"
 
     def make(
         self, timeout: float, show: Callable[[Track], None], warn: Callable[[str], None]
@@ -161,6 +166,7 @@ class SetpointMove:
             return self.track.has_settled or self.track.was_reset or self._is_refused
 
         self._rig.wait_for(ended, timeout)
+        self._rig.check_alone()
         if self._is_refused:
             reason = self._refusal or "its log says why"
             raise RigError(f"the controller refuses {self._target * 1e3:g} mm: {reason}")

@@ -5,7 +5,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from types import TracebackType
 from typing import Any, NamedTuple, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -17,6 +16,7 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 from rclpy.task import Future
 
+from rodless_base.closing import Closing
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
@@ -48,9 +48,10 @@ class Diagnostic(NamedTuple):
     level: bytes  # DiagnosticStatus.OK, .WARN, .ERROR, .STALE
     message: str
     values: dict[str, str]
+    arrived: float = 0.0  # s, of time.monotonic()
 
 
-class Observer:
+class Observer(Closing):
     """A node in one domain; callbacks run inside :meth:`spin` and the methods that wait.
 
     Relative names of topics, services and nodes stand below ``namespace``. Every wait is bounded
@@ -89,17 +90,6 @@ class Observer:
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
         self._diagnostics: dict[str, Diagnostic] | None = None
-
-    def __enter__(self) -> "Observer":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Leave the domain."""
@@ -290,7 +280,9 @@ class Observer:
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}
-            self.diagnostics[status.name] = Diagnostic(status.level, status.message, values)
+            self.diagnostics[status.name] = Diagnostic(
+                status.level, status.message, values, time.monotonic()
+            )
 
 
 @contextmanager

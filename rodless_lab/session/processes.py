@@ -8,12 +8,12 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 
 import yaml
 
 from rodless_base.parameter_file import preset_file
 from rodless_base.topics import VALVE_VOLTAGE
+from rodless_lab.parameter_sections import divided
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 
@@ -115,7 +115,7 @@ class ProcessPlan:
         given = {"plant": self.plant}
         if isinstance(self.controller, Mapping):
             given["controller"] = {"use_sim_time": True, **self.controller}
-        between = [self.parameter_file] if self.parameter_file else []
+        between = [divided(self.parameter_file, folder)] if self.parameter_file else []
         files = [preset_file(self.preset), *between]
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))
@@ -159,12 +159,7 @@ class SessionProcesses:
             stack.pop_all()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.stop()
 
     @property

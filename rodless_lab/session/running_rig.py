@@ -2,44 +2,56 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from types import TracebackType
+from time import monotonic
 
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from rodless_base.closing import Closing
 from rodless_base.start import Stop
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
-from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.observer import TIMEOUT, Diagnostic, Observer
 
 PLANT, CONTROLLER = "plant", "controller"
+
+# How long to wait for the second node once the first is there, in s: Fast DDS may take 3 s.
+OTHER_NODE_TIMEOUT = 5.0
+
+# In which time whoever is in a domain is discovered, in wall-clock s: Fast DDS takes up to 2.9.
+DISCOVERY = 3.0
+
+# Nodes report once a second: one that has not for so long, in wall-clock s, is silent.
+SILENCE = 3.0
+
+# Why a node says nothing any more. One that was killed is known for up to 20 s.
+SILENT = "silent: killed, frozen, or its machine is too busy"
 
 
 class RigError(HarnessError):
     """What was asked of a running rig cannot be done; the text says why, in one line."""
 
 
-class RunningRig:
+class RunningRig(Closing):
     """Plant and controller of one namespace, which somebody else has started.
 
     Waiting raises :class:`InterruptedRunError` as soon as ``stop`` is requested.
     """
 
-    def __init__(self, namespace: str, stop: Stop) -> None:
-        """Join the domain that the environment names; raises HarnessError for one it cannot."""
+    def __init__(self, namespace: str, stop: Stop, timeout: float = TIMEOUT) -> None:
+        """Join the domain that the environment names; raises HarnessError for one it cannot.
+
+        ``timeout`` (wall-clock s) bounds each wait for an answer.
+        """
         self.namespace = full_namespace(namespace)
         self._stop = stop
         self._may_stop = True
-        self.observer = Observer(namespace=self.namespace, check=self._check)
+        self._joined = monotonic()
+        self.observer = Observer(namespace=self.namespace, timeout=timeout, check=self._check)
         # Asked for now, so that what the nodes say once a second is not missed.
         self._diagnostics = self.observer.diagnostics
 
-    def __enter__(self) -> "RunningRig":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Leave the domain; the rig keeps running."""
         self.observer.close()
 
     def _check(self) -> None:
@@ -76,16 +88,44 @@ class RunningRig:
         if not self.wait_for(lambda: self.is_known(node), timeout):
             raise RigError(self.missing(node, timeout))
 
+    def check_alone(self) -> None:
+        """Raise :class:`RigError` where a node of the rig has a namesake here."""
+        for text in self.doubles():
+            raise RigError(text)
+
+    def doubles(self) -> list[str]:
+        """Say which nodes of the rig have namesakes here, as where two rigs have one name."""
+        rest = self._joined + DISCOVERY - monotonic()
+        self.wait_for(lambda: any(map(self.namesakes, (PLANT, CONTROLLER))), max(rest, 0.0))
+        return [text for node in (PLANT, CONTROLLER) if (text := self.namesakes(node))]
+
+    def namesakes(self, node: str) -> str | None:
+        """Say that several nodes are called ``node`` here, as of two rigs; None where one is."""
+        count = self._nodes().count((node, self.namespace))
+        if count <= 1:
+            return None
+        domain = self.observer.context.get_domain_id()
+        return (
+            f"{count} nodes named {node} in namespace {self.namespace} of ROS domain {domain}: "
+            "stop all but one, or give each rig its own --namespace (one that was killed is "
+            "forgotten within 20 s)"
+        )
+
     def missing(self, node: str, timeout: float) -> str:
         """Say that ``node`` has not appeared, and what to do about it."""
         elsewhere = sorted(
             {where for name, where in self._nodes() if name == node and where != self.namespace}
         )
-        advice = (
-            f"there is one in {', '.join(elsewhere)}: use --namespace"
-            if elsewhere
-            else "start a rig with rodless rig, or choose its ROS_DOMAIN_ID and --namespace"
-        )
+        other = CONTROLLER if node == PLANT else PLANT
+        if elsewhere:
+            advice = f"there is one in {', '.join(elsewhere)}: use --namespace"
+        elif self.is_known(other):
+            advice = (
+                f"the {other} is there, so it was not started, has ended or is frozen; or choose "
+                "another --namespace"
+            )
+        else:
+            advice = "start a rig with rodless rig, or choose its ROS_DOMAIN_ID and --namespace"
         domain = self.observer.context.get_domain_id()
         return (
             f"no {node} in namespace {self.namespace} of ROS domain {domain} within "
@@ -104,6 +144,31 @@ class RunningRig:
     def diagnostic(self, node: str) -> Diagnostic | None:
         """Return what a node last said of itself, None before it has."""
         return self._diagnostics.get(self.name(node))
+
+    def next_diagnostic(self, node: str, timeout: float) -> Diagnostic | None:
+        """Wait for the next report of a node; return None where none comes within ``timeout`` s."""
+        self._diagnostics.pop(self.name(node), None)
+        self.wait_for(lambda: self.diagnostic(node), timeout)
+        return self.diagnostic(node)
+
+    def is_silent(self, node: str) -> bool:
+        """Whether a node has not reported for a while, or not at all."""
+        said = self.diagnostic(node)
+        return said is None or monotonic() - said.arrived > SILENCE
+
+    def state_of(self, node: str) -> str:
+        """Return what a node says of its state, or that it says nothing any more."""
+        said = self.diagnostic(node)
+        return SILENT if said is None or self.is_silent(node) else said.message
+
+    def obstacles(self) -> list[str]:
+        """Say what the nodes report that is not as it should be."""
+        reports = {node: self.diagnostic(node) for node in (PLANT, CONTROLLER)}
+        return [
+            f"{node}: {self.state_of(node)}"
+            for node, said in reports.items()
+            if said is None or self.is_silent(node) or said.level != DiagnosticStatus.OK
+        ]
 
     def parameter_types(self, node: str, names: Sequence[str]) -> dict[str, int]:
         """Return the declared types of parameters, as in ``rcl_interfaces/ParameterType``."""

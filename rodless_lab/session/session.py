@@ -17,6 +17,7 @@ from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.domain import own_domain
+from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.faults import Faults
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.observer import Observer
@@ -191,7 +192,12 @@ class RigSession(PlantTime, Controls, Faults):
         bag = SessionBag(path, self._bag_topics, self._observer)
         stack.callback(bag.close)
         self._bag = bag
-        self._wait(lambda: bag.ready, "the topics of the bag to appear")
+        try:
+            self._wait(lambda: bag.ready, "the topics of the bag to appear")
+        except WaitTimeoutError as error:
+            missing = ", ".join(bag.missing)
+            hint = f"nobody publishes {missing}; take it out of bag_topics, or start who does"
+            raise (WaitTimeoutError(f"{hint}; {error}") if missing else error) from error
 
     def _listen(self) -> None:
         topic = WANTED_VOLTAGE if self._relay else VALVE_VOLTAGE

@@ -1,20 +1,30 @@
-"""Change parameters of a running rig: all of them, on whichever node has each, or none."""
+"""Read parameters of a running rig, and change them: on whichever node has each, all or none."""
 
 import difflib
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import yaml
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterType
 
+from rodless_control.laws import LAWS
+from rodless_lab.session.dry_run import check_change
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
-from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
+from rodless_lab.session.running_rig import (
+    CONTROLLER,
+    OTHER_NODE_TIMEOUT,
+    PLANT,
+    RigError,
+    RunningRig,
+)
 
 NODES = (PLANT, CONTROLLER)
 
-# How long to wait for the second node once the first is there, in s: Fast DDS may take 3 s.
-OTHER_NODE_TIMEOUT = 5.0
+# What the controller counts in its diagnostics, which come once a second.
+LAW_FAILURES = "failures of the law"
+REPORT_TIMEOUT = 5.0
 
 
 @dataclass(frozen=True)
@@ -30,20 +40,27 @@ class Change:
 def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float) -> list[Change]:
     """Set parameters to the values that the texts ``given`` stand for; return what has changed.
 
-    A name may have the node before it, ``plant:NAME``. Each node takes its share as one change. If
-    the second node refuses its own, the first gets its old values back after running with the new
-    ones for a few milliseconds. The nodes have ``timeout`` (wall-clock s) to be found, and again
-    for each answer. Raises :class:`RigError` for a rig that is not there, a name that no node or
-    more than one has, a value of the wrong kind, with the node's own reason where it refuses, and
-    where a node does not answer; the text then says what has changed.
+    A name may have the node before it, ``plant:NAME``. Everything is checked before anything is
+    sent; then each node takes its share as one change. If the second node refuses its own for a
+    reason that only it knows, the first gets its old values back after running with the new ones
+    for a few milliseconds. The nodes have ``timeout`` (wall-clock s) to be found, and again for
+    each answer. Raises :class:`RigError` for a rig that is not there, a name that no node or more
+    than one has, a parameter given twice, a value that cannot be, with the node's own reason where
+    it refuses, and where a node does not answer; the text then says what has changed.
     """
     names = {node: rig.observer.parameter_names(node) for node in _found(rig, timeout)}
     shares: dict[str, dict[str, str]] = {}
     for name, text in given.items():
         node, bare = _owner(name, names)
-        shares.setdefault(node, {})[bare] = text
-    values = {node: _typed(rig, node, share) for node, share in shares.items()}
-    old = {node: rig.observer.get_parameters(node, list(share)) for node, share in values.items()}
+        if bare in shares.setdefault(node, {}):
+            raise RigError(f"{bare}: given twice for the {node}")
+        shares[node][bare] = text
+    # The plant first: only it refuses for reasons that cannot be checked before.
+    values = {node: _typed(rig, node, shares[node]) for node in NODES if node in shares}
+    old = {node: rig.observer.get_parameters(node, names[node]) for node in values}
+    for node, share in values.items():
+        check_change(node, old[node], share)
+    rig.check_alone()
     with rig.uninterrupted():
         _set_all(rig, values, old, timeout)
     return [
@@ -51,6 +68,41 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
         for node, share in values.items()
         for name in share
     ]
+
+
+def parameter_values(rig: RunningRig, wanted: Sequence[str], timeout: float) -> dict[str, object]:
+    """Return parameters by name, all of both nodes if none is ``wanted``.
+
+    A name that both nodes have comes with the node before it. Raises as :func:`change_parameters`.
+    """
+    names = {node: rig.observer.parameter_names(node) for node in _found(rig, timeout)}
+    rig.check_alone()
+    has = {node: rig.observer.get_parameters(node, names[node]) for node in names}
+    if wanted:
+        owners = {name: _owner(name, names) for name in wanted}
+        return {name: has[node][bare] for name, (node, bare) in owners.items()}
+    count = Counter(name for node in names for name in names[node])
+    return {
+        name if count[name] == 1 else f"{node}:{name}": value
+        for node, values in has.items()
+        for name, value in values.items()
+    }
+
+
+def failed_law(rig: RunningRig) -> str | None:
+    """Return what the controller says where its law has failed, as by a change of parameters.
+
+    Laws of this package do not fail by one; for another law this waits for the next report.
+    """
+    try:
+        law = rig.observer.get_parameters(CONTROLLER, ["controller.law"])["controller.law"]
+    except RefusedError:  # of another controller
+        return None
+    if law in LAWS:
+        return None
+    said = rig.next_diagnostic(CONTROLLER, REPORT_TIMEOUT)
+    failed = said is not None and said.level == DiagnosticStatus.ERROR
+    return said.message if said and failed and said.values.get(LAW_FAILURES, "0") != "0" else None
 
 
 def _found(rig: RunningRig, timeout: float) -> list[str]:
@@ -102,11 +154,17 @@ def _boolean(text: str) -> bool:
 
 
 def _integer(text: str) -> int:
-    number = float(text)
+    try:
+        number = int(text)
+    except ValueError:
+        real = float(text)  # such as 1e3
+        if not real.is_integer():
+            raise
+        number = int(real)
     # Parameters of ROS hold 64 bits.
-    if not math.isfinite(number) or number != int(number) or not -(2**63) <= number < 2**63:
+    if not -(2**63) <= number < 2**63:
         raise ValueError(text)
-    return int(number)
+    return number
 
 
 def _numbers(text: str) -> list[float]:
@@ -130,27 +188,30 @@ def _set_all(rig: RunningRig, values: Values, old: Values, timeout: float) -> No
         try:
             rig.observer.set_parameters(node, share, timeout)
         except RefusedError as error:
-            kept = _take_back(rig, changed, old, timeout)
+            kept = _take_back(rig, values, changed, old, timeout)
             raise RigError(f"{node}: {error}; {kept or 'nothing has changed'}") from error
         except WaitTimeoutError as error:
-            kept = _take_back(rig, changed, old, timeout)
+            kept = _take_back(rig, values, changed, old, timeout)
             raise RigError(
                 f"{node} has not answered: whether it has taken the values is unknown; check with "
                 f"rodless status{kept and '; '}{kept}"
             ) from error
         except Exception:
             # Whatever it was, it must not leave half of a change behind.
-            _take_back(rig, changed, old, timeout)
+            _take_back(rig, values, changed, old, timeout)
             raise
         changed.append(node)
 
 
-def _take_back(rig: RunningRig, nodes: Iterable[str], old: Values, timeout: float) -> str:
+def _take_back(
+    rig: RunningRig, values: Values, nodes: Iterable[str], old: Values, timeout: float
+) -> str:
     """Give nodes their old values; return what is to be said of those that keep the new ones."""
     kept = []
     for node in nodes:
         try:
-            rig.observer.set_parameters(node, old[node], timeout)
+            before = {name: old[node][name] for name in values[node]}
+            rig.observer.set_parameters(node, before, timeout)
         except HarnessError as error:
             kept.append(f"{node} keeps the new values: {error}")
     return "; ".join(kept)

@@ -12,8 +12,7 @@ from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.joint import joint_position
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
-from rodless_lab.session.observer import Diagnostic
-from rodless_lab.session.running_rig import CONTROLLER, PLANT, RunningRig
+from rodless_lab.session.running_rig import CONTROLLER, PLANT, SILENT, RunningRig
 
 # How long to wait for readings once the nodes have reported, in wall-clock s: Fast DDS may take 3 s
 # to match a topic. Of a plant that stands still none may come.
@@ -51,22 +50,31 @@ class NodeStatus:
 class RigStatus:
     """A rig at one moment; a reading is None where nothing came.
 
-    ``readings`` has the names of ``READINGS``, in those units.
+    ``readings`` has the names of ``READINGS``, in those units. ``problems`` are those of the rig as
+    a whole, a line each.
     """
 
     namespace: str
     nodes: dict[str, NodeStatus]
     readings: dict[str, float | None]
+    problems: tuple[str, ...] = ()
 
     @property
     def is_well(self) -> bool:
-        """Whether both nodes are there and none reports an error."""
-        return all(node.level in ("OK", "WARN") for node in self.nodes.values())
+        """Whether both nodes are there, once each, and none reports an error."""
+        return not self.problems and all(
+            node.level in ("OK", "WARN") for node in self.nodes.values()
+        )
 
     @property
     def is_paused(self) -> bool:
         """Whether the plant stands still by request."""
         return self.nodes[PLANT].values.get("paused") == "True"
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the plant stands still because its ``time.duration`` is over."""
+        return self.nodes[PLANT].message.startswith("ended")
 
     @property
     def is_running(self) -> bool:
@@ -80,8 +88,8 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     readings: dict[str, float | None] = dict.fromkeys(READINGS)
     _listen(rig, readings)
     rig.wait_for(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
-    nodes = {node: _node_status(rig.diagnostic(node)) for node in (PLANT, CONTROLLER)}
-    status = RigStatus(rig.namespace, nodes, readings)
+    nodes = {node: _node_status(rig, node) for node in (PLANT, CONTROLLER)}
+    status = RigStatus(rig.namespace, nodes, readings, tuple(rig.doubles()))
     rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: None not in readings.values(), min(timeout, rest))
     return status
@@ -107,7 +115,8 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
     observer.subscribe(JointState, JOINT_STATES, sample)
 
 
-def _node_status(said: Diagnostic | None) -> NodeStatus:
+def _node_status(rig: RunningRig, node: str) -> NodeStatus:
+    said = rig.diagnostic(node)
     if said is None:
-        return NodeStatus("missing", "says nothing on /diagnostics", {})
+        return NodeStatus("missing", SILENT if rig.is_known(node) else "not found", {})
     return NodeStatus(LEVELS.get(said.level, "ERROR"), said.message, dict(said.values))

@@ -12,6 +12,8 @@ import numpy.typing as npt
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.kernels import linked, unlinked
 from rodless_base.measurement import Measurement
+from rodless_base.memory import refuse_more_than_there_is
+from rodless_base.one_line import shown
 from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.controller import (
     CompiledLaw,
@@ -20,6 +22,7 @@ from rodless_control.controller import (
     Law,
     LawError,
     checked_answer,
+    checked_terms,
     law_name,
     output_limits,
 )
@@ -35,11 +38,17 @@ from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion
+from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
 from rodless_sim.trace import COLUMNS, record, trace
 
 Array = npt.NDArray[np.float64]
+
+# Numbers that a run keeps of each sample, at the most: noise, reference, rows, their copies by
+# columns, times, reference and error; and for the voltage and each term, the command and its copy.
+NUMBERS_PER_SAMPLE = NOISE_CHANNELS + 3 * 2 + 2 * len(COLUMNS) + 8
+NUMBERS_PER_COMMAND = 3
 
 # Rows, commands, number of samples done, fault and last state of a run.
 LoopResult = tuple[Array, Array, int, int, Motion]
@@ -83,6 +92,14 @@ class ClosedLoopTrace(Trace):
             if name not in own or not np.array_equal(values, own[name], equal_nan=True)
         }
         return run
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what :mod:`pickle` and :mod:`copy` can have."""
+        return {**vars(self), "terms": dict(self.terms)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take it back."""
+        vars(self).update({**state, "terms": MappingProxyType(state["terms"])})
 
     def columns(self) -> dict[str, Array]:
         """Return the arrays by name, the law's terms last."""
@@ -208,7 +225,7 @@ def as_law(law: AnyLaw) -> Law:
     if callable(law) and not isinstance(law, type):
         return FunctionLaw(law)
     raise TypeError(
-        f"{law!r} is no control law: give a Law, a law's parameters, or a function "
+        f"{shown(law)} is no control law: give a Law, a law's parameters, or a function "
         "(measurement, reference) -> voltage in V"
     )
 
@@ -251,12 +268,14 @@ def closed_loop(
     Raises
     ------
     ValueError
-        For times that are not positive, a position outside the stroke, and a law that answers with
-        something that is no command; that text names law, time and answer.
+        For times that are not positive, a position outside the stroke, and a law or reference that
+        answers with something that is no command or no point; that text names law or reference,
+        time and answer. For more samples than there is memory for.
     ParameterError
         For parameters that are no law's.
     TypeError
-        For what is no law, and for a law whose ``__init__`` did not call its base class's.
+        For what is no law or no reference, for ``TERMS`` that cannot be columns, and for a law
+        whose ``__init__`` did not call its base class's.
     SimulationError
         Where the motion leaves what a rig can do.
 
@@ -276,13 +295,22 @@ def closed_loop(
     >>> len(run.voltage)
     501
     """
-    chosen = as_law(law)
-    chosen.reset()
-    plant = Plant.of(rig_parameters)
-    span = nanoseconds(period)
+    plant = Plant.of(checked(rig_parameters))
+    span = nanoseconds(period, "period")
     count = round(nanoseconds(duration) / span) + 1
+    chosen = as_law(law)
+    terms = checked_terms(type(chosen))
+    numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(terms))
+    refuse_more_than_there_is(
+        8 * numbers * count,
+        f"duration {duration:g} s at period {period:g} s refused: {count} samples",
+        "shorten it, or lengthen the period",
+    )
+    limits = limits_of(chosen)
+    start = starting_motion(plant, rig_parameters, position)
     times = sample_times(count, span)
     references = sampled(reference, times)
+    chosen.reset()
     instruments, generator = instruments_and_noise(rig_parameters)
     shape = (count, NOISE_CHANNELS)
     run, gains = loop_of(chosen)
@@ -291,12 +319,12 @@ def closed_loop(
         instruments,
         np.zeros(shape) if are_ideal(instruments) else generator.standard_normal(shape),
         gains,
-        limits_of(chosen),
+        limits,
         references,
-        starting_motion(plant, rig_parameters, position),
+        start,
         rig_parameters.number("time.tolerance"),
         span,
-        1 + len(chosen.TERMS),
+        1 + len(terms),
     )
     if fault:
         raise simulation_error(fault, float(times[done]), state)
@@ -305,7 +333,7 @@ def closed_loop(
             f"at {times[done]:g} s: {law_name(chosen)} answered {commands[done, 0]!s} V: "
             "must be a finite number"
         )
-    return _traced(plant, span, rows, commands, references[:, 0].copy(), chosen.TERMS)
+    return _traced(plant, span, rows, commands, references[:, 0].copy(), terms)
 
 
 def _traced(

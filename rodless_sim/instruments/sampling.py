@@ -43,8 +43,8 @@ class Sampling:
             self.start()
 
     def _take(self, parameters: ParameterSet) -> None:
-        self._parameters = parameters
         self._instruments, _ = instruments_and_noise(parameters)
+        self._parameters = parameters
         self._ideal = are_ideal(self._instruments)
 
     def start(self) -> None:

@@ -6,6 +6,7 @@ from contextlib import suppress
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.measurement import Measurement
+from rodless_base.parameters import ParameterError
 from rodless_sim.node.command import CommandInput
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
@@ -41,8 +42,18 @@ class Engine:
     def configure(self, parameters: RigParameters) -> None:
         """Change the parameters; the state stays as it is."""
         with self._lock:
-            self.rig.configure(parameters)
+            try:
+                self.rig.configure(parameters)
+            except (ParameterError, SimulationError) as error:
+                # They passed the check before the carriage got to where it is.
+                self._failure = f"{error}; valve closed, reset to go on"
+                self.rig = Rig(parameters)
             self.command.configure(*_command_settings(parameters))
+
+    def check(self, parameters: RigParameters) -> None:
+        """Raise ParameterError for parameters that do not go with where the carriage is."""
+        with self._lock:
+            self.rig.check(parameters)
 
     def receive(self, voltage: float) -> None:
         """Take a command (V)."""

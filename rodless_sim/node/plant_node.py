@@ -84,7 +84,7 @@ class PlantNode:
         self.node = Node(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
-        self._parameters = RosParameters(self.node, RigParameters, self._configure)
+        self._parameters = RosParameters(self.node, RigParameters, self._configure, self._check)
         self._make_publishers()
         self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
@@ -189,6 +189,9 @@ class PlantNode:
             self._announced = state
             self._publish_diagnostics()
 
+    def _check(self, values: RigParameters) -> None:
+        self._engine.check(values)
+
     def _configure(self, values: RigParameters) -> None:
         self._pressure_variance = pressure_variance(values)
         self._engine.configure(values)
@@ -289,20 +292,22 @@ class PlantNode:
 
     def _judge(self) -> tuple[bytes, str]:
         """Level and message: an error now, a warning for now or for faults of late, or all well."""
-        if self._time.problem is not None:
+        # Nothing that a plant at its end lacks is a fault.
+        ended = self._engine.ended and self._engine.failure is None
+        if self._time.problem is not None and not ended:
             return ERROR, self._time.problem
-        said = ["paused"] if self._time.paused else []
+        state = "ended" if ended else "paused" if self._time.paused else None
         warnings = [self._clock.problem] if self._clock.problem else []
-        if self._pace_news.behind and not self._time.paused:
+        if self._pace_news.behind and state is None:
             warnings.append("plant time falls behind")
         lately = self._faults_lately()
         if lately:
             warnings.append(lately_text(lately))
-        if said or warnings:
-            return (WARN if warnings else OK), "; ".join([*said, *warnings])
+        if state is not None or warnings:
+            return (WARN if warnings else OK), "; ".join([*([state] if state else []), *warnings])
         if not self._engine.command.received:
             return OK, "waiting for commands, valve closed"
-        return OK, "ended" if self._engine.ended else "running"
+        return OK, "running"
 
     def _faults_lately(self) -> list[str]:
         lately = self._counts.lately()

@@ -1,6 +1,7 @@
 """The air: properties every flow and chamber equation shares, and where it comes from and goes."""
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 from rodless_base.constants import STANDARD_ATMOSPHERE, SUPPLY_PRESSURE
@@ -59,7 +60,8 @@ PARAMETERS = declare(
         "air.critical_ratio",
         0.528,
         "",
-        "critical pressure ratio b; must belong to the isentropic index",
+        "critical pressure ratio b; must belong to the isentropic index, and follows from it where "
+        "it is not given",
         f"{PAPER}, 3.2",
         0.4,
         0.65,
@@ -92,6 +94,26 @@ class Air(NamedTuple):
         )
 
 
+# How far the critical ratio may be from that of the isentropic index: the paper rounds.
+ROUNDING = 1e-3
+
+
+def critical_ratio(isentropic_index: float) -> float:
+    """Critical pressure ratio of an ideal nozzle (ISO 6358 calls it b): 0.5283 for air."""
+    k = isentropic_index
+    return float((2.0 / (k + 1.0)) ** (k / (k - 1.0)))
+
+
+def derived(parameters: ParameterSet, changed: Collection[str]) -> dict[str, float]:
+    """Return the critical ratio where only the index has changed, and no longer fits the ratio."""
+    if "air.isentropic_index" not in changed or "air.critical_ratio" in changed:
+        return {}
+    theory = critical_ratio(parameters.number("air.isentropic_index"))
+    if abs(parameters.number("air.critical_ratio") - theory) <= ROUNDING:
+        return {}
+    return {"air.critical_ratio": theory}
+
+
 def check(parameters: ParameterSet) -> None:
     """Refuse a supply below the atmosphere, and a critical ratio that is not the gas's."""
     supply, ambient = parameters.number("supply.pressure"), parameters.number("atmosphere.pressure")
@@ -102,8 +124,8 @@ def check(parameters: ParameterSet) -> None:
         )
     index = parameters.number("air.isentropic_index")
     ratio = parameters.number("air.critical_ratio")
-    theory = (2.0 / (index + 1.0)) ** (index / (index - 1.0))
-    if abs(ratio - theory) > 1e-3:
+    theory = critical_ratio(index)
+    if abs(ratio - theory) > ROUNDING:
         raise ParameterError(
             f"air.critical_ratio: {ratio:g} refused, air.isentropic_index {index:g} "
             f"needs {theory:.4f} within 0.001 or the flow jumps where it chokes"

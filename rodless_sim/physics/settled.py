@@ -1,6 +1,7 @@
 """Chamber pressures of a held carriage once the flows through the valve balance."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 
 from scipy.optimize import brentq
@@ -29,11 +30,13 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
 
         if net(ambient) <= 0.0:
             return ambient
-        if net(supply) > 0.0:
-            raise SimulationError(
-                f"the chambers do not settle at {voltage:g} V; check valve.area_coefficients and "
-                "valve.flow_coefficients"
-            )
-        return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
+        # Coefficients beyond any valve overflow, and then no pressure balances either.
+        if net(supply) <= 0.0:
+            with suppress(ValueError, RuntimeError):
+                return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
+        raise SimulationError(
+            f"the chambers do not settle at {voltage:g} V; check valve.area_coefficients and "
+            "valve.flow_coefficients"
+        )
 
     return balance(flow_into_a), balance(flow_into_b)

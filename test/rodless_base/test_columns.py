@@ -133,3 +133,15 @@ def test_a_file_that_cannot_be_finished_leaves_the_old_one(
         run.save(tmp_path / "run.csv")
     assert (tmp_path / "run.csv").read_text() == "earlier\n"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_symbolic_link_stays_and_its_target_is_written(run: LongerRun, tmp_path: Path) -> None:
+    """Whoever reads the target sees the run; nothing unfinished is left beside either."""
+    (tmp_path / "data").mkdir()
+    target, link = tmp_path / "data" / "target.csv", tmp_path / "link.csv"
+    target.write_text("old", encoding="utf-8")
+    link.symlink_to(target)
+    run.save(link)
+    assert link.is_symlink()
+    assert target.read_text(encoding="utf-8").startswith("# units: ")
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["data", "link.csv", "target.csv"]

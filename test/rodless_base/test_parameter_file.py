@@ -1,5 +1,8 @@
 """ROS parameter files: which sections count, and what is wrong with a bad one."""
 
+import itertools
+import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -160,7 +163,65 @@ def test_bad_lines_are_refused_with_file_and_name(
     assert str(refusal.value).startswith(f"{path}: ")
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    """The operating system's own error says which file."""
-    with pytest.raises(FileNotFoundError, match="nowhere"):
+@pytest.mark.parametrize("kind", [ParameterError, OSError])
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, kind: type[Exception]) -> None:
+    """Missing, or a folder: one line says which and why, for whoever waits for either error."""
+    with pytest.raises(kind, match=r"nowhere\.yaml: cannot be read: No such file") as missing:
         RigParameters.from_file(tmp_path / "nowhere.yaml")
+    with pytest.raises(kind, match="cannot be read: Is a directory"):
+        RigParameters.from_file(tmp_path)
+    assert "\n" not in str(missing.value)
+
+
+def test_a_pipe_without_a_writer_is_refused_at_once(tmp_path: Path) -> None:
+    """Opened as a file it would be waited for without end."""
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ParameterError, match="pipe or device; save the parameters to a file"):
+        RigParameters.from_file(tmp_path / "pipe")
+
+
+def test_a_file_larger_than_any_of_parameters_is_not_read(tmp_path: Path) -> None:
+    """100 MB, all of them sound YAML, are refused without being parsed."""
+    path = tmp_path / "large.yaml"
+    with path.open("wb") as file:
+        file.write(section("plant").encode())
+        file.truncate(100_000_000)
+    with pytest.raises(ParameterError, match="larger than 1000 kB"):
+        RigParameters.from_file(path)
+
+
+BOMB = "a: &a [1, 1]\n" + "".join(
+    f"{after}: &{after} [*{before}, *{before}]\n" for before, after in itertools.pairwise("abcdefg")
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (BOMB, "line 2: aliases (*name) are not for ROS"),
+        ("plant: &p\n  ros__parameters: *p\n", "line 2: aliases"),
+        ("plant: " + "[" * 100_000, "nested more than 20 levels deep"),
+        ("plant: " + "{a: " * 100_000, "nested more than 20 levels deep"),
+        (section("plant", "{a: 1, a: 2}"), "line 3: 'a' stands twice"),
+        (section("plant") + section("plant"), "line 4: 'plant' stands twice"),
+        (section("plant", "{a.b: 1, a: {b: 2}}"), "a.b: stands twice, nested and dotted"),
+        ("plant: \udcff", "UTF-8"),
+    ],
+)
+def test_hostile_files_are_refused_in_one_line(tmp_path: Path, text: str, complaint: str) -> None:
+    """What would fill the memory, end in a traceback, or lose a value without a word."""
+    path = tmp_path / "some.yaml"
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(ParameterError, match=re.escape(complaint)) as refusal:
+        RigParameters.from_file(path)
+    assert "\n" not in str(refusal.value)
+    assert len(str(refusal.value)) < 700
+
+
+@pytest.mark.parametrize("spelling", ["190:20:30", "1:30", "190:20:30.15"])
+def test_numbers_to_base_60_are_texts(written: Write, spelling: str) -> None:
+    """YAML 1.1 reads 685230 from 190:20:30; ROS does not, and no rig has such a pressure."""
+    path = written(section("plant", f"supply.pressure: {spelling}"))
+    assert read_parameter_file(path, "plant") == {"supply.pressure": spelling}
+    with pytest.raises(ParameterError, match=f"supply.pressure: '{spelling}' refused"):
+        RigParameters.from_file(path)

@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, ParameterError
 
 REAL = Parameter("toy.length", 1.0, "m", "a length", "test", 0.5, 2.0)
@@ -93,7 +94,7 @@ def test_bad_values_are_refused_by_name(parameter: Parameter, value: object, wan
     """The message names the parameter, the value and what it must be, with its unit."""
     with pytest.raises(ParameterError) as refusal:
         parameter.check(value)
-    assert str(refusal.value) == f"{parameter.name}: {value!r} refused, must be {wanted}"
+    assert str(refusal.value) == f"{parameter.name}: {shown(value)} refused, must be {wanted}"
 
 
 @pytest.mark.parametrize("item", [math.nan, 5.1, "2", True, None])

@@ -228,3 +228,22 @@ def test_a_refusal_names_limits_and_the_way_out() -> None:
 def test_a_carriage_found_outside_the_travel_is_held_there(position: float) -> None:
     """A carriage that rests 1.1 mm beyond its end is no set-point: it stays where it is."""
     assert follower().sample(0.0, position) == (position, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
+def test_a_limit_must_leave_the_set_point_in_force_within(kind: str) -> None:
+    """A move to 150 mm is not left alone by a limit of 100 mm: the limit is refused, by name."""
+    found = follower(kind)
+    found.check(parameters(kind, maximum=0.1))
+    found.sample(0.0, 0.0)
+    found.receive(0.15)
+    found.sample(0.1, 0.0)
+    for change in ({"maximum": 0.1}, {"minimum": 0.16}):
+        ((name, value),) = change.items()
+        refusal = f"reference.{name}: {value:g} m refused, the set-point in force is 0.15 m"
+        with pytest.raises(ParameterError, match=re.escape(refusal)):
+            found.check(parameters(kind, **change))
+    found.check(parameters(kind, minimum=0.15, maximum=0.16))
+    found.check(parameters("step", maximum=0.1))
+    found.receive(0.05)
+    found.check(parameters(kind, maximum=0.1))

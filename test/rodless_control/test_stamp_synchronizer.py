@@ -130,3 +130,31 @@ def test_runs_that_were_miscounted_are_found_again() -> None:
         samples.put("pressure_a", stamp, 0.0)
         found.append(samples.put("position", stamp, 0.0))
     assert [m.stamp for m in found[-10:] if m is not None] == [*range(2 * CAPACITY)][-10:]
+
+
+@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("backward", [(30,), (30, 31), (45, 2, 3, 1)])
+def test_backward_stamps_on_one_topic_lose_their_own_samples_only(
+    field: str, backward: tuple[int, ...]
+) -> None:
+    """A sensor that stamps wrongly for a moment is no reset of the plant."""
+    samples, found = StampSynchronizer(FIELDS, CAPACITY), []
+    for stamp in range(50, 200):
+        wrong = backward[stamp - 100] if 0 <= stamp - 100 < len(backward) else stamp
+        for other in FIELDS:
+            given = wrong if other == field else stamp
+            found.append(samples.put(other, given, stamp + FIELDS.index(other)))
+    whole = [measurement for measurement in found if measurement is not None]
+    lost = range(100, 100 + len(backward))
+    assert whole == [expected(k) for k in range(50, 200) if k not in lost]
+    assert samples.incomplete == 2 * len(backward)
+
+
+def test_a_reset_after_a_backward_stamp_is_a_reset() -> None:
+    """The runs are counted right again: old and new readings of one stamp do not meet."""
+    samples = StampSynchronizer(FIELDS, CAPACITY)
+    for stamp in range(5):
+        sample(samples, stamp)
+    samples.put("pressure_b", 2, 0.0)
+    for stamp in (5, 6, *range(10)):
+        assert sample(samples, stamp) == [expected(stamp)]

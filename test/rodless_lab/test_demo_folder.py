@@ -1,10 +1,12 @@
-"""The demo removes the bag of an earlier demo, and nothing else."""
+"""The demo removes the bag of an earlier demo, and nothing else; it has its folder for itself."""
 
 from pathlib import Path
 
 import pytest
+from quiet_stop import Quiet
 
-from rodless_lab.demo import remove_old_bag
+from rodless_lab.cli import demo
+from rodless_lab.demo import remove_old_bag, results_folder
 from rodless_lab.session.errors import HarnessError
 
 
@@ -27,3 +29,41 @@ def test_an_earlier_bag_is_removed(tmp_path: Path) -> None:
     remove_old_bag(bag)
     remove_old_bag(bag)
     assert not bag.exists()
+
+
+def said_of(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Run a demo into a folder that it cannot use; return its one line."""
+    assert demo.main(["--output", str(folder)], Quiet()) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    return printed.err.strip()
+
+
+def test_a_place_where_nothing_can_be_written_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file instead of a folder, a folder below a file, a file system that takes none."""
+    file = tmp_path / "file"
+    file.write_text("precious", encoding="utf-8")
+    assert said_of(file, capsys) == f"{file}: cannot be written: File exists"
+    below = file / "demo"
+    assert said_of(below, capsys) == f"{below}: cannot be written: Not a directory"
+    assert file.read_text(encoding="utf-8") == "precious"
+    assert said_of(Path("/proc/self"), capsys).startswith("/proc/self: cannot be written: ")
+
+
+def test_two_demos_in_one_folder_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The second is refused and touches nothing; the folder is free again after the first."""
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    (bag / "metadata.yaml").touch()
+    with results_folder(tmp_path):
+        assert said_of(tmp_path, capsys) == (
+            f"{tmp_path}: another demo writes there; wait for its end or choose another --output"
+        )
+        assert (bag / "metadata.yaml").exists()
+    with results_folder(tmp_path):
+        pass

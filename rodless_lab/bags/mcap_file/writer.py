@@ -4,7 +4,6 @@ import struct
 import zlib
 from collections import Counter
 from pathlib import Path
-from types import TracebackType
 
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -18,6 +17,7 @@ from mcap.records import (
     Schema,
 )
 
+from rodless_base.closing import Closing
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
 
 # Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
@@ -30,7 +30,7 @@ _MESSAGE_FIXED = _MESSAGE.size - 9
 Entries = dict[int, list[tuple[int, int]]]
 
 
-class McapWriter:
+class McapWriter(Closing):
     """An MCAP file of the profile ``ros2`` under construction.
 
     mcap's own writer cannot go on after a failed write. This one takes a write that failed back,
@@ -168,17 +168,6 @@ class McapWriter:
     def close(self) -> None:
         """Close the file as it is."""
         self._file.close()
-
-    def __enter__(self) -> "McapWriter":
-        return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _append(self, data: bytes) -> None:
         """Write all of ``data`` at the end, or raise OSError and leave the file as it was."""

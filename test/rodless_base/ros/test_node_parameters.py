@@ -253,3 +253,26 @@ def test_parameters_of_rclpy_itself_stay_its_own(observer: Observer, node: str) 
     for value in (True, False):
         observer.set_parameters(node, {"use_sim_time": value})
         assert observer.get_parameters(node, ["use_sim_time"]) == {"use_sim_time": value}
+
+
+def test_what_follows_from_a_change_is_shown_by_the_node_too(observer: Observer) -> None:
+    """With the isentropic index alone the critical ratio changes, and both can be read."""
+    observer.set_parameters("/plant", {"air.isentropic_index": 1.3})
+    values = observer.get_parameters("/plant", ["air.isentropic_index", "air.critical_ratio"])
+    assert values["air.isentropic_index"] == 1.3
+    assert values["air.critical_ratio"] == pytest.approx(0.5457, abs=1e-4)
+
+
+def test_a_stroke_that_ends_before_the_carriage_is_refused(observer: Observer) -> None:
+    """The carriage is driven out first; the plant keeps its stroke and goes on."""
+    plant = PausedPlant(observer)
+    plant.reset()
+    plant.command(8.0)
+    reached = positions(plant.steps(50))[-1]
+    assert reached > 0.02
+    with pytest.raises(RefusedError, match=r"stroke: 0\.02 m refused, the carriage is at"):
+        observer.set_parameters("/plant", {"cylinder.stroke": 0.02})
+    assert observer.get_parameters("/plant", ["cylinder.stroke"]) == {"cylinder.stroke": 0.2}
+    assert positions(plant.steps(1))[0] > reached
+    plant.reset()
+    plant.pause(False)

@@ -1,6 +1,7 @@
 """Messages that a stopped subscriber keeps from being sent are counted."""
 
 from collections.abc import Iterator
+from time import time_ns
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -26,6 +27,10 @@ class Blocked:
         return 1
 
 
+# What comes with a message that has just been sent.
+NOW = dict.fromkeys(("source_timestamp", "received_timestamp"), time_ns())
+
+
 @pytest.fixture
 def controller(observer: Observer) -> Iterator[ControllerNode]:
     """Return a controller that nothing spins, in the test's own process."""
@@ -45,7 +50,7 @@ def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
             monkeypatch.setattr(controller, "_voltage", Blocked())
             monkeypatch.setattr(reference, "_publisher", Blocked())
             reference.poll()
-        controller._take_sample(Measurement(k * 1_000_000, 0.05))
+        controller._take_sample(Measurement(k * 1_000_000, 0.05), NOW)
     controller._watch()
 
     def published() -> bool:

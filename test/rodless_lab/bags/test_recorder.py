@@ -1,5 +1,6 @@
 """The recorder over real DDS: every message, byte for byte, however the recording ends."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -195,6 +196,33 @@ def test_a_stopped_recorder_leaves_a_whole_bag(
     assert "6000 messages in" in recorder.output
     assert "Traceback" not in recorder.output
     assert "lost" not in recorder.output
+    check_complete(bag, 2000)
+
+
+def test_a_recorder_whose_output_nobody_reads_records_on(
+    domain: dict[str, str], plant: Plant, tmp_path: Path
+) -> None:
+    """Standard output is closed before its first line, as by `| true`; the bag is whole."""
+    bag = tmp_path / "bag"
+    reader, writer = os.pipe()
+    os.close(reader)
+    with subprocess.Popen(
+        [sys.executable, "-c", RECORD, "record", "-o", str(bag), *TOPICS],
+        env=dict(domain),
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        os.close(writer)
+        try:
+            plant.until_heard()
+            plant.send(2000)
+            assert plant.delivered()
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=TIMEOUT)
+        finally:
+            process.kill()
+    assert (process.returncode, errors) == (0, "")
     check_complete(bag, 2000)
 
 

@@ -158,3 +158,14 @@ def test_table_shows_the_papers_two_numbers(tmp_path: Path, capsys) -> None:
     row = next(line for line in shown.splitlines() if line.startswith("position"))
     assert row.split()[1:3] == ["0.150", "0.150"]
     assert row.endswith("mm")
+
+
+def test_results_that_replace_earlier_ones_say_so(tmp_path: Path, capsys) -> None:
+    """The second time, by compare and by replay; not the first."""
+    bag = record(tmp_path / "bag", simulate(RigParameters(), [5.3] * 300, 1e-3))
+    for command, first in ((compare, ["paper", str(bag)]), (replay, [str(bag)])):
+        said = []
+        for _ in range(2):
+            assert command.main([*first, "--output", str(tmp_path / "out")], Quiet()) == 0
+            said.append(capsys.readouterr().out.splitlines()[-1])
+        assert said[1] == f"{said[0]}, in place of earlier ones"

@@ -109,7 +109,7 @@ def test_the_figures_are_those_of_the_closed_loop(finished: Path, preset: str) -
     assert metrics["final_error"] == pytest.approx(expected.final_error, abs=1e-9)
     said = (finished / "said").read_text(encoding="utf-8")
     assert re.search(rf"settling time to ±0.2 mm +{expected.settling_time:.3f} s", said)
-    assert re.search(rf"final error +{expected.final_error * 1e3:.3f} mm", said)
+    assert re.search(rf"final error, actual - target +{expected.final_error * 1e3:.3f} mm", said)
     if preset == "paper":
         assert metrics["settling_time"] == pytest.approx(1.219, abs=0.005)
 
@@ -193,3 +193,43 @@ def test_ctrl_c_while_the_nodes_start_ends_clean_too(tmp_path: Path) -> None:
     assert process.returncode == 0, rest
     assert "Traceback" not in rest
     assert not (tmp_path / "metrics.json").exists()
+
+
+def test_a_full_disk_is_said_in_one_line(tmp_path: Path) -> None:
+    """The disk takes 100 kB of the bag: exit code 1, the bag is named, what fits can be read."""
+    full = (
+        "from rodless_lab.bags.mcap_file.writer import McapWriter\n"
+        "append = McapWriter._append\n"
+        "def limited(self, data):\n"
+        "    if self.index.end + len(data) > 100_000:\n"
+        "        raise OSError(28, 'No space left on device')\n"
+        "    append(self, data)\n"
+        "McapWriter._append = limited\n"
+    )
+    python, option, program, *arguments = COMMAND
+    run = subprocess.run(
+        [python, option, full + program, *arguments, "--output", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert run.returncode == 1, run.stdout + run.stderr
+    assert run.stderr.split("\n", 1)[1] == (
+        f"{tmp_path / 'bag'}: cannot be written any more: No space left on device\n"
+    )
+    assert len(positions(tmp_path / "bag")[0])
+
+
+def test_nobody_who_reads_its_output_is_missed(tmp_path: Path) -> None:
+    """Behind a closed pipe the demo runs to its end and says nothing of it."""
+    command = [*COMMAND, "--output", str(tmp_path)]
+    run = subprocess.run(
+        ["bash", "-c", 'set -o pipefail; "$@" | true', "bash", *command],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert (run.returncode, run.stderr) == (0, "")
+    assert abs(metrics_of(tmp_path)["final_error"]) <= 2e-4

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from types import ModuleType
 
 import pytest
@@ -9,13 +10,15 @@ from quiet_stop import Quiet
 
 from rodless_lab.cli import rig as rig_verb
 from rodless_lab.cli import status as status_verb
+from rodless_lab.cli.main import VERBS
 from rodless_lab.cli.status import screen
 from rodless_lab.session.status import NodeStatus, RigStatus
 
 # Runs `rodless` where neither ROS nor psutil is installed.
 BARE = (
     "import sys\n"
-    "for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'diagnostic_msgs', 'psutil'):\n"
+    "for name in ('rclpy', 'std_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs',\n"
+    "             'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'psutil'):\n"
     "    sys.modules[name] = None\n"
     "from rodless_lab.cli.main import main\n"
     "main()\n"
@@ -33,13 +36,14 @@ def run_bare(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("verb", ["move", "set", "status", "rig"])
+@pytest.mark.parametrize("verb", VERBS)
 def test_help_needs_no_ros(verb: str) -> None:
     """It says what the verb does; those that talk to a rig explain their exit codes."""
     shown = run_bare(verb, "--help")
     assert shown.returncode == 0, shown.stderr
     assert f"usage: rodless {verb}" in shown.stdout
-    assert verb == "rig" or "Exit code: 0" in " ".join(shown.stdout.split())
+    if verb in ("move", "set", "get", "status", "pause", "resume", "reset", "enable", "disable"):
+        assert "Exit code: 0" in " ".join(shown.stdout.split())
 
 
 @pytest.mark.parametrize(
@@ -53,6 +57,11 @@ def test_help_needs_no_ros(verb: str) -> None:
         ("set supply.pressure", "'supply.pressure' is not NAME=VALUE"),
         ("set =5", "'=5' is not NAME=VALUE"),
         ("set a=1 a=2", "the same parameter is given twice"),
+        ("set a=\udcff", "'a=\\udcff' is not text in UTF-8"),
+        ("get \udcff", "'\\udcff' is not text in UTF-8"),
+        ("record -o b\udcff", "'b\\udcff' is not text in UTF-8"),
+        ("get --timeout -1", "'-1' is not a positive number of seconds"),
+        ("pause now", "unrecognized arguments: now"),
         ("status --timeout soon", "'soon' is not a positive number of seconds"),
     ],
 )
@@ -144,6 +153,21 @@ def test_a_rig_that_stands_still_is_not_shown_as_running() -> None:
     assert "/left, realtime, paused" in screen(status(paused="True"))[0]
     still = {"mode": "lockstep", "speed factor": "0.000"}
     assert "/left, lockstep, standing still" in screen(status(**still))[0]
+
+
+def test_a_rig_whose_time_is_over_is_shown_as_ended() -> None:
+    """It stands still because its duration is over, and what to do is said."""
+    ended = status(**{"speed factor": "0.000"})
+    ended.nodes["plant"] = NodeStatus("WARN", "ended; since start: overruns", PLANT)
+    state = "ended: time.duration is over, rodless reset begins anew"
+    assert screen(ended)[0] == f"rig           /left, realtime, {state}"
+
+
+def test_two_rigs_of_one_name_are_not_well() -> None:
+    """However well each node is."""
+    found = status()
+    assert found.is_well
+    assert not replace(found, problems=("2 nodes named plant",)).is_well
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,14 @@
 """`rodless set`: parameters of a running rig, all or none."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from running import StartProcess, StartRig, until_it_says
+from std_msgs.msg import Float64
 
 from rodless_lab.session.observer import Observer
+from rodless_lab.session.processes import node_command, write_parameters
 
 PLANT = (
     "supply.pressure",
@@ -99,3 +102,81 @@ def test_a_rig_that_is_not_there_is_named(rodless: StartProcess) -> None:
         assert process.wait() == 2
     assert "no plant in namespace / of ROS domain" in process.output
     assert "there is one in /right: use --namespace" in process.output
+
+
+def test_what_is_got_can_be_set(rodless: StartProcess, observer: Observer) -> None:
+    """Single names, or all: one NAME=VALUE a line, with the node where both have the name."""
+    with rodless("get", "cylinder.locked", "reference.type", "--namespace", "/right") as got:
+        assert got.wait() == 0
+    locked, kind = got.output.splitlines()
+    now = values(observer)
+    assert locked == f"cylinder.locked={str(now['cylinder.locked']).lower()}"
+    assert kind == f"reference.type={now['reference.type']}"
+    with rodless("get", "--namespace", "/right") as everything:
+        assert everything.wait() == 0
+    lines = everything.output.splitlines()
+    assert {locked, kind, "plant:use_sim_time=false"} <= set(lines)
+    assert len(lines) == len(set(lines)) > len(now)
+    changeable = [line for line in lines if line.startswith(("friction.forward.", "controller.k"))]
+    code, output = run(rodless, *changeable)
+    assert code == 0, output
+    assert len(changeable) > 5
+    with rodless("get", "supply.presure", "--namespace", "/right") as wrong:
+        assert wrong.wait() == 2
+    assert "did you mean supply.pressure?" in wrong.output
+
+
+def test_a_refusal_that_only_the_node_can_give_takes_the_other_back(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """The set-point in force is beyond the new limit: that is said, and the plant is as it was."""
+    change = {"reference.type": "setpoint"}
+    observer.set_parameters("/right/controller", change)
+    references = observer.collect(Float64, "/right/controller/reference")
+    observer.publisher(Float64, "/right/setpoint").publish(Float64(data=0.15))
+    observer.wait(lambda: references and references[-1].data == 0.15, "the set-point in force")
+    before = values(observer)
+    code, output = run(rodless, "reference.maximum=0.1", "supply.pressure=550000")
+    assert code == 2
+    assert output == (
+        "controller: reference.maximum: 0.1 m refused, the set-point in force is 0.15 m; send "
+        "another set-point first; nothing has changed\n"
+    )
+    assert values(observer) == before
+    assert run(rodless, "reference.maximum=0.16")[0] == 0
+
+
+def test_a_law_that_fails_with_the_new_values_is_reported(
+    rodless: StartProcess, start_process: StartProcess, tmp_path: Path
+) -> None:
+    """Exit code 1 and the law's own words: the parameters are in force and the valve is closed."""
+    (tmp_path / "brittle.py").write_text(BRITTLE, encoding="utf-8")
+    parameters = {"controller.law": "brittle:Brittle"}
+    file = write_parameters(tmp_path / "law.yaml", {"controller": parameters})
+    command = node_command("controller", [file], "/brittle")
+    with start_process(command, "controller", {"PYTHONPATH": str(tmp_path)}) as controller:
+        until_it_says(controller, "started: ")
+        with rodless("set", "brittle.gain=20", "--namespace", "/brittle") as fits:
+            assert fits.wait() == 0, fits.output
+        with rodless("set", "brittle.gain=90", "--namespace", "/brittle") as fails:
+            assert fails.wait() == 1, fails.output
+    assert "controller brittle.gain: 20.0 → 90.0\n" in fails.output
+    assert "Brittle failed: ValueError: too much for me" in fails.output
+    assert "; the new values are in force\n" in fails.output
+
+
+BRITTLE = """
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Brittle(Law):
+    PARAMETERS = declare(Parameter("brittle.gain", 1.0, "V/m", "gain", "tuned", 0.0, 100.0))
+
+    def configure(self, parameters):
+        if parameters["brittle.gain"] > 50.0:
+            raise ValueError("too much for me")
+
+    def update(self, measurement, reference, interval):
+        return 5.08
+"""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
+from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, metric_lines, step_metrics
 
 SPACING = 1e-5
 AT = 0.25
@@ -108,7 +108,17 @@ def test_at_its_target_all_the_time_it_settles_at_once() -> None:
 def test_the_peak_voltage_is_that_of_its_own_record() -> None:
     """Voltages may be fewer or more than positions."""
     voltage = np.array([5.08, 9.7, 3.0])
-    assert step_metrics(TIME, 0.0 * TIME, voltage, 0.0, 0.05, 0.5).peak_voltage == 9.7
+    found = step_metrics(TIME, 0.0 * TIME, voltage, 0.0, 0.05, 0.5)
+    assert (found.peak_voltage, found.lowest_voltage) == (9.7, 3.0)
+
+
+def test_the_table_says_which_way_error_and_peaks_are_meant() -> None:
+    """1 mm beyond the target is +1 mm, as position minus target; both peaks are named."""
+    found = step_metrics(TIME, np.full(len(TIME), 0.051), np.array([3.0, 9.0]), 0.0, 0.05, 0.5)
+    lines = [" ".join(line.split()) for line in metric_lines(found)]
+    assert "final error, actual - target 1.000 mm" in lines
+    assert "peak valve voltage, highest 9.000 V" in lines
+    assert "peak valve voltage, lowest 3.000 V" in lines
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,17 @@
 """What is said of a change that the second node refuses or does not answer; nodes by stand-ins."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import pytest
 from rcl_interfaces.msg import ParameterType
 
+from rodless_control import ControllerParameters
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.running_rig import RigError
 from rodless_lab.session.set_parameters import change_parameters
+from rodless_sim import RigParameters
 
 SHARES = {"plant:supply.pressure": "5e5", "controller:controller.kp": "7"}
 TIMEOUT = 3.5
@@ -47,6 +50,7 @@ class StandInRig:
 
     def __init__(self, observer: StandInObserver, nodes: Sequence[str]) -> None:
         self.observer, self._nodes = observer, nodes
+        self.alone = True
 
     def is_known(self, node: str) -> bool:
         """As the rig does."""
@@ -56,6 +60,11 @@ class StandInRig:
         """Wait for nothing."""
         assert timeout > 0.0
         return bool(condition())
+
+    def check_alone(self) -> None:
+        """As the rig does."""
+        if not self.alone:
+            raise RigError("2 nodes")
 
     def parameter_types(self, _node: str, names: Sequence[str]) -> dict[str, int]:
         """As the rig does."""
@@ -113,3 +122,73 @@ def test_a_node_that_is_not_there_is_named_beside_the_parameter(there: str, abse
     rig = StandInRig(StandInObserver(lambda *_: None), (there,))
     with pytest.raises(RigError, match=f"on {there}; the {absent} was not found"):
         change_parameters(rig, {"reference.type": "sine"}, TIMEOUT)
+
+
+def test_any_other_trouble_leaves_no_half_of_a_change_behind() -> None:
+    """Whatever comes up while the second node is asked, the first gets its old value back."""
+    observer = StandInObserver(lambda node, _: trouble if node == "controller" else None)
+    trouble = HarnessError("the context is gone")
+    with pytest.raises(HarnessError, match="the context is gone"):
+        change_parameters(StandInRig(observer, ("plant", "controller")), SHARES, TIMEOUT)
+    assert observer.values["plant"] == {"supply.pressure": 6e5}
+
+
+def test_one_parameter_under_two_names_is_given_twice() -> None:
+    """With the node before it and without; nothing is sent."""
+    observer = StandInObserver(lambda *_: None)
+    given = {"plant:supply.pressure": "5e5", "supply.pressure": "4e5"}
+    with pytest.raises(RigError, match=r"supply\.pressure: given twice for the plant"):
+        change_parameters(StandInRig(observer, ("plant", "controller")), given, TIMEOUT)
+    assert not observer.timeouts
+    assert observer.values["plant"] == {"supply.pressure": 6e5}
+
+
+def rig_of_this_package(observer: StandInObserver) -> StandInRig:
+    """A rig whose nodes have all parameters of this package's."""
+    observer.values = {"plant": dict(RigParameters()), "controller": dict(ControllerParameters())}
+    return StandInRig(observer, ("plant", "controller"))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"controller.kp": "7", "supply.pressure": "90000"}, "below atmosphere.pressure"),
+        ({"supply.pressure": "5e5", "controller.kp": "-1"}, "controller.kp: -1.0 refused"),
+        ({"supply.pressure": "5e5", "reference.minimum": "0.3"}, "must be less than"),
+        ({"supply.pressure": "5e5", "time.period": "0.1"}, "cannot change while the node runs"),
+    ],
+)
+def test_what_can_be_checked_is_checked_before_anything_is_sent(
+    given: dict[str, str], words: str
+) -> None:
+    """A change that either node would refuse reaches neither: a running sine is not disturbed."""
+    observer = StandInObserver(lambda *_: None)
+    rig = rig_of_this_package(observer)
+    before = {node: dict(values) for node, values in observer.values.items()}
+    with pytest.raises(RigError, match=re.escape(words)):
+        change_parameters(rig, given, TIMEOUT)
+    assert not observer.timeouts
+    assert observer.values == before
+
+
+def test_what_fits_reaches_the_plant_first() -> None:
+    """It alone refuses for reasons of its state, and then the controller has not been disturbed."""
+    asked: list[str] = []
+    observer = StandInObserver(lambda node, _: asked.append(node))
+    given = {"controller.kp": "7", "supply.pressure": "5e5"}
+    changes = change_parameters(rig_of_this_package(observer), given, TIMEOUT)
+    assert asked == ["plant", "controller"]
+    assert [(change.name, change.new) for change in changes] == [
+        ("supply.pressure", 5e5),
+        ("controller.kp", 7.0),
+    ]
+
+
+def test_a_rig_with_a_namesake_is_not_changed() -> None:
+    """One of two would take the change, or both."""
+    observer = StandInObserver(lambda *_: None)
+    rig = StandInRig(observer, ("plant", "controller"))
+    rig.alone = False
+    with pytest.raises(RigError, match="2 nodes"):
+        change_parameters(rig, SHARES, TIMEOUT)
+    assert not observer.timeouts

@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from quiet_stop import Quiet
 from rclpy.node import Node
 
+from rodless_base.ros.diagnostics import diagnostics_publisher
 from rodless_lab.session.observer import Observer
-from rodless_lab.session.running_rig import RunningRig
+from rodless_lab.session.running_rig import SILENT, RigError, RunningRig
 
 
 @pytest.fixture(autouse=True)
@@ -26,6 +28,9 @@ def test_a_silent_node_is_said_to_be_there() -> None:
             "the plant is there but has published nothing on /diagnostics within 2 s"
         )
         assert "--namespace" in rig.unreported("controller", 2.0)
+        assert "the plant is there, so it was not started, has ended or is frozen" in rig.missing(
+            "controller", 2.0
+        )
         assert "there is one in" not in rig.missing("plant", 2.0)
 
 
@@ -34,3 +39,39 @@ def test_a_node_elsewhere_is_offered() -> None:
     with RunningRig("/there/", Quiet()) as rig:
         assert rig.namespace == "/there"
         assert rig.wait_for(lambda: "there is one in /here:" in rig.unreported("plant", 2.0), 30.0)
+
+
+def test_a_node_that_reports_no_more_is_silent(observer: Observer) -> None:
+    """What it said last is not taken for its state: it was killed, or is frozen."""
+    publisher = diagnostics_publisher(observer.node)
+    said = DiagnosticStatus(level=DiagnosticStatus.WARN, name="/here/plant", message="paused")
+    with RunningRig("here", Quiet()) as rig:
+        assert rig.is_silent("plant")
+        assert rig.wait_for(publisher.get_subscription_count, 30.0)
+        publisher.publish(DiagnosticArray(status=[said]))
+        assert rig.wait_for(lambda: rig.diagnostic("plant"), 30.0)
+        assert rig.state_of("plant") == "paused"
+        assert rig.obstacles() == ["plant: paused", f"controller: {SILENT}"]
+        assert rig.wait_for(lambda: rig.is_silent("plant"), 30.0)
+        assert rig.state_of("plant") == SILENT
+        assert rig.obstacles()[0] == f"plant: {SILENT}"
+    observer.node.destroy_publisher(publisher)
+
+
+def test_two_nodes_of_one_name_are_refused(observer: Observer) -> None:
+    """With the way out; a node of another name or namespace is none."""
+    with RunningRig("here", Quiet()) as rig:
+        rig.wait_for_node("plant", 30.0)
+        rig.check_alone()
+        options = {"context": observer.context, "use_global_arguments": False}
+        twin = Node("plant", namespace="here", **options)
+        elsewhere = Node("plant", namespace="there", **options)
+        try:
+            assert rig.wait_for(lambda: rig.namesakes("plant"), 30.0)
+            text = "2 nodes named plant in namespace /here of ROS domain .*: stop all but one"
+            with pytest.raises(RigError, match=text):
+                rig.check_alone()
+            assert rig.namesakes("controller") is None
+        finally:
+            twin.destroy_node()
+            elsewhere.destroy_node()

@@ -1,0 +1,38 @@
+"""How much memory there is for a run."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+
+def available_memory() -> int:
+    """Return the bytes that this process can have without others losing theirs."""
+    return min(_free(), _limit_of_group())
+
+
+def refuse_more_than_there_is(size: int, what: str, way_out: str) -> None:
+    """Raise ValueError, which says ``what`` takes how much and the ``way_out``, for too many bytes.
+
+    Linux promises memory that it has not, and ends a process that then uses it.
+    """
+    available = available_memory()
+    if size > available:
+        raise ValueError(
+            f"{what} take {size / 1e9:.3g} GB of memory, {available / 1e9:.3g} GB are free; "
+            f"{way_out}"
+        )
+
+
+def _free() -> int:
+    with suppress(OSError, ValueError, IndexError):
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return int(line.split()[1]) * 1024
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+
+
+def _limit_of_group() -> int:
+    """Return what the control group may take, as in a container; else a very large number."""
+    with suppress(OSError, ValueError):
+        return int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii"))
+    return 2**63

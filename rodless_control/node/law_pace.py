@@ -1,0 +1,82 @@
+"""Whether the law keeps up with the samples, and which samples to leave out where it does not.
+
+A law that takes longer than the samples are apart would be given ever older ones, and nothing else
+of the node would get its turn: no service, no diagnostics.
+"""
+
+from collections import deque
+from statistics import median
+
+# A backlog: samples that have waited longer than this (s), for as long again and not less and less,
+# as they do after a stall that is over.
+BACKLOG = 0.1
+
+# How many samples tell what is usual.
+WINDOW = 15
+
+
+class LawPace:
+    """How long the law takes, how long samples wait for it, and which of them to skip."""
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self.skipped = 0
+        self._taken: deque[float] = deque(maxlen=WINDOW)
+        self._intervals: deque[float] = deque(maxlen=WINDOW)
+        self._sent: float | None = None
+        self._backlog: tuple[float, float] | None = None  # since when (s), and its wait (s) then
+        self._behind = False
+        self._skipped_before = 0
+
+    def must_skip(self, sent: float, received: float, now: float) -> bool:
+        """Tell whether to leave out a sample, because newer ones wait behind it.
+
+        Parameters
+        ----------
+        sent, received, now
+            When it was published, when it arrived, and when its turn comes, in s. The first may be
+            of another machine's clock.
+        """
+        if self._sent is not None and sent > self._sent:
+            self._intervals.append(sent - self._sent)
+        self._sent = sent
+        waited = now - received
+        self._behind = self._behind or self._is_backlog(waited, now)
+        skip = self._behind and waited > self.interval
+        self.skipped += skip
+        return skip
+
+    def _is_backlog(self, waited: float, now: float) -> bool:
+        if waited <= BACKLOG:
+            self._backlog = None
+            return False
+        if self._backlog is None:
+            self._backlog = now, waited
+        since, at_first = self._backlog
+        return now - since > BACKLOG and waited >= at_first
+
+    def took(self, seconds: float) -> None:
+        """Take note of how long the law has taken for a sample."""
+        self._taken.append(seconds)
+
+    @property
+    def law_time(self) -> float:
+        """What the law usually takes for a sample, in s; 0 before the first."""
+        return median(self._taken) if self._taken else 0.0
+
+    @property
+    def interval(self) -> float:
+        """What the samples usually are apart, in s; 0 before the second."""
+        return median(self._intervals) if self._intervals else 0.0
+
+    def news(self, law: str) -> str | None:
+        """Return what to say of samples skipped since the last call, or None for none."""
+        if self.skipped == self._skipped_before:
+            self._behind, self._backlog = False, None
+            return None
+        self._skipped_before = self.skipped
+        taken, apart = self.law_time * 1e3, self.interval * 1e3
+        takes = f"{law} takes {taken:.2g} ms per sample of {apart:.2g} ms"
+        if self.law_time > 0.5 * self.interval:
+            return f"{takes}: samples skipped; make it faster, or lengthen time.period"
+        return f"machine too busy: samples skipped ({takes})"

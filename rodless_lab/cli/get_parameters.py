@@ -1,0 +1,50 @@
+"""`rodless get`: show parameters of a running rig, as `rodless set` takes them."""
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rodless_base.start import Stop
+from rodless_lab.cli.running_rig import add_namespace, seconds, value_text, with_rig
+
+if TYPE_CHECKING:
+    from rodless_lab.session.running_rig import RunningRig
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Return 0 once they are shown, 2 where there is no such rig or parameter."""
+    options = _parser().parse_args(arguments)
+    timeout = options.timeout
+    return with_rig(options.namespace, stop, lambda rig: _get(rig, options.names, timeout), timeout)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rodless get",
+        description="Show parameters of a running rig, one NAME=VALUE a line, as rodless set "
+        "takes them.",
+        epilog="Exit code: 0 shown; 1 Ctrl-C; 2 no such rig, no such parameter or no answer.",
+    )
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help="plant:NAME where both nodes have the name (default: all of both nodes)",
+    )
+    add_namespace(parser)
+    parser.add_argument(
+        "--timeout",
+        type=seconds,
+        default=10.0,
+        metavar="S",
+        help="for the nodes to be found, and for each answer (default: %(default)g s)",
+    )
+    return parser
+
+
+def _get(rig: "RunningRig", names: Sequence[str], timeout: float) -> int:
+    from rodless_lab.session.set_parameters import parameter_values  # noqa: PLC0415  imports ROS
+
+    for name, value in parameter_values(rig, names, timeout).items():
+        print(f"{name}={value_text(value)}")
+    return 0

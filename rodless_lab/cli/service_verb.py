@@ -1,0 +1,55 @@
+"""Verbs that ask the nodes of a running rig for one thing each."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rodless_base.start import Stop
+from rodless_lab.cli.running_rig import add_namespace, seconds, with_rig
+
+if TYPE_CHECKING:
+    from rodless_lab.session.running_rig import RunningRig
+
+
+@dataclass(frozen=True)
+class ServiceVerb:
+    """A verb, what it does in a sentence, and the services it calls.
+
+    ``services`` are named ``node/service``, and after the first are called only where the node is
+    there; true or false is what a service is told that switches something, None stands for one that
+    is told nothing.
+    """
+
+    name: str
+    description: str
+    services: Mapping[str, bool | None]
+
+    def __call__(self, arguments: Sequence[str], stop: Stop) -> int:
+        """Return 0 once it is done, 2 where it cannot be."""
+        options = self._parser().parse_args(arguments)
+        timeout = options.timeout
+        return with_rig(options.namespace, stop, lambda rig: self._ask(rig, timeout), timeout)
+
+    def _parser(self) -> argparse.ArgumentParser:
+        parser = argparse.ArgumentParser(
+            prog=f"rodless {self.name}",
+            description=self.description,
+            epilog="Exit code: 0 done; 1 Ctrl-C; 2 no such rig, refused or no answer.",
+        )
+        add_namespace(parser)
+        parser.add_argument(
+            "--timeout",
+            type=seconds,
+            default=10.0,
+            metavar="S",
+            help="for a node to be found, and for its answer (default: %(default)g s)",
+        )
+        return parser
+
+    def _ask(self, rig: "RunningRig", timeout: float) -> int:
+        from rodless_lab.session.services import ask_each  # noqa: PLC0415  imports ROS
+
+        for service, answer in ask_each(rig, self.services, timeout):
+            print(f"{service}: {answer or 'done'}")
+        return 0

@@ -1,0 +1,40 @@
+"""Whether a node would take a change, found out here: by the declarations and checks it has too."""
+
+from collections.abc import Mapping
+
+from rodless_base.parameter_file import is_of_rclpy
+from rodless_base.parameters import ParameterError, ParameterSet
+from rodless_control import ControllerParameters
+from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError
+from rodless_sim import RigParameters
+
+
+def check_change(node: str, present: Mapping[str, object], changes: Mapping[str, object]) -> None:
+    """Raise :class:`RigError` where ``node``, whose values are ``present``, refuses ``changes``.
+
+    Nothing is sent. A node that is not of this package judges for itself, and so does each on what
+    depends on its state.
+    """
+    kind = _set_of(node, present)
+    if kind is None or not kind.DECLARATIONS.keys() <= present.keys():
+        return
+    ours = {name: value for name, value in changes.items() if not is_of_rclpy(name)}
+    for name in ours:
+        if kind.DECLARATIONS[name].fixed:
+            raise RigError(f"{node}: {name}: cannot change while the node runs; start it anew")
+    try:
+        kind({name: present[name] for name in kind.DECLARATIONS} | ours)
+    except ParameterError as error:
+        raise RigError(f"{node}: {error}; nothing has changed") from error
+
+
+def _set_of(node: str, present: Mapping[str, object]) -> type[ParameterSet] | None:
+    """Return the class of the node's parameters, None where it is not known here."""
+    if node == PLANT:
+        return RigParameters
+    assert node == CONTROLLER
+    try:
+        return ControllerParameters.for_law(str(present.get("controller.law")))
+    except ParameterError:
+        # A law that only the node's own environment has.
+        return None

@@ -1,0 +1,38 @@
+"""Ask the nodes of a running rig for what they offer as services."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_lab.session.running_rig import OTHER_NODE_TIMEOUT, RigError, RunningRig
+
+
+def ask_each(
+    rig: RunningRig, services: Mapping[str, bool | None], timeout: float
+) -> Iterator[tuple[str, str]]:
+    """Call services by ``node/service``; yield each with its answer.
+
+    A value is what the service is told, None for one that is told nothing. The node of the first
+    has ``timeout`` (wall-clock s) to be found; those of others are left out where they are not
+    there. Raises :class:`RigError` where the first is not there, a node has a namesake or refuses,
+    and WaitTimeoutError where one does not answer.
+    """
+    first, *others = (service.partition("/")[0] for service in services)
+    rig.wait_for_node(first, timeout)
+    rig.wait_for(lambda: all(map(rig.is_known, others)), OTHER_NODE_TIMEOUT)
+    rig.check_alone()
+    for service, value in services.items():
+        if rig.is_known(service.partition("/")[0]):
+            yield service, _answer(rig, service, value)
+
+
+def _answer(rig: RunningRig, service: str, value: bool | None) -> str:
+    response: Any = (
+        rig.observer.call(Trigger, service)
+        if value is None
+        else rig.observer.call(SetBool, service, data=value)
+    )
+    if not response.success:
+        raise RigError(f"{service}: {response.message}")
+    return str(response.message)

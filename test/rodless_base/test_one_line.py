@@ -1,0 +1,55 @@
+"""What others have made is shown in one short line, whatever it is."""
+
+import numpy as np
+import pytest
+
+from rodless_base.one_line import LONGEST, described, in_one_line, shown
+
+
+class SilentError(Exception):
+    """An exception that cannot be printed."""
+
+    def __str__(self) -> str:
+        raise RuntimeError("no text")
+
+
+class Hidden:
+    """A value that cannot be shown."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no text")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [10**5000, "x" * 2_000_000, ["a\nb"] * 9, np.zeros((1000, 1000)), Hidden(), {1: {2: {3: 4}}}],
+    ids=["integer", "text", "list", "array", "hidden", "deep"],
+)
+def test_any_value_is_shown_in_one_short_line(value: object) -> None:
+    """Where repr() is long, has several lines, or fails."""
+    text = shown(value)
+    assert 0 < len(text) <= LONGEST
+    assert "\n" not in text
+
+
+def test_short_values_are_shown_as_python_shows_them() -> None:
+    """Nothing is lost of what fits."""
+    for value in (1.5, "text", (1, 2), [0.1], None, {"a": 1}):
+        assert shown(value) == repr(value)
+
+
+def test_any_exception_is_described_in_one_short_line() -> None:
+    """Where its text is 2 MB long, or cannot be had."""
+    assert described(ValueError("a\n  b")) == "a b"
+    assert len(described(ValueError("x\n" * 1_000_000))) <= LONGEST
+    assert described(SilentError()) == "(its text cannot be shown)"
+
+
+def test_a_text_that_is_cut_keeps_its_beginning_and_its_end() -> None:
+    """What is said there is mostly what counts."""
+    text = in_one_line("begin " + "x " * 1_000_000 + " end")
+    assert text.startswith("begin x")
+    assert text.endswith("x end")
+    assert len(text) <= LONGEST

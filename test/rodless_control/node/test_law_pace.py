@@ -1,0 +1,98 @@
+"""A law that takes longer than the samples are apart: which samples are left out, and what is said.
+
+The node itself runs in test_slow_law.py; here time is simulated.
+"""
+
+import pytest
+
+from rodless_control.node.law_pace import BACKLOG, LawPace
+
+
+def run(
+    pace: LawPace, law_time: float, count: int, interval: float = 1e-3, start: float = 0.0
+) -> list[float]:
+    """Let samples come every ``interval`` s to one that answers in ``law_time``.
+
+    Returns how long each answered one has waited. A skipped one takes 20 µs.
+    """
+    now, waits = start, []
+    for k in range(count):
+        sent = k * interval
+        now = max(now, sent)
+        if pace.must_skip(sent, sent, now):
+            now += 20e-6
+        else:
+            waits.append(now - sent)
+            pace.took(law_time)
+            now += law_time
+    return waits
+
+
+def test_a_law_that_keeps_up_is_given_every_sample() -> None:
+    """Nothing is skipped, and nothing said."""
+    pace = LawPace()
+    assert len(run(pace, 0.8e-3, 5000)) == 5000
+    assert pace.skipped == 0
+    assert pace.news("law Quick") is None
+
+
+def test_a_law_that_is_too_slow_is_given_the_newest_samples() -> None:
+    """5 ms for each sample of 1 ms: soon one in five, and those have waited a sample at most."""
+    pace = LawPace()
+    waits = run(pace, 5e-3, 20_000)
+    assert max(waits) < 4.0 * BACKLOG
+    assert max(waits[200:]) <= 1e-3 + 1e-9
+    assert len(waits) == pytest.approx(20_000 / 5, rel=0.1)
+    assert pace.news("law Slow") == (
+        "law Slow takes 5 ms per sample of 1 ms: samples skipped; make it faster, or lengthen "
+        "time.period"
+    )
+    assert pace.news("law Slow") is None
+
+
+@pytest.mark.parametrize("law_time", [0.2, 1.0])
+def test_a_very_slow_law_is_noticed_within_seconds(law_time: float) -> None:
+    """Three answers tell."""
+    pace = LawPace()
+    assert len(run(pace, law_time, 10_000)) <= 10.0 / law_time + 3
+
+
+def test_a_stall_that_is_over_skips_nothing() -> None:
+    """Half a second in which nothing ran is caught up with, sample by sample."""
+    pace = LawPace()
+    assert len(run(pace, 0.1e-3, 5000, start=0.5)) == 5000
+    assert pace.skipped == 0
+
+
+def test_a_plant_that_waits_for_each_answer_loses_no_sample() -> None:
+    """In lock-step a slow law has no backlog; nor has one that was stopped for nine seconds."""
+    pace, now = LawPace(), 0.0
+    for k in range(300):
+        received = now
+        now += 9.0 if k % 100 == 50 else 0.1e-3
+        assert not pace.must_skip(received, received, now)
+        pace.took(5e-3)
+        now += 5e-3
+    assert pace.skipped == 0
+
+
+def test_a_law_that_has_become_quick_is_given_every_sample_again() -> None:
+    """Once no sample had to be skipped for one period of the diagnostics."""
+    pace = LawPace()
+    run(pace, 5e-3, 1000)
+    assert pace.news("law Slow") is not None
+    assert pace.news("law Slow") is None
+    assert len(run(pace, 0.1e-3, 1000)) == 1000
+
+
+def test_a_machine_that_is_too_busy_is_not_blamed_on_the_law() -> None:
+    """The law takes 0.1 ms of each sample; the rest of the process takes 5."""
+    pace, now = LawPace(), 0.0
+    for k in range(1000):
+        now = max(now, k * 1e-3)
+        if not pace.must_skip(k * 1e-3, k * 1e-3, now):
+            pace.took(1e-4)
+            now += 5e-3
+    news = pace.news("law Quick")
+    assert news is not None
+    assert news.startswith("machine too busy: samples skipped (law Quick takes 0.1 ms")

@@ -1,0 +1,161 @@
+"""`rodless pause`, `resume`, `reset`, `enable`, `disable`, and what other verbs say of it."""
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+
+import pytest
+from running import StartProcess, StartRig, until_it_says
+from std_srvs.srv import SetBool
+
+from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.processes import SessionProcesses
+
+PERIOD = 5e-3
+
+
+@pytest.fixture(scope="module", autouse=True)
+def rig(start_rig: StartRig) -> Iterator[SessionProcesses]:
+    """Run a rig in a namespace of its own."""
+    with start_rig(plant={"time.period": PERIOD}, namespace="rig") as processes:
+        for node in processes.names:
+            # The first start compiles.
+            until_it_says(processes[node], "ready: ", 180.0)
+        yield processes
+
+
+def run(rodless: StartProcess, *arguments: str, namespace: str = "/rig") -> tuple[int, str]:
+    """Run a verb on the rig; return exit code and output."""
+    with rodless(*arguments, "--namespace", namespace) as process:
+        code = process.wait()
+        assert "Traceback" not in process.output
+        return code, process.output
+
+
+def until_it_reports(observer: Observer, node: str, expected: Callable[[Diagnostic], bool]) -> None:
+    """Wait for a report of a node of the rig in which something is as expected."""
+    reports = observer.diagnostics
+    name = f"/rig/{node}"
+    observer.wait(lambda: name in reports and expected(reports[name]), f"a report of {node}")
+
+
+def test_plant_time_is_paused_and_runs_on(rodless: StartProcess, observer: Observer) -> None:
+    """The plant says so itself; pausing twice is no fault."""
+    for _ in range(2):
+        assert run(rodless, "pause") == (0, "plant/pause: paused\n")
+        until_it_reports(observer, "plant", lambda said: said.values["paused"] == "True")
+    assert "realtime, paused" in run(rodless, "status")[1]
+    assert run(rodless, "resume") == (0, "plant/pause: running\n")
+    until_it_reports(observer, "plant", lambda said: said.values["paused"] == "False")
+
+
+def test_a_disabled_controller_closes_the_valve_until_it_is_enabled(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """A move says why it cannot be made, and sends nothing."""
+    assert run(rodless, "disable") == (0, "controller/enable: disabled: valve closed\n")
+    until_it_reports(observer, "controller", lambda said: said.message == "disabled: valve closed")
+    code, output = run(rodless, "move", "10")
+    assert (code, output) == (2, "the controller does not control: disabled: valve closed\n")
+    assert run(rodless, "enable") == (0, "controller/enable: enabled\n")
+    assert run(rodless, "move", "10")[0] == 0
+
+
+def test_a_move_that_is_disabled_on_its_way_says_why_it_does_not_settle(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """Exit code 1, where the carriage is, and what the controller reports."""
+    with rodless("move", "190", "--timeout", "6", "--namespace", "/rig") as move:
+        until_it_says(move, "to 190 mm")
+        assert observer.call(SetBool, "/rig/controller/enable", data=False).success
+        assert move.wait() == 1
+    assert "not settled within 6 s: the carriage is at" in move.output
+    assert "controller: disabled: valve closed" in move.output
+    assert run(rodless, "enable")[0] == 0
+
+
+def test_a_reset_begins_anew(rodless: StartProcess, start_rig: StartRig) -> None:
+    """A plant whose duration is over says so to status and move; reset gives it another run."""
+    plant = {"time.period": PERIOD, "time.duration": 1.0, "time.publish_clock": False}
+    controller = {"use_sim_time": False}
+    with start_rig(plant=plant, controller=controller, namespace="short") as processes:
+        until_it_says(processes["controller"], "ready: ")
+        code, output = run(rodless, "move", "10", namespace="/short")
+        assert code == 1
+        assert output == (
+            "plant time stands still: its time.duration is over; rodless reset begins anew; no "
+            "set-point sent\n"
+        )
+        assert (
+            "realtime, ended: time.duration is over"
+            in run(rodless, "status", namespace="/short")[1]
+        )
+        done = "plant/reset: done\ncontroller/reset: done\n"
+        assert run(rodless, "reset", namespace="/short") == (0, done)
+
+
+def test_a_plant_that_freezes_under_way_is_not_said_to_run(
+    rodless: StartProcess, rig: SessionProcesses
+) -> None:
+    """What it reported last is no reason: it is silent."""
+    with rodless("move", "100", "--timeout", "9", "--namespace", "/rig") as move:
+        until_it_says(move, "to 100 mm")
+        rig["plant"].freeze()
+        try:
+            assert move.wait() == 1
+        finally:
+            rig["plant"].thaw()
+    assert "plant time stands still: the plant is silent: killed, frozen" in move.output
+    assert "plant: silent: killed, frozen" in move.output
+
+
+def test_two_rigs_of_one_name_are_refused_by_name(
+    rodless: StartProcess, start_rig: StartRig, observer: Observer
+) -> None:
+    """Nothing is sent, nothing is changed: move, set, get and pause end with 2, status with 1."""
+    plant = {"time.period": PERIOD, "time.publish_clock": False}
+    with start_rig(plant=plant, namespace="rig") as twin:
+        until_it_says(twin["plant"], "ready: ")
+        observer.wait(
+            lambda: len(nodes := observer.node.get_node_names()) - len(set(nodes)) > 1, "the twins"
+        )
+        words = "in namespace /rig of ROS domain"
+        for verb in ("move 20", "set supply.pressure=5e5", "get supply.pressure", "pause"):
+            code, output = run(rodless, *verb.split())
+            assert code == 2, output
+            assert "2 nodes named " in output, output
+            assert words in output, output
+        code, output = run(rodless, "status")
+        assert code == 1, output
+        assert "2 nodes named " in output, output
+    assert observer.get_parameters("/rig/plant", ["supply.pressure"]) == {
+        "supply.pressure": 621325.0
+    }
+
+
+def test_a_reader_who_leaves_ends_neither_verb_nor_rig(
+    domain: dict[str, str], observer: Observer
+) -> None:
+    """Behind `head`, /dev/null's full brother and a closed output: no traceback, the work done."""
+    for redirection, code, errors in (
+        ("| head -n 1", 0, ""),
+        (">&-", 0, ""),
+        (">/dev/full", 1, "standard output: cannot be written: No space left on device\n"),
+    ):
+        for arguments in ("move 30", "set supply.pressure=600000", "get"):
+            done = subprocess.run(
+                [
+                    "bash",
+                    "-c",
+                    f'set -o pipefail; "$0" -c "$1" {arguments} --namespace /rig {redirection}',
+                    sys.executable,
+                    "from rodless_lab.cli.main import main; main()",
+                ],
+                env=domain,
+                capture_output=True,
+                text=True,
+                timeout=120,
+                check=False,
+            )
+            assert (done.returncode, done.stderr) == (code, errors), arguments
+    observer.diagnostic("/rig/plant", fresh=True)

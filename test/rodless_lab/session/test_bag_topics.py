@@ -1,0 +1,21 @@
+"""A session's bag of topics that nobody publishes."""
+
+from pathlib import Path
+
+import pytest
+
+from rodless_lab.bags.reader import Bag
+from rodless_lab.harness import RigSession, WaitTimeoutError
+
+
+def test_a_topic_that_nobody_publishes_is_named(tmp_path: Path, compiled: None) -> None:  # noqa: ARG001
+    """The wait for it ends with its name and what to do."""
+    session = RigSession(bag=tmp_path / "bag", bag_topics=["no/such/topic"], timeout=30.0)
+    with pytest.raises(WaitTimeoutError, match=r"^nobody publishes /no/such/topic; take it out of"):
+        session.__enter__()
+
+
+def test_a_bag_says_where_it_is_and_what_it_holds() -> None:
+    """Also an empty one."""
+    assert repr(Bag(Path("run1"), {}, complete=True)) == "<Bag run1: no topics>"
+    assert repr(Bag(Path("run1"), {}, complete=False)) == "<Bag run1, incomplete: no topics>"

@@ -1,0 +1,174 @@
+"""References, durations and sets that no run can have; runs that are copied and pickled."""
+
+import copy
+import math
+import pickle
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rodless_base import memory
+from rodless_control import Law, Measurement, PidParameters, ReferencePoint, references
+from rodless_control.references import Reference
+from rodless_lab import closed_loop
+from rodless_lab.simulation.closed_loop import AnyLaw
+from rodless_sim import RigParameters
+
+HOLD = references.constant(0.01)
+
+
+def hold(_measurement: Measurement, _reference: ReferencePoint) -> float:
+    """Hold the valve closed, in Python."""
+    return 5.08
+
+
+class Point:
+    """A reference that is a function of time."""
+
+    def __init__(self, sample: Callable[[float], object]) -> None:
+        self.sample = sample
+
+
+class Points(Point):
+    """A reference that gives all its points at once."""
+
+    def __init__(self, samples: Callable[[np.ndarray], object]) -> None:
+        super().__init__(lambda _: (0.0, 0.0))
+        self.samples = samples
+
+
+def run(law: AnyLaw, reference: object, duration: object = 0.005, period: object = 1e-3) -> object:
+    """Six samples."""
+    return closed_loop(RigParameters(), law, reference, duration, period)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("law", [PidParameters(), hold], ids=["compiled", "python"])
+@pytest.mark.parametrize(
+    "answer",
+    [
+        (0.01,),
+        (0.01, 0.0, 0.0),
+        (math.nan, 0.0),
+        (0.01, math.inf),
+        (None, 0.0),
+        ("1", "2"),
+        (10**400, 0.0),
+        1,
+        None,
+    ],
+    ids=str,
+)
+def test_a_reference_that_answers_no_point_is_named_with_the_time(
+    law: AnyLaw, answer: object
+) -> None:
+    """One line names reference, time, answer and what it must be; the law is not blamed."""
+    reference = Point(lambda time: (0.01, 0.0) if time < 0.003 else answer)
+    with pytest.raises(ValueError, match=r"^at 0\.003 s: reference Point answered ") as refusal:
+        run(law, reference)
+    assert "must be two finite numbers: position (m) and velocity (m/s)" in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda times: np.zeros((len(times), 1)),
+        lambda times: np.zeros((len(times) - 1, 2)),
+        lambda times: np.full((len(times), 2), "1"),
+        lambda _: [[1.0], [2.0, 3.0]],
+        lambda _: None,
+    ],
+)
+def test_points_of_another_shape_are_refused(answer: Callable[[np.ndarray], object]) -> None:
+    """The compiled loop would read past their end."""
+    with pytest.raises(ValueError, match=r"^reference Points: samples\(times\) answered"):
+        run(PidParameters(), Points(answer))
+    with pytest.raises(ValueError, match=r"^at 0\.002 s: reference Points answered \(nan, 0\.0\)"):
+        run(PidParameters(), Points(lambda _: np.array([[0.01, 0.0]] * 2 + [[math.nan, 0.0]] * 4)))
+
+
+@pytest.mark.parametrize("reference", [None, 5, "step"])
+def test_what_is_no_reference_is_refused(reference: object) -> None:
+    """The text says what to give."""
+    with pytest.raises(TypeError, match=r"is no reference: give one of rodless_control.references"):
+        run(PidParameters(), reference)
+
+
+def test_whole_numbers_make_points() -> None:
+    """A reference of ints is that of the same floats, at once and point by point."""
+    for reference in (
+        Point(lambda _: (0, 0)),
+        Points(lambda times: np.zeros((len(times), 2), dtype=np.int64)),
+    ):
+        found: Reference = reference  # type: ignore[assignment]
+        assert np.array_equal(references.sampled(found, np.arange(3.0)), np.zeros((3, 2)))
+        assert references.sampled(found, np.arange(3.0)).dtype == np.float64
+
+
+def test_a_run_longer_than_the_memory_is_refused_with_its_size() -> None:
+    """Before a byte of it is taken."""
+    with pytest.raises(ValueError, match=r"^duration 1e\+09 s .* take .* GB of memory") as refusal:
+        run(PidParameters(), HOLD, 1e9)
+    assert "shorten it, or lengthen the period" in str(refusal.value)
+
+
+def test_the_size_of_a_run_is_what_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It runs where there is that much, and is refused where there is less than its result."""
+    result = 501 * 8 * 16
+    monkeypatch.setattr(memory, "available_memory", lambda: result)
+    with pytest.raises(ValueError, match=r"501 samples take "):
+        run(PidParameters(), HOLD, 0.5)
+    monkeypatch.setattr(memory, "available_memory", lambda: 5 * result)
+    run(PidParameters(), HOLD, 0.5)
+
+
+@pytest.mark.parametrize("bad", [-1.0, 0.0, math.nan, 1e300])
+def test_a_bad_time_is_refused_by_its_own_name(bad: float) -> None:
+    """A period is called a period."""
+    with pytest.raises(ValueError, match=r"^period .* refused"):
+        run(PidParameters(), HOLD, 1.0, bad)
+    with pytest.raises(ValueError, match=r"^duration .* refused"):
+        run(PidParameters(), HOLD, bad)
+
+
+def test_what_are_no_rig_parameters_are_refused() -> None:
+    """By name, before anything runs."""
+    with pytest.raises(TypeError, match="no RigParameters: give RigParameters"):
+        closed_loop({}, hold, HOLD, 0.005, 1e-3)  # type: ignore[arg-type]
+
+
+def test_terms_of_a_law_that_cannot_be_columns_are_refused() -> None:
+    """A text would be taken letter by letter."""
+
+    class Odd(Law):
+        TERMS = "force"  # type: ignore[assignment]
+
+        def update(self, *_: object) -> float:
+            return 5.08
+
+    with pytest.raises(TypeError, match=r"^Odd: its TERMS 'force' must be identifiers"):
+        run(Odd(), HOLD)
+
+
+def test_a_run_can_be_pickled_and_copied() -> None:
+    """To the last bit, with its terms, which stay read-only."""
+    given = closed_loop(RigParameters(), PidParameters(), HOLD, 0.05, 1e-3)
+    for found in (pickle.loads(pickle.dumps(given)), copy.copy(given), copy.deepcopy(given)):
+        assert type(found) is type(given)
+        assert found.units() == given.units()
+        assert list(found.terms) == list(given.terms)
+        for name, values in given.columns().items():
+            assert np.array_equal(found.columns()[name], values), name
+        with pytest.raises(TypeError):
+            found.terms["p"] = given.position
+
+
+@pytest.mark.parametrize("small", ["velocity", "acceleration", "jerk"])
+def test_a_move_with_limits_too_small_for_a_float_is_refused(small: str) -> None:
+    """It would divide by zero, or be at its target at once."""
+    limits = {"velocity": 0.5, "acceleration": 5.0, "jerk": 100.0, small: 5e-324}
+    with pytest.raises(ValueError, match=r"no move over 0\.1 m can be computed"):
+        references.move(0.0, 0.1, **limits)
+    with pytest.raises(TypeError, match=f"^{small} 'x' refused: must be a number"):
+        references.move(0.0, 0.1, **{**limits, small: "x"})  # type: ignore[arg-type]

@@ -1,0 +1,73 @@
+"""A section for every node (`/**`) of a parameter file gives each node its own names."""
+
+from pathlib import Path
+
+import pytest
+
+from rodless_base.parameter_file import read_parameter_file
+from rodless_base.parameters import ParameterError
+from rodless_control import ControllerParameters
+from rodless_lab.identification.subjects import assumed_parameters
+from rodless_lab.parameter_sections import divided, names_of_controller
+from rodless_sim import RigParameters
+
+SHARED = (
+    "/**:\n  ros__parameters:\n    use_sim_time: true\n    supply: {pressure: 6.0e+5}\n"
+    "    controller.kp: 500.0\n    reference: {type: ramp}\n"
+)
+
+
+def written(folder: Path, text: str) -> Path:
+    """Write a text as a parameter file."""
+    path = folder / "some.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_section_for_every_node_is_divided(tmp_path: Path) -> None:
+    """Plant names reach the plant alone and controller names the controller; the order stays."""
+    text = "plant:\n  ros__parameters: {supply.pressure: 5.0e+5, time.period: 0.01}\n"
+    path = divided(written(tmp_path, f"{text}{SHARED}"), tmp_path)
+    assert read_parameter_file(path, "plant") == {"supply.pressure": 6e5, "time.period": 0.01}
+    assert read_parameter_file(path, "controller") == {
+        "controller.kp": 500.0,
+        "reference.type": "ramp",
+    }
+    assert RigParameters.from_file(path)["supply.pressure"] == 6e5
+    assert ControllerParameters.from_file(path)["reference.type"] == "ramp"
+
+
+def test_a_file_without_one_stays_as_it_is(tmp_path: Path) -> None:
+    """Sections of the nodes by name need no copy."""
+    path = written(tmp_path, "/rig/plant:\n  ros__parameters: {supply.pressure: 5.0e+5}\n")
+    assert divided(path, tmp_path) == path
+
+
+@pytest.mark.parametrize("name", ["supply.presure", "controler.kp"])
+def test_a_name_of_nobody_is_refused(tmp_path: Path, name: str) -> None:
+    """A misspelt name is no other node's: the plant refuses it, in a copy and in the file."""
+    path = written(tmp_path, f"{SHARED}    {name}: 1.0\n")
+    for file in (divided(path, tmp_path), path):
+        with pytest.raises(ParameterError, match=f"{name}: no such parameter"):
+            RigParameters.from_file(file, names_of_controller(file))
+
+
+def test_a_section_of_the_plant_by_name_is_not_forgiven(tmp_path: Path) -> None:
+    """There a controller's name is a mistake."""
+    path = written(tmp_path, "plant:\n  ros__parameters: {controller.kp: 500.0}\n")
+    with pytest.raises(ParameterError, match=r"controller\.kp: no such parameter"):
+        RigParameters.from_file(path, names_of_controller(path))
+
+
+def test_identification_takes_what_is_the_plants(tmp_path: Path) -> None:
+    """Of a file for both nodes."""
+    path = written(tmp_path, SHARED)
+    assert assumed_parameters(str(path), "base")["supply.pressure"] == 6e5
+
+
+@pytest.mark.parametrize("text", ["- 1", "/**: 3", "{"])
+def test_what_is_no_parameter_file_is_refused_by_name(tmp_path: Path, text: str) -> None:
+    """The path comes first."""
+    path = written(tmp_path, text)
+    with pytest.raises(ParameterError, match=r"some\.yaml: "):
+        divided(path, tmp_path)

@@ -1,0 +1,133 @@
+"""What a rig refuses is said in one line, and leaves the rig as it was."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rodless_sim import ParameterError, Rig, RigParameters, SimulationError, Trace, simulate
+from rodless_sim.physics import settled
+from rodless_sim.physics.plant import Plant
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    """A rig in motion, of noisy instruments that have been read."""
+    rig = Rig(RigParameters({"sensors.position_noise": 20e-6}))
+    rig.reset(0.15)
+    rig.read()
+    rig.advance(6.0, 0.3)
+    return rig
+
+
+def seen(rig: Rig) -> tuple[object, ...]:
+    """All that a refusal could have changed."""
+    return rig.state, rig.parameters, rig.plant, rig.motion, rig.read(), repr(rig)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ((0.1, (-5, math.nan)), "pressures -5.0 and nan Pa refused"),
+        ((0.1, (0, 0)), "pressures 0.0 and 0.0 Pa refused"),
+        ((0.1, (1e5,)), "must be two numbers of Pa"),
+        ((0.1, (1e5, 1e5, 1e5)), "must be two numbers of Pa"),
+        ((0.1, 5), "must be two numbers of Pa"),
+        ((0.1, (10**400, 1e5)), "must be two numbers of Pa"),
+        (("x",), "position 'x' refused"),
+        ((math.nan,), "outside the stroke, must be from 0 to 0.2 m"),
+    ],
+)
+def test_a_reset_that_is_refused_changes_nothing(
+    rig: Rig, arguments: tuple[object, ...], complaint: str
+) -> None:
+    """Neither time nor state; simulate refuses the same."""
+    before = seen(rig)
+    with pytest.raises((ValueError, TypeError)) as refusal:
+        rig.reset(*arguments)  # type: ignore[arg-type]
+    assert complaint in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+    assert seen(rig) == before
+    with pytest.raises((ValueError, TypeError), match=r"refused"):
+        simulate(RigParameters(), [6.0], 1e-3, *arguments)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("parameters", [{}, None, 5])
+def test_what_are_no_parameters_are_refused_and_change_nothing(
+    rig: Rig, parameters: object
+) -> None:
+    """By the rig and by simulate."""
+    before = seen(rig)
+    with pytest.raises(TypeError, match="are no RigParameters: give RigParameters"):
+        rig.configure(parameters)  # type: ignore[arg-type]
+    assert seen(rig) == before
+    with pytest.raises(TypeError, match="are no RigParameters: give RigParameters"):
+        simulate(parameters, [6.0], 1e-3)  # type: ignore[arg-type]
+
+
+def test_a_stroke_that_ends_before_the_carriage_is_refused(rig: Rig) -> None:
+    """The rig goes on as one that was never asked."""
+    short = rig.parameters.with_values({"cylinder.stroke": 0.1})
+    before = seen(rig)
+    with pytest.raises(ParameterError, match=r"^cylinder\.stroke: 0\.1 m refused, the carriage is"):
+        rig.configure(short)
+    assert seen(rig) == before
+
+
+def test_a_change_that_fails_halfway_is_taken_back(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever fails, and wherever: here the instruments."""
+    before = seen(rig)
+
+    def fail(_parameters: RigParameters) -> None:
+        raise ValueError("no such instrument")
+
+    monkeypatch.setattr(rig._sampling, "configure", fail)
+    with pytest.raises(ValueError, match="no such instrument"):
+        rig.configure(rig.parameters.with_values({"supply.pressure": 4e5}))
+    assert seen(rig) == before
+
+
+@pytest.mark.parametrize(
+    ("period", "kind"),
+    [("x", TypeError), (None, TypeError), (-1.0, ValueError), (1e300, ValueError)],
+)
+def test_a_bad_time_is_refused_by_its_own_name(
+    rig: Rig, period: object, kind: type[Exception]
+) -> None:
+    """A period is called a period, a duration a duration."""
+    with pytest.raises(kind, match=r"^period .* refused"):
+        simulate(RigParameters(), [6.0], period)  # type: ignore[arg-type]
+    with pytest.raises(kind, match=r"^duration .* refused"):
+        rig.advance(6.0, period)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("voltages", [["a"], [[1.0], [2.0, 3.0]], [object()]])
+def test_voltages_that_are_no_numbers_are_refused(voltages: object) -> None:
+    """In one line that says what to give."""
+    with pytest.raises(ValueError, match=r"^voltages .* refused: must be numbers of volts"):
+        simulate(RigParameters(), voltages, 1e-3)  # type: ignore[arg-type]
+
+
+def test_a_valve_beyond_any_says_that_chambers_do_not_settle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where flows are no numbers the root finder gives up; its own words do not come out."""
+    plant = Plant.of(RigParameters())
+    monkeypatch.setattr(
+        settled, "flow_into_a", lambda _plant, _lands, p: math.nan if p < 3e5 else -1.0
+    )
+    settled.settled_pressures.cache_clear()
+    with pytest.raises(SimulationError, match=r"do not settle at 5\.08 V; check valve"):
+        settled.settled_pressures(plant, 5.08)
+
+
+def test_a_rig_and_a_trace_without_samples_say_what_they_are() -> None:
+    """Time, position, voltage and parameters; and no error for an empty trace."""
+    rig = Rig()
+    assert repr(rig).startswith("<Rig at 0 s: carriage at 0.000 mm, 0.000 mm/s, 5.08 V; RigParam")
+    run = simulate(RigParameters(), [6.0], 1e-3)
+    empty = Trace(**{name: np.empty(0) for name in run.columns()})
+    assert repr(empty) == "Trace: 0 samples"
+    assert repr(run) == "Trace: 2 samples, 0.001 s"
