@@ -67,7 +67,7 @@ def start_rig(context: LaunchContext) -> list[Node]:
         # bags lack the first samples; this recorder writes the same format and has them.
         output = ["--output", chosen["bag"]] if chosen["bag"] else []
         nodes.append(
-            Node(executable="recorder", arguments=[*RIG_TOPICS, ROS_CLOCK, *output], **common)
+            Node(executable="recorder", arguments=[ROS_CLOCK, *RIG_TOPICS, *output], **common)
         )
     return nodes
 

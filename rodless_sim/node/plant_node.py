@@ -159,6 +159,8 @@ class PlantNode:
         listening = all_listen(
             self._joint_states.get_subscription_count, self._on_demand, recorders
         )
+        # Last: whoever has subscribed to it before the samples has it from sample 0 on.
+        self._clock.poll()
         return listening or not (recorders or lockstep)
 
     def _commanders(self) -> int:
