@@ -97,7 +97,7 @@ setup(
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/templates/controller_test", files("templates/controller_test/*")),
         # Where `ros2 run` looks; pip puts the scripts of entry_points elsewhere.
-        (f"lib/{NAME}", ["scripts/plant", "scripts/controller", "scripts/recorder"]),
+        (f"lib/{NAME}", ["scripts/plant", "scripts/controller", "scripts/rig", "scripts/recorder"]),
     ],
     entry_points={
         "console_scripts": ["rodless = rodless_lab.cli.main:main"],

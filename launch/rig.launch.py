@@ -1,19 +1,24 @@
 """Start the plant and the controller: `ros2 launch rodless_sim rig.launch.py preset:=paper`."""
 
+import atexit
+import shutil
+import tempfile
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
-from rodless_base.topics import RIG_TOPICS
+from rodless_base.topics import RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
+from rodless_lab.session.processes import write_parameters
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
 BOOL = ["true", "false"]
+LEVELS = ["debug", "info", "warn", "error", "fatal"]
 
 # Name, default, choices, meaning.
 ARGUMENTS = (
@@ -25,6 +30,15 @@ ARGUMENTS = (
     ("namespace", "", None, "namespace of all nodes"),
     ("frame_prefix", "", None, "put before frame_ids and the joint's name: left/"),
     ("mode", "realtime", ["realtime", "lockstep"], "what drives plant time"),
+    ("speed", "", None, "plant s per wall-clock s in realtime; empty: the preset's"),
+    (
+        "publish_clock",
+        "auto",
+        ["auto", *BOOL],
+        "publish plant time on /clock; auto: unless there is a namespace, which has its own clock",
+    ),
+    ("use_composition", "false", BOOL, "run plant and controller in one process"),
+    ("log_level", "info", LEVELS, "least severe messages that the nodes log"),
     ("record", "false", BOOL, "record a bag from the first sample on"),
     ("bag", "", None, "folder of that bag; empty: named after the time"),
 )
@@ -33,43 +47,94 @@ ARGUMENTS = (
 def start_rig(context: LaunchContext) -> list[Node]:
     """Return the nodes; the launch ends when any does, so that a dead node is seen."""
     chosen = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
-    recorders = int(chosen["record"] == "true")
-    files = [str(CONFIG / f"{chosen['preset']}.yaml")]
-    if chosen["sensors"] != "ideal":
-        files.append(str(CONFIG / "sensors" / f"{chosen['sensors']}.yaml"))
-    if chosen["parameters"]:
-        files.append(chosen["parameters"])
-    common_values = []
-    if chosen["frame_prefix"]:
-        text = ParameterValue(chosen["frame_prefix"], value_type=str)
-        common_values.append({"frame_prefix": text})
-    plant = {"time.mode": chosen["mode"], "time.recorders": recorders}
-    if chosen["supply_pressure"]:
-        plant["supply.pressure"] = float(chosen["supply_pressure"])
-    controller = {"use_sim_time": True, "controller.recorders": recorders}
+    parameters = parameter_files(chosen)
     common = {
         "package": "rodless_sim",
         "namespace": chosen["namespace"],
         "output": "screen",
-        "on_exit": Shutdown(),
+        "on_exit": end_with_it,
+        "ros_arguments": ["--log-level", chosen["log_level"], *clock_of_its_own(chosen)],
     }
-
-    def node(name: str, parameters: dict) -> Node:
-        return Node(
-            executable=name, name=name, parameters=[*files, *common_values, parameters], **common
-        )
-
-    nodes = [node("plant", plant)]
-    if chosen["controller"] == "true":
-        nodes.append(node("controller", controller))
-    if recorders:
+    with_controller = chosen["controller"] == "true"
+    if with_controller and chosen["use_composition"] == "true":
+        nodes = [Node(executable="rig", parameters=parameters, **common)]
+    else:
+        names = ["plant", "controller"] if with_controller else ["plant"]
+        nodes = [
+            Node(executable=name, name=name, parameters=parameters, **common) for name in names
+        ]
+    if chosen["record"] == "true":
         # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
         # bags lack the first samples; this recorder writes the same format and has them.
         output = ["--output", chosen["bag"]] if chosen["bag"] else []
         nodes.append(
-            Node(executable="recorder", arguments=[*RIG_TOPICS, "/clock", *output], **common)
+            Node(executable="recorder", arguments=[ROS_CLOCK, *RIG_TOPICS, *output], **common)
         )
     return nodes
+
+
+def parameter_files(chosen: dict[str, str]) -> list[str]:
+    """Return the files that give the nodes their parameters; later ones win.
+
+    Raises RuntimeError for an argument that is no number and a file that is not there.
+    """
+    files = [CONFIG / f"{chosen['preset']}.yaml"]
+    if chosen["sensors"] != "ideal":
+        files.append(CONFIG / "sensors" / f"{chosen['sensors']}.yaml")
+    if chosen["parameters"]:
+        if not Path(chosen["parameters"]).is_file():
+            raise RuntimeError(f"parameters:={chosen['parameters']}: no such file")
+        files.append(Path(chosen["parameters"]))
+    folder = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    files.append(write_parameters(folder / "arguments.yaml", parameters_of_arguments(chosen)))
+    return [str(file) for file in files]
+
+
+def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, object]]:
+    """Return what the launch arguments say, by node."""
+    recorders = int(chosen["record"] == "true")
+    plant: dict[str, object] = {
+        "time.mode": chosen["mode"],
+        "time.recorders": recorders,
+        "time.publish_clock": publishes_on_ros_clock(chosen),
+    }
+    for argument, name in (("supply_pressure", "supply.pressure"), ("speed", "time.speed")):
+        if chosen[argument]:
+            plant[name] = number(argument, chosen[argument])
+    controller: dict[str, object] = {"use_sim_time": True, "controller.recorders": recorders}
+    prefix = {"frame_prefix": chosen["frame_prefix"]} if chosen["frame_prefix"] else {}
+    return {"plant": {**plant, **prefix}, "controller": {**controller, **prefix}}
+
+
+def number(argument: str, text: str) -> float:
+    """Return the number that an argument is; raises RuntimeError where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        raise RuntimeError(f"{argument}:={text}: not a number") from None
+
+
+def publishes_on_ros_clock(chosen: dict[str, str]) -> bool:
+    """Whether /clock is this rig's: of several rigs, it can be only one's."""
+    if chosen["publish_clock"] == "auto":
+        return not chosen["namespace"].strip("/")
+    return chosen["publish_clock"] == "true"
+
+
+def clock_of_its_own(chosen: dict[str, str]) -> list[str]:
+    """Return what lets the nodes live on the clock of their own rig, where that is not /clock."""
+    if publishes_on_ros_clock(chosen) or not chosen["namespace"].strip("/"):
+        return []
+    rules = [f"{node}:{ROS_CLOCK}:={RIG_CLOCK}" for node in ("controller", "recorder")]
+    return [word for rule in rules for word in ("--remap", rule)]
+
+
+def end_with_it(event: ProcessExited, context: LaunchContext) -> Shutdown:
+    """End the launch with a node; raises, for an exit code other than 0, if the node has failed."""
+    if event.returncode and not context.is_shutdown:
+        raise RuntimeError(f"{event.process_name} has ended with exit code {event.returncode}")
+    return Shutdown(reason=f"{event.process_name} has ended")
 
 
 def generate_launch_description() -> LaunchDescription:

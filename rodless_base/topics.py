@@ -6,6 +6,10 @@ VALVE_STATE = "valve/state"
 SETPOINT = "setpoint"
 JOINT_COMMANDS = "joint_commands"
 
+# Plant time: where ROS nodes look for theirs, and of one rig, the same topic without a namespace.
+ROS_CLOCK = "/clock"
+RIG_CLOCK = "clock"
+
 # Of the controller, as seen from beside it.
 REFERENCE = "controller/reference"
 

@@ -54,7 +54,8 @@ class ControlLoop:
             self._attempt(lambda: self.law.configure(self._given))
 
     def reset(self) -> None:
-        """Forget the run so far, a failure too; the last set-point stays in force."""
+        """Forget the run so far: a failure too, and the set-point, so that nothing moves."""
+        self.setpoints.forget()
         if self.failure is not None:
             self.failure = None
             # What a law keeps that has failed cannot be trusted, its parameters included.

@@ -57,7 +57,8 @@ NODE_PARAMETERS = declare(
         "controller.position_timeout",
         0.1,
         "s",
-        "time without a position after which the valve is commanded to neutral; 0 for never",
+        "wall-clock time without a position after which the valve is commanded to neutral, 0 for "
+        "never; of a simulated plant at least 0.5 s, and a paused or slow one is waited for",
         "judgement",
         0.0,
         60.0,

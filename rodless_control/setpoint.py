@@ -30,12 +30,22 @@ class SetpointFollower:
         self._target: float | None = None
         self.reset()
 
+    @property
+    def target(self) -> float | None:
+        """The set-point in force (m), None where there is none."""
+        return self._target
+
     def reset(self) -> None:
         """Find the carriage anew; the last set-point stays in force."""
         self._reference: Reference | None = None
         self._pending = self._target
         self._time: float | None = None
         self._successor: Callable[[float, Reference], Reference] | None = None
+
+    def forget(self) -> None:
+        """Find the carriage anew, and hold it there until a new set-point comes."""
+        self._target = None
+        self.reset()
 
     def configure(self, parameters: ControllerParameters) -> None:
         """Change the parameters; a new type, or a new step or sine, starts at the next sample."""

@@ -86,7 +86,8 @@ PARAMETERS = declare(
         "time.publish_clock",
         True,
         "",
-        "publish plant time on /clock; switch off in all but one of several rigs",
+        "publish plant time on /clock; switch off in all but one of several rigs (a rig in a "
+        "namespace publishes its own on clock there, too)",
         "interface",
         fixed=True,
     ),

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[1]
 PRODUCT = ["rodless_base", "rodless_sim", "rodless_control", "rodless_lab", "rodless_pytest"]
 PRESETS = {"paper.yaml", "calibrated.yaml"}
-EXECUTABLES = {"plant", "controller", "recorder"}
+EXECUTABLES = {"plant", "controller", "rig", "recorder"}
 
 # How a module that is not ours is called: when imported, on PyPI, by rosdep.
 # A name that PyPI does not have comes with ROS alone.

@@ -1,18 +1,21 @@
 """The controller as a ROS node: each sample of the rig triggers one valve command."""
 
-from time import monotonic_ns, perf_counter, time_ns
+from time import perf_counter, time_ns
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
+from rodless_base.fault_counts import FaultCounts, lately_text
 from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import (
+    DIAGNOSTICS,
     ERROR,
     OK,
     PERIOD,
@@ -36,12 +39,15 @@ from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.inputs import Inputs
 from rodless_control.node.law_pace import LawPace
+from rodless_control.node.position_watch import (
+    REPORT_TIMEOUT,
+    WATCH_PERIOD,
+    PositionWatch,
+    plant_report,
+)
 from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.telemetry import Telemetry
 from rodless_control.parameters import NODE_PARAMETERS
-
-# How often, in wall-clock seconds, the node checks whether positions still come.
-WATCH_PERIOD = 0.02
 
 # How long the last command may take to arrive; less than Ctrl-C promises.
 LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
@@ -51,6 +57,9 @@ WARNING_PERIOD = 1.0
 
 # How often a law that is too slow is said to be.
 SLOW_LAW_PERIOD = 10.0
+
+# What ~/reset and ~/enable answer.
+HOLDS = "holds where it is until a new set-point comes"
 
 # What is said with the failure of a law.
 CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
@@ -75,13 +84,15 @@ class ControllerNode:
             self._take_sample,
         )
         self._enabled = True
-        self._arrival: int | None = None
-        self._arrived = False
+        self._position_watch = PositionWatch()
+        self._arrived = self._following = self._lost = False
+        self._counts = FaultCounts()
         self._refused = False
         self._reported: str | None = None
         self._stamp = 0
         self._bad_setpoints = 0
-        self._ready = False
+        self._ready = self._answered = False
+        self._ready_polls = 0
         self._make_interface()
         self.node.get_logger().info(self._started_line())
 
@@ -118,6 +129,7 @@ class ControllerNode:
         self._diagnostics = diagnostics_publisher(self.node)
         self._references = ReferenceInputs(self.node, self._loop.setpoints, self._joint)
         self._setpoint = self.node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
+        self.node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, 10)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
         self.node.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
@@ -134,10 +146,19 @@ class ControllerNode:
         return f"started: {self._law_and_reference}; waiting for positions on {topic}"
 
     def _report_ready(self) -> None:
-        """Say once, when the first position has been answered, what to do next."""
-        if not self._ready:
-            self._ready = True
-            self.node.get_logger().info(self._ready_line())
+        """Say once, when positions are answered, how the rig runs and what to do next.
+
+        A plant that has said nothing of itself by then, such as a real one, is left out.
+        """
+        if not self._ready and self._answered:
+            self._ready_polls += 1
+            longest = REPORT_TIMEOUT if self._simulated else 1.5 * PERIOD
+            self._ready = (
+                self._position_watch.report is not None
+                or self._ready_polls * WATCH_PERIOD > longest
+            )
+            if self._ready:
+                self.node.get_logger().info(self._ready_line())
 
     def _ready_line(self) -> str:
         kind = self._parameters.values.text("reference.type")
@@ -148,7 +169,9 @@ class ControllerNode:
             if kind in ("step", "sine")
             else f"move it with a set-point on {self._setpoint.topic_name}: rodless move 58{option}"
         )
-        return f"ready: {self._law_and_reference}; {next_step}"
+        report = self._position_watch.report
+        plant = report.text() + ", " if report is not None else ""
+        return f"ready: {plant}{self._law_and_reference}; {next_step}"
 
     def _configure(self, values: ControllerParameters) -> None:
         self._loop.setpoints.check(values)
@@ -158,6 +181,12 @@ class ControllerNode:
     def _joint(self) -> str:
         values = self._parameters.values
         return prefixed(values, values.text("controller.joint"))
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            report = plant_report(status, self.node.get_namespace())
+            if report is not None:
+                self._position_watch.hear(report)
 
     def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._arrived = True
@@ -172,7 +201,7 @@ class ControllerNode:
         else:
             self._command(output.voltage)
             self._telemetry.publish(output)
-            self._report_ready()
+            self._answered = True
 
     def _must_skip(self, info: Info) -> bool:
         # Some middlewares do not tell when a message was received.
@@ -202,8 +231,10 @@ class ControllerNode:
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.reset()
+        self._counts.clear(self._faults())
         self._report_failure()
         response.success = True
+        response.message = HOLDS
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -212,7 +243,7 @@ class ControllerNode:
             self._report_failure()
         self._enabled = request.data
         response.success = True
-        response.message = "enabled" if self._enabled else "disabled: valve closed"
+        response.message = f"enabled: {HOLDS}" if self._enabled else "disabled: valve closed"
         return response
 
     @property
@@ -221,17 +252,23 @@ class ControllerNode:
 
     @property
     def _simulated(self) -> bool:
-        """Whether time is the plant's: a paused plant is then not taken for lost."""
+        """Whether the node is told that time is the plant's."""
         return bool(self.node.get_parameter("use_sim_time").value)
 
     @property
-    def _may_publish_unprompted(self) -> bool:
-        """Whether to send commands without a sample; a lock-step plant counts them."""
-        timeout = self._parameters.values.number("controller.position_timeout")
-        return timeout > 0.0 and not self._simulated
+    def _in_lockstep(self) -> bool:
+        """Whether the plant may count commands: one that nobody has asked for is then too many."""
+        report = self._position_watch.report
+        return self._simulated if report is None else report.mode == "lockstep"
 
-    def _now(self) -> int:
-        return int(self.node.get_clock().now().nanoseconds) if self._simulated else monotonic_ns()
+    @property
+    def _may_publish_unprompted(self) -> bool:
+        """Whether to send commands without a sample: never in lock-step.
+
+        A simulated plant that has not begun waits for nobody's command.
+        """
+        timeout = self._parameters.values.number("controller.position_timeout")
+        return timeout > 0.0 and not self._in_lockstep and (self._lost or not self._simulated)
 
     def _subscribe_once_matched(self) -> None:
         """Take the first sample only when its answer will reach everybody who waits for it.
@@ -246,23 +283,38 @@ class ControllerNode:
         self._outbox.flush()
         self._telemetry.poll()
         self._subscribe_once_matched()
+        self._position_watch.poll()
+        timeout = self._parameters.values.number("controller.position_timeout")
         if self._arrived:
-            self._arrival, self._arrived = self._now(), False
-        elif self._arrival is None:
+            self._follow()
+        elif not self._following:
             if self._may_publish_unprompted:
                 self._command_neutral()
-        elif self._positions_are_missing(self._now() - self._arrival):
-            self._arrival = None
+        elif self._position_watch.missing(timeout, self._simulated):
+            self._lose_positions()
+        self._report_ready()
+
+    def _follow(self) -> None:
+        self._arrived, self._following = False, True
+        self._position_watch.arrive()
+        if self._lost:
+            self._lost = False
+            self.node.get_logger().info(f"positions{self._with_pressures} come again")
+
+    def _lose_positions(self) -> None:
+        self._following, self._lost = False, True
+        if self._in_lockstep:
+            # The plant stands still without a command. A run must not depend on the wall clock.
+            self._loop.lost += 1
+            safe = "no command until the next one, a lock-step plant stands still"
+        else:
             self._loop.hold()
             self._report_failure()
-            self.node.get_logger().warning(
-                f"positions{self._with_pressures} have stopped coming: commanding a closed valve"
-            )
             self._command_neutral()
-
-    def _positions_are_missing(self, silence: int) -> bool:
-        timeout = self._parameters.values.number("controller.position_timeout")
-        return 0.0 < timeout * NANOSECONDS_PER_SECOND < silence
+            safe = "commanding a closed valve"
+        self.node.get_logger().warning(
+            f"positions{self._with_pressures} have stopped coming: {safe}"
+        )
 
     def _command_neutral(self) -> None:
         self._command(self._parameters.values.number("controller.neutral_voltage"))
@@ -270,7 +322,8 @@ class ControllerNode:
     def _command(self, voltage: float) -> None:
         self._outbox.send(self._voltage, Float64(data=voltage))
 
-    def _publish_diagnostics(self) -> None:
+    def _faults(self) -> dict[str, int]:
+        """Return how often each fault has happened since the start."""
         loop, inputs = self._loop, self._inputs
         faults = {
             "positions lost": loop.lost,
@@ -284,33 +337,47 @@ class ControllerNode:
         }
         if loop.law.USES_PRESSURES:
             faults["samples without all pressures"] = inputs.incomplete
-        slow = self._pace.news(law_name(loop.law))
+        return faults
+
+    def _publish_diagnostics(self) -> None:
+        faults = self._counts.update(self._faults())
+        slow = self._pace.news(law_name(self._loop.law))
         if slow is not None:
             self.node.get_logger().warning(slow, throttle_duration_sec=SLOW_LAW_PERIOD)
-        level, text = self._judge(faults, slow)
+        level, text = self._judge(slow)
+        values = {
+            "set-point (m)": self._setpoint_text,
+            **faults,
+            "law's time per sample (ms)": f"{self._pace.law_time * 1e3:.3g}",
+        }
         second, nanosecond = divmod(self._stamp, NANOSECONDS_PER_SECOND)
         stamp = Time(sec=second, nanosec=nanosecond)
-        values = {**faults, "law's time per sample (ms)": f"{self._pace.law_time * 1e3:.3g}"}
         self._diagnostics.publish(diagnostic(self.node, stamp, level, text, values))
 
-    def _judge(self, faults: dict[str, int], slow: str | None) -> tuple[bytes, str]:
-        """Level and message: an error now, a warning for past faults, or all well."""
+    @property
+    def _setpoint_text(self) -> str:
+        target = self._loop.setpoints.target
+        return "none" if target is None else f"{target:g}"
+
+    def _judge(self, slow: str | None) -> tuple[bytes, str]:
+        """Level and message: an error now, a warning for faults of late, or all well."""
         problem = self._problem()
         if problem is not None:
             return ERROR, problem
         if not self._enabled:
             return WARN, "disabled: valve closed"
-        seen = [name for name, count in faults.items() if count]
-        if slow is not None or seen:
-            return WARN, slow or "since start: " + ", ".join(seen)
+        lately = self._counts.lately()
+        if slow is not None or lately:
+            return WARN, slow or lately_text(list(lately))
         return OK, "controlling"
 
     def _problem(self) -> str | None:
         """What keeps the controller from controlling now, unless that is by request."""
         if self._loop.failure is not None:
             return f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
-        if self._arrival is None:
-            return f"no position{self._with_pressures}: valve closed"
+        if not self._following and not self._arrived:
+            safe = "plant stands still" if self._in_lockstep and self._lost else "valve closed"
+            return f"no position{self._with_pressures}: {safe}"
         if self._outbox.obstacle is not None:
             return f"{self._outbox.obstacle}: no command gets out"
         if self._enabled and self._refused:

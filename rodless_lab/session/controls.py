@@ -85,11 +85,14 @@ class Controls(LiveSession):
             self.alter_commands(None)
 
     def enable_controller(self, enabled: bool = True) -> None:
-        """Switch the PID on, or off: the valve is then commanded closed."""
+        """Switch the PID on, or off: the valve is then commanded closed.
+
+        Switched on again it holds the carriage where it is until a new set-point comes.
+        """
         self._ask(SetBool, "controller/enable", data=enabled)
 
     def reset_controller(self) -> None:
-        """Let the PID forget the run so far."""
+        """Let the PID forget the run so far, the set-point too."""
         self._ask(Trigger, "controller/reset")
 
     def set_parameters(self, node: str, values: Mapping[str, object]) -> None:

@@ -9,12 +9,17 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import CARRIAGE, SPOOL
+from rodless_base.fault_counts import WINDOW, FaultCounts, lately_text
 from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import (
+    ACTUAL_RATE,
     ERROR,
+    MODE,
     OK,
     PERIOD,
+    PRESET,
+    TARGET_RATE,
     WARN,
     diagnostic,
     diagnostics_publisher,
@@ -29,10 +34,11 @@ from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_STATE, VALVE_VOLTAGE
 from rodless_sim.node import messages
+from rodless_sim.node.clock_publishers import ClockPublishers
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.pace import Pace, PaceMeter, PaceNews
-from rodless_sim.node.ready import all_listen, ready_line
+from rodless_sim.node.ready import all_listen, preset_text, ready_line
 from rodless_sim.node.realtime import POLL_PERIOD, Realtime
 from rodless_sim.node.simulation_interfaces import offer_standard_services
 from rodless_sim.node.time_keeper import TimeKeeper
@@ -40,6 +46,12 @@ from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
+
+# The share of late periods above which they are a fault: an ordinary machine is late now and then.
+TOLERATED_OVERRUNS = 0.01
+
+# What the fault of late periods is called.
+OVERRUNS = "overruns"
 
 
 class PlantNode:
@@ -56,12 +68,15 @@ class PlantNode:
         self._pressure_variance = pressure_variance(self._parameters.values)
         self._engine = Engine(self._parameters.values, self._publish)
         self._failure: str | None = None
+        self._counts = FaultCounts()
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
         )
         self._commanders: dict[bytes, str] = {}
         self._time = self._make_time_keeper(self._parameters.values)
         self._pace, self._pace_news = self._make_pace_meter(self._parameters.values)
+        self._last_pace = self._pace.report()
+        self._announced: tuple[object, ...] = ()
         self._make_services()
         self._say_ready()
 
@@ -91,14 +106,14 @@ class PlantNode:
         self._valve_state = OnDemand(
             publisher(JointState, VALVE_STATE), messages.valve_state, self._outbox
         )
-        self._clock = (
-            OnDemand(publisher(Clock, "/clock"), messages.clock, self._outbox)
-            if self._parameters.values["time.publish_clock"]
-            else None
+        self._clock = ClockPublishers(
+            self.node,
+            lambda topic: OnDemand(publisher(Clock, topic), messages.clock, self._outbox),
+            bool(self._parameters.values["time.publish_clock"]),
         )
         # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
-        self._awaited = [*self._pressures.values(), *([self._clock] if self._clock else [])]
-        self._on_demand = [*self._awaited, self._valve_state]
+        self._awaited = [*self._pressures.values(), *self._clock.awaited]
+        self._on_demand = [*self._awaited, self._valve_state, *self._clock.others]
         self._diagnostics = diagnostics_publisher(self.node)
 
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
@@ -125,7 +140,7 @@ class PlantNode:
         self.node.create_service(Trigger, "~/step", self._step)
         offer_standard_services(self.node, self._time)
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
-        self.node.create_timer(PERIOD, self._publish_diagnostics, clock=steady_clock())
+        self.node.create_timer(PERIOD, self._report, clock=steady_clock())
 
     def _ready(self) -> bool:
         """Whether everybody listens whom the run must not start without."""
@@ -133,8 +148,9 @@ class PlantNode:
         lockstep = self._parameters.values.text("time.mode") == "lockstep"
         # In real time without recorders, too: this polls whom the first sample goes to.
         listening = all_listen(self._joint_states.get_subscription_count, self._awaited, recorders)
-        # Last: whoever subscribes to it first has it from sample 0 on.
+        # Last: whoever has subscribed to these before the samples has them from sample 0 on.
         self._valve_state.poll()
+        self._clock.poll()
         return listening or not (recorders or lockstep)
 
     def _find_commanders(self) -> dict[bytes, str]:
@@ -149,12 +165,27 @@ class PlantNode:
     def _poll(self) -> None:
         for publisher in self._on_demand:
             publisher.poll()
+        self._clock.poll()
         self._time.poll()
+        if self._time.paused:
+            # A paused simulation shows that it lives, and what time it is to whoever joins.
+            self._clock.publish(self._engine.rig.nanoseconds)
         if self._engine.failure != self._failure:
             self._failure = self._engine.failure
             if self._failure is not None:
                 self.node.get_logger().error(self._failure)
         self._pace.observe(self._engine.rig.nanoseconds, self._time.running)
+        self._announce()
+
+    def _announce(self) -> None:
+        """Report at once what the controller must know of: pauses, and whether samples are due.
+
+        A new subscriber of the samples is told too.
+        """
+        state = (self._time.paused, self._time.running, self._joint_states.get_subscription_count())
+        if state != self._announced:
+            self._announced = state
+            self._publish_diagnostics()
 
     def _configure(self, values: RigParameters) -> None:
         self._engine.configure(values)
@@ -166,10 +197,12 @@ class PlantNode:
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
         response.message = self._time.reset()
+        self._counts.clear(self._faults())
         return response
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._time.pause(request.data)
+        self._announce()
         response.success = True
         response.message = "paused" if request.data else "running"
         return response
@@ -182,8 +215,7 @@ class PlantNode:
 
     def _publish(self, measurement: Measurement, state: State) -> None:
         time = measurement.stamp
-        if self._clock is not None:
-            self._clock.publish(time)
+        self._clock.publish(time)
         for field, frame in self._frames.items():
             value = getattr(measurement, field)
             self._pressures[field].publish(value, self._pressure_variance, frame, time)
@@ -192,17 +224,27 @@ class PlantNode:
         message = messages.joint_state(measurement, state.velocity, area, self._joint)
         self._outbox.send(self._joint_states, message)
 
-    def _publish_diagnostics(self) -> None:
+    def _faults(self) -> dict[str, int]:
+        """Return how often each fault has happened since the start."""
         command = self._engine.command
-        faults = {
+        return {
             "commands lost": command.timeouts,
             "commands not finite": command.not_finite,
             "commands clamped": command.clamped,
-            "overruns": self._time.overruns,
+            OVERRUNS: self._time.overruns,
             LOST: self._outbox.lost,
         }
-        pace = self._take_pace()
-        level, message = self._judge(faults)
+
+    def _report(self) -> None:
+        self._last_pace = self._take_pace()
+        self._clock.check()
+        self._publish_diagnostics()
+
+    def _publish_diagnostics(self) -> None:
+        values = self._parameters.values
+        faults = self._counts.update(self._faults())
+        pace = self._last_pace
+        level, message = self._judge()
         flow = self._engine.rig.free_air_flow * 6e4
         self._diagnostics.publish(
             diagnostic(
@@ -211,16 +253,28 @@ class PlantNode:
                 level,
                 message,
                 {
-                    "mode": self._parameters.values.text("time.mode"),
+                    MODE: values.text("time.mode"),
+                    PRESET: preset_text(values),
                     "paused": self._time.paused,
+                    TARGET_RATE: f"{self._target_rate:g}",
+                    ACTUAL_RATE: f"{pace.speed_factor / values.number('time.period'):.3f}",
                     "speed factor": f"{pace.speed_factor:.3f}",
                     "lag (s)": f"{pace.lag:.3f}",
-                    "commands received": command.received,
+                    "commands received": self._engine.command.received,
                     **faults,
                     "free-air supply flow (L/min)": f"{flow:.2f}",
                 },
+                cylinder_name(values),
             )
         )
+
+    @property
+    def _target_rate(self) -> float:
+        """Samples due per wall-clock s; 0 where none is, as in lock-step."""
+        values = self._parameters.values
+        if values.text("time.mode") == "lockstep" or not self._time.running:
+            return 0.0
+        return values.number("time.speed") / values.number("time.period")
 
     def _take_pace(self) -> Pace:
         pace = self._pace.report()
@@ -231,24 +285,38 @@ class PlantNode:
             self.node.get_logger().info(news)
         return pace
 
-    def _judge(self, faults: dict[str, int]) -> tuple[bytes, str]:
-        """Level and message: an error now, a warning for now or for past faults, or all well."""
-        seen = [name for name, count in faults.items() if count]
-        since_start = ["since start: " + ", ".join(seen)] if seen else []
+    def _judge(self) -> tuple[bytes, str]:
+        """Level and message: an error now, a warning for now or for faults of late, or all well."""
         # Nothing that a plant at its end lacks is a fault.
         ended = self._engine.ended and self._engine.failure is None
         if self._time.problem is not None and not ended:
             return ERROR, self._time.problem
-        if ended or self._time.paused:
-            state = "ended" if ended else "paused"
-            return (WARN if seen else OK), "; ".join([state, *since_start])
-        if self._pace_news.behind:
-            return WARN, "; ".join(["plant time falls behind", *since_start])
-        if seen:
-            return WARN, since_start[0]
+        state = "ended" if ended else "paused" if self._time.paused else None
+        warnings = [self._clock.problem] if self._clock.problem else []
+        if self._pace_news.behind and state is None:
+            warnings.append("plant time falls behind")
+        lately = self._faults_lately()
+        if lately:
+            warnings.append(lately_text(lately))
+        if state is not None or warnings:
+            return (WARN if warnings else OK), "; ".join([*([state] if state else []), *warnings])
         if not self._engine.command.received:
             return OK, "waiting for commands, valve closed"
         return OK, "running"
+
+    def _faults_lately(self) -> list[str]:
+        lately = self._counts.lately()
+        number = self._parameters.values.number
+        periods = WINDOW * number("time.speed") / number("time.period")
+        if lately.get(OVERRUNS, 0) <= TOLERATED_OVERRUNS * periods:
+            lately.pop(OVERRUNS, None)
+        return list(lately)
+
+
+def cylinder_name(values: RigParameters) -> str:
+    """Bore and stroke, as makers name cylinders."""
+    bore, stroke = (values.number(f"cylinder.{name}") for name in ("bore", "stroke"))
+    return f"cylinder {bore * 1e3:g}-{stroke * 1e3:g} mm"
 
 
 def pressure_variance(values: RigParameters) -> float:

@@ -1,8 +1,10 @@
 """Whom the plant waits for, and what it says once it is ready."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Protocol
 
+from rodless_base.parameter_file import preset_names
 from rodless_sim.parameters import RigParameters
 
 
@@ -24,11 +26,32 @@ def all_listen(samples: Callable[[], int], others: Sequence[Polled], recorders: 
     return listeners > recorders and fewest >= recorders
 
 
+def preset_text(values: RigParameters) -> str:
+    """Name the preset that ``values`` are nearest to and what differs from it; time is left out."""
+    differing = {name: _differing(values, _preset(name)) for name in preset_names()}
+    name = min(differing, key=lambda one: len(differing[one]))
+    changed = differing[name]
+    if not changed:
+        return name
+    more = f" and {len(changed) - 2} more" if len(changed) > 2 else ""
+    return f"{name} (changed: {', '.join(changed[:2])}{more})"
+
+
+@cache
+def _preset(name: str) -> RigParameters:
+    return RigParameters.preset(name)
+
+
+def _differing(values: RigParameters, preset: RigParameters) -> list[str]:
+    return [n for n in values if not n.startswith("time.") and values[n] != preset[n]]
+
+
 def ready_line(values: RigParameters, samples: str, commands: str) -> str:
     """Return the line for a plant on the topics ``samples`` and ``commands`` (full names)."""
     gauge = values.number("supply.pressure") - values.number("atmosphere.pressure")
     return (
-        f"ready: {_mode(values)}, supply {gauge * 1e-6:.3f} MPa gauge; "
+        f"ready: {_mode(values)}, supply {gauge * 1e-6:.3f} MPa gauge, "
+        f"preset {preset_text(values)}; "
         f"waiting for {_wanted(values, samples)} {commands}"
     )
 

@@ -128,13 +128,13 @@ def test_a_restart_behind_a_gap_is_noticed(kind: str) -> None:
     assert outputs[-1].reference == 0.02
 
 
-def test_reset_keeps_the_set_point_and_nothing_else() -> None:
-    """A reset by hand forgets integral and velocity, and is no fault to be counted."""
+def test_reset_forgets_all_and_holds_the_carriage_where_it_is() -> None:
+    """A reset by hand forgets integral, velocity and set-point, and is no fault to be counted."""
     loop, now, _ = charged()
     loop.reset()
     output = loop.sample(Measurement(now + MILLISECOND, 0.02))
     assert output is not None
-    assert (output.terms["i"], output.terms["d"], output.reference) == (0.0, 0.0, 0.051)
+    assert (output.terms["i"], output.terms["d"], output.reference) == (0.0, 0.0, 0.02)
     assert (loop.restarts, loop.lost, loop.not_finite) == (0, 0, 0)
 
 

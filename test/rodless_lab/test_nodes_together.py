@@ -1,21 +1,26 @@
 """Plant and controller together: two processes, DDS between them, time paced by the wall clock."""
 
 import itertools
+import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rosgraph_msgs.msg import Clock
 from running import StartRig
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.ros.topics import stamp_nanoseconds
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters, PidParameters
 from rodless_lab.session.observer import Observer
+from rodless_lab.session.processes import SessionProcesses
 
 PERIOD = 1_000_000
+
+CLOSED = ControllerParameters().number("controller.neutral_voltage")
 
 # The paper's tolerance.
 WITHIN = 2e-4
@@ -28,6 +33,7 @@ class Rig:
     observer: Observer
     samples: list[JointState]
     commands: list[Float64]
+    processes: SessionProcesses
 
     def __post_init__(self) -> None:
         self._setpoint = self.observer.publisher(Float64, "/setpoint")
@@ -67,12 +73,12 @@ class Rig:
 @pytest.fixture(scope="module")
 def rig(observer: Observer, start_rig: StartRig) -> Iterator[Rig]:
     """Run the rig."""
-    with start_rig():
+    with start_rig() as processes:
         samples = observer.collect(JointState, "/joint_states")
         commands = observer.collect(Float64, "/valve/voltage")
         # The controller speaks only when it is spoken to: from then on the loop is closed.
         observer.more(commands, 10)
-        yield Rig(observer, samples, commands)
+        yield Rig(observer, samples, commands, processes)
 
 
 def test_the_carriage_reaches_58_mm_with_one_command_per_sample(rig: Rig) -> None:
@@ -103,7 +109,10 @@ def test_diagnostics_tell_that_both_are_at_work(rig: Rig) -> None:
     plant = rig.observer.diagnostic("/plant", fresh=True)
     controller = rig.observer.diagnostic("/controller", fresh=True)
     rig.observer.more(arrays, 2)
-    assert {status.hardware_id for array in arrays for status in array.status} == {"/"}
+    assert {status.hardware_id for array in arrays for status in array.status} == {
+        "rig",
+        "rig, cylinder 25-200 mm",
+    }
     for status in (plant, controller):
         assert status.level in (DiagnosticStatus.OK, DiagnosticStatus.WARN), status.message
     if plant.level == DiagnosticStatus.OK:
@@ -161,6 +170,55 @@ def test_a_pause_in_mid_move_is_no_loss(rig: Rig) -> None:
     rig.go(0.1)
 
 
+def test_a_plant_that_is_stopped_is_lost_and_one_that_goes_on_is_followed(rig: Rig) -> None:
+    """SIGSTOP in mid-move: the valve is commanded closed and that is said; SIGCONT: it goes on."""
+    processes = rig.processes
+    rig.go(0.02)
+    lost = rig.observer.counter("/controller", "positions lost", fresh=True)
+    rig.send(0.12)
+    rig.observer.wait(lambda: rig.position > 0.04, "the carriage in mid-move")
+    processes["plant"].signal(signal.SIGSTOP)
+    try:
+        rig.observer.wait(lambda: tail(rig.commands, 10) == {CLOSED}, "a closed valve")
+        status = rig.observer.diagnostic("/controller", fresh=True)
+        assert status.level == DiagnosticStatus.ERROR
+        assert status.message == "no position: valve closed"
+        assert float(status.values["positions lost"]) == lost + 1
+    finally:
+        processes["plant"].signal(signal.SIGCONT)
+    rig.go(0.12)
+    status = rig.observer.diagnostic("/controller", fresh=True)
+    assert status.level != DiagnosticStatus.ERROR
+    assert "positions have stopped coming: commanding a closed valve" in (
+        processes["controller"].output
+    )
+    assert "positions come again" in processes["controller"].output
+
+
+def tail(commands: list[Float64], count: int) -> set[float]:
+    """Return the values of the last commands."""
+    return {command.data for command in commands[-count:]}
+
+
+def test_a_long_pause_and_single_steps_are_no_loss(rig: Rig) -> None:
+    """Longer than any timeout of the controller; /clock goes on with the time that stands still."""
+    clocks = rig.observer.collect(Clock, "/clock")
+    lost = rig.observer.counter("/controller", "positions lost", fresh=True)
+    rig.pause(True)
+    del clocks[:]
+    for _ in range(3):
+        rig.observer.more(clocks, 100)
+        assert rig.observer.call(Trigger, "/plant/step").success
+    rig.observer.more(clocks, 100)
+    times = [stamp_nanoseconds(message.clock) for message in clocks]
+    assert sorted(times) == times
+    assert len(set(times)) == 4
+    assert rig.observer.diagnostic("/controller", fresh=True).level != DiagnosticStatus.ERROR
+    assert rig.observer.counter("/controller", "positions lost") == lost
+    rig.pause(False)
+    rig.go(0.04)
+
+
 def test_a_reset_leaves_the_loop_working(rig: Rig) -> None:
     """Plant time goes back to 0, the carriage to its start, and from there to the set-point."""
     rig.go(0.04)
@@ -179,7 +237,7 @@ def test_a_reset_leaves_the_loop_working(rig: Rig) -> None:
 
 
 def test_a_disabled_controller_stops_the_carriage_and_enabled_goes_on(rig: Rig) -> None:
-    """In mid-move ~/enable false closes the valve; true finishes the move."""
+    """In mid-move ~/enable false closes the valve; true holds until there is a new set-point."""
     rig.go(0.02)
     rig.send(0.15)
     rig.observer.wait(lambda: rig.position > 0.04, "the carriage in mid-move")
@@ -188,6 +246,9 @@ def test_a_disabled_controller_stops_the_carriage_and_enabled_goes_on(rig: Rig) 
     rig.observer.wait(
         lambda: len({sample.position[0] for sample in rig.samples[-200:]}) == 1, "rest"
     )
-    assert rig.position < 0.149
+    stopped = rig.position
+    assert stopped < 0.149
     assert rig.observer.call(SetBool, "/controller/enable", data=True).success
+    rig.wait(0.5)
+    assert abs(rig.position - stopped) < WITHIN
     rig.go(0.15)

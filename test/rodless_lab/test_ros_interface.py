@@ -51,6 +51,7 @@ SUBSCRIBED = {
         "joint_commands": JOINT,
         "controller/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
         "/clock": "rosgraph_msgs/msg/Clock",  # use_sim_time
+        "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",  # of its plant
     },
 }
 SERVICES = {
@@ -216,6 +217,7 @@ def test_a_namespace_makes_a_second_rig_that_does_not_hear_the_first(
     )
     with start_rig(namespace="second", plant={**PERIOD_PARAMETER, "time.publish_clock": False}):
         published = {k: v for k, v in PUBLISHED["plant"].items() if k != "/clock"}
+        published["clock"] = PUBLISHED["plant"]["/clock"]
         check_graph(observer, "plant", "/second", published)
         check_graph(observer, "controller", "/second", PUBLISHED["controller"])
         assert observer.node.count_publishers("/clock") == 1

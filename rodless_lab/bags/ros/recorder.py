@@ -57,8 +57,10 @@ class Recorder:
         self._writer = writer
         names = [self.node.resolve_topic_name(topic) for topic in topics]
         self._wanted = set(names)
-        clock = [CLOCK_TOPIC] if names and not wall_time else []
-        self._discovery = TopicDiscovery(self.node, [*names, *clock])
+        # A launch file remaps it, in a namespace, to the clock of that rig.
+        self._clock_topic = self.node.resolve_topic_name(CLOCK_TOPIC)
+        clock = [self._clock_topic] if names and not wall_time else []
+        self._discovery = TopicDiscovery(self.node, list(dict.fromkeys([*names, *clock])))
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
         self._sequences: dict[str, int] = {}
@@ -125,7 +127,7 @@ class Recorder:
 
     def _clock_is_missing(self) -> bool:
         timed_out = self._clock.waits_since(time.time_ns() - CLOCK_TIMEOUT)
-        return timed_out and not self.node.count_publishers(CLOCK_TOPIC)
+        return timed_out and not self.node.count_publishers(self._clock_topic)
 
     def _subscribe_new(self) -> None:
         for offer in self._discovery.new_offers(self._subscriptions):
@@ -145,7 +147,7 @@ class Recorder:
 
     def _receiver(self, offer: Offer) -> Callable[[bytes, Info], None]:
         topic = offer.topic
-        is_clock = topic == CLOCK_TOPIC
+        is_clock = topic == self._clock_topic
         recorded = self._is_recorded(topic)
         first_field = next(iter(offer.message_type.get_fields_and_field_types().values()), "")
         has_stamp = first_field == "std_msgs/Header"

@@ -184,7 +184,7 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
         assert set(after[np.isfinite(after)]) == {5.08}
         assert set(run.voltage[:3]) == {5.2}
         rig.reset_controller()
-        rig.wait_until(lambda: rig.counter("controller", "failures of the law") == 2.0, "again")
+        rig.wait_until(lambda: rig.outputs["controller"].count(text) == 2, "again")
         rig.set_parameters("controller", {"mine.healthy": True})
         rig.enable_controller()
         rig.run_for(0.1)

@@ -25,12 +25,12 @@ def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
         assert 0.0 < observer.counter("/hasty/plant", "speed factor") < 9.5
         status = observer.diagnostic("/hasty/plant")
         assert status.level == DiagnosticStatus.WARN
-        assert status.message == "plant time falls behind; since start: overruns"
+        assert status.message == "plant time falls behind; in the last 10 s: overruns"
         assert observer.call(SetBool, "/hasty/plant/pause", data=True).success
         observer.diagnostic("/hasty/plant", fresh=True)
         status = observer.diagnostic("/hasty/plant", fresh=True)
         assert status.level == DiagnosticStatus.WARN
-        assert status.message == "paused; since start: overruns"
+        assert status.message == "paused; in the last 10 s: overruns"
         held = observer.counter("/hasty/plant", "lag (s)")
         assert observer.counter("/hasty/plant", "speed factor", fresh=True) == 0.0
         assert observer.counter("/hasty/plant", "lag (s)") == held
@@ -41,12 +41,13 @@ def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
 def test_nodes_say_once_that_they_are_ready_and_what_to_do_next(start_node: StartProcess) -> None:
     """Names are those of their namespace; what is said after that comes from running."""
     with start_node("plant", {"time.period": 0.01}, namespace="one") as plant:
-        until_it_says(plant, "ready: realtime, 100 Hz, supply 0.520 MPa gauge")
+        until_it_says(plant, "ready: realtime, 100 Hz, supply 0.520 MPa gauge, preset paper")
         with start_node("controller", namespace="one") as controller:
             until_it_says(controller, "rodless move 58 --namespace /one")
         with start_node("controller", {"reference.type": "sine"}, namespace="one") as sine:
-            until_it_says(sine, "ready: law pid, reference sine; it moves by itself")
+            until_it_says(sine, "law pid, reference sine; it moves by itself")
     assert plant.output.count("ready: ") == 1
     assert "waiting for commands on /one/valve/voltage" in plant.output
     assert controller.output.count("started: ") == controller.output.count("ready: ") == 1
+    assert "ready: realtime, preset paper, 100 Hz, law pid, " in controller.output
     assert "reference setpoint; move it with a set-point on /one/setpoint" in controller.output

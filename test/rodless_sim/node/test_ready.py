@@ -3,7 +3,7 @@
 import pytest
 
 from rodless_sim import RigParameters
-from rodless_sim.node.ready import all_listen, ready_line
+from rodless_sim.node.ready import all_listen, preset_text, ready_line
 
 
 @pytest.mark.parametrize(
@@ -11,23 +11,24 @@ from rodless_sim.node.ready import all_listen, ready_line
     [
         (
             {},
-            "ready: realtime, 1000 Hz, supply 0.520 MPa gauge; "
+            "ready: realtime, 1000 Hz, supply 0.520 MPa gauge, preset paper; "
             "waiting for commands on /a/valve/voltage",
         ),
         (
             {"time.period": 5e-3, "time.speed": 2.0, "supply.pressure": 501325.0},
-            "ready: realtime, 200 Hz at speed 2, supply 0.400 MPa gauge; "
-            "waiting for commands on /a/valve/voltage",
+            "ready: realtime, 200 Hz at speed 2, supply 0.400 MPa gauge, "
+            "preset paper (changed: supply.pressure); waiting for commands on /a/valve/voltage",
         ),
         (
             {"time.recorders": 2},
-            "ready: realtime, 1000 Hz, supply 0.520 MPa gauge; "
+            "ready: realtime, 1000 Hz, supply 0.520 MPa gauge, preset paper; "
             "waiting for 3 subscribers to /a/joint_states and commands on /a/valve/voltage",
         ),
         (
             {"time.mode": "lockstep"},
-            "ready: lockstep, 1000 samples per second of plant time, supply 0.520 MPa gauge; "
-            "waiting for a subscriber to /a/joint_states and one publisher on /a/valve/voltage",
+            "ready: lockstep, 1000 samples per second of plant time, supply 0.520 MPa gauge, "
+            "preset paper; waiting for a subscriber to /a/joint_states and one publisher on "
+            "/a/valve/voltage",
         ),
     ],
 )
@@ -36,6 +37,15 @@ def test_the_line_says_mode_rate_supply_and_what_is_waited_for(
 ) -> None:
     """Pressures are gauge, topics as they are resolved."""
     assert ready_line(RigParameters(changes), "/a/joint_states", "/a/valve/voltage") == expected
+
+
+def test_a_set_is_named_after_the_preset_it_is_nearest_to() -> None:
+    """What differs is named; how time passes is no property of the rig."""
+    calibrated = RigParameters.preset("calibrated")
+    assert preset_text(calibrated.with_values({"time.speed": 2.0})) == "calibrated"
+    changes = {"supply.pressure": 5e5, "sensors.seed": 3, "cylinder.moving_mass": 2.0}
+    text = preset_text(calibrated.with_values(changes))
+    assert text == "calibrated (changed: supply.pressure, cylinder.moving_mass and 1 more)"
 
 
 class Subscriptions:

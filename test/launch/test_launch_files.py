@@ -1,0 +1,161 @@
+"""What the launch files start, for which arguments, and how they end.
+
+launch itself is stood in for; the nodes are real.
+"""
+
+import re
+import signal
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from launch_stand_in import Context, Node, launch_nodes
+from rosgraph_msgs.msg import Clock
+from running import StartProcess, until_it_says
+from std_msgs.msg import Float64
+
+from rodless_base.parameter_file import read_parameter_file
+from rodless_lab import read_bag
+from rodless_lab.session.node_process import NodeProcess
+from rodless_lab.session.observer import Observer
+
+RIG = "rig.launch.py"
+
+
+def parameters(nodes: list[Node], node: str) -> dict[str, object]:
+    """Return what ``node`` is given; later files win."""
+    found: dict[str, object] = {}
+    for file in nodes[0].parameters:
+        found.update(read_parameter_file(file, node))
+    return found
+
+
+@contextmanager
+def running(start_process: StartProcess, nodes: list[Node]) -> Iterator[list[NodeProcess]]:
+    """Run the nodes; each has to end well."""
+    with ExitStack() as stack:
+        processes = [
+            stack.enter_context(start_process(node.command, node.executable)) for node in nodes
+        ]
+        yield processes
+        for process in processes:
+            process.signal(signal.SIGINT)
+        assert [process.wait() for process in processes] == [0] * len(processes)
+
+
+def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
+    """Two processes under their names, on /clock."""
+    nodes = launch_nodes(RIG)
+    assert [(node.executable, node.name) for node in nodes] == [
+        ("plant", "plant"),
+        ("controller", "controller"),
+    ]
+    plant = parameters(nodes, "plant")
+    assert (plant["time.mode"], plant["time.publish_clock"]) == ("realtime", True)
+    assert not any("clock" in word for node in nodes for word in node.command)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name", "value"),
+    [
+        ({"speed": "0.5"}, "time.speed", 0.5),
+        ({"supply_pressure": "600000"}, "supply.pressure", 6e5),
+        ({"publish_clock": "false"}, "time.publish_clock", False),
+        ({"namespace": "left"}, "time.publish_clock", False),
+        ({"namespace": "left", "publish_clock": "true"}, "time.publish_clock", True),
+        ({"mode": "lockstep", "record": "true"}, "time.recorders", 1),
+    ],
+)
+def test_an_argument_reaches_the_plant(arguments: dict[str, str], name: str, value: object) -> None:
+    """As a parameter that wins over preset and file."""
+    assert parameters(launch_nodes(RIG, **arguments), "plant")[name] == value
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ({"parameters": "nowhere.yaml"}, "parameters:=nowhere.yaml: no such file"),
+        ({"parameters": "/"}, "parameters:=/: no such file"),
+        ({"speed": "fast"}, "speed:=fast: not a number"),
+        ({"supply_pressure": "6 bar"}, "supply_pressure:=6 bar: not a number"),
+        ({"log_level": "loud"}, "log_level:=loud: not one of"),
+    ],
+)
+def test_what_is_not_there_is_refused(arguments: dict[str, str], line: str) -> None:
+    """Nothing starts; launch shows the line and ends with exit code 1 for an exception."""
+    with pytest.raises(RuntimeError, match=re.escape(line)):
+        launch_nodes(RIG, **arguments)
+
+
+def test_a_node_that_fails_fails_the_launch(tmp_path: Path, start_process: StartProcess) -> None:
+    """One that refused to start, too; the end of one that was asked to end is no failure."""
+    file = tmp_path / "misspelt.yaml"
+    file.write_text("plant: {ros__parameters: {supply.presure: 6.0e+5}}", encoding="utf-8")
+    plant, _ = launch_nodes(RIG, parameters=str(file))
+    with start_process(plant.command) as process:
+        code = process.wait()
+        assert "refused to start: supply.presure: no such parameter" in process.output
+    context = Context({})
+    event = SimpleNamespace(process_name="plant-1", returncode=code)
+    with pytest.raises(RuntimeError, match="plant-1 has ended with exit code 1"):
+        plant.on_exit(event, context)
+    context.is_shutdown = True
+    assert plant.on_exit(event, context).kind == "shutdown"
+    event.returncode = 0
+    assert plant.on_exit(event, Context({})).reason == "plant-1 has ended"
+
+
+def test_in_one_process_both_nodes_run_on_their_parameters(
+    observer: Observer, start_process: StartProcess
+) -> None:
+    """At half speed, in a namespace, with its own clock; what is less than a warning is not logged.
+
+    Without our controller there is nothing to share a process with.
+    """
+    (node,) = launch_nodes(
+        RIG, use_composition="true", namespace="both", speed="0.5", log_level="warn"
+    )
+    assert node.executable == "rig"
+    with running(start_process, [node]) as (process,):
+        observer.more(observer.collect(Float64, "/both/valve/voltage"), 10)
+        assert observer.get_parameters("/both/plant", ["time.speed"]) == {"time.speed": 0.5}
+        assert observer.node.count_publishers("/clock") == 0
+        assert observer.node.count_subscribers("/clock") == 0
+        observer.more(observer.collect(Clock, "/both/clock"), 10)
+    assert "started: law" not in process.output
+    (alone,) = launch_nodes(RIG, use_composition="true", controller="false")
+    assert alone.executable == "plant"
+
+
+def test_a_rig_in_a_namespace_is_recorded_on_its_own_time(
+    start_process: StartProcess, tmp_path: Path
+) -> None:
+    """All that it publishes and its clock, from sample 0 on, dated in its own plant time."""
+    bag = tmp_path / "bag"
+    nodes = launch_nodes(RIG, namespace="taped", record="true", bag=str(bag))
+    with running(start_process, nodes) as (_, controller, _):
+        until_it_says(controller, "move it with a set-point on /taped/setpoint")
+    read = read_bag(bag)
+    names = ("joint_states", "supply/pressure", "valve/voltage", "clock")
+    first = {name: read[f"/taped/{name}"].log_time[0] for name in names}
+    assert first == dict.fromkeys(names, 0)
+    assert "/clock" not in read.topics
+
+
+@pytest.mark.parametrize(("clock", "owners"), [("none", [False, False]), ("right", [False, True])])
+def test_two_rigs_start_side_by_side(clock: str, owners: list[bool]) -> None:
+    """In namespaces of their own, at most one on /clock; the other's nodes live on its own."""
+    nodes = launch_nodes("two_rigs.launch.py", clock=clock, right_preset="calibrated")
+    assert [(node.namespace, node.name) for node in nodes] == [
+        *(("left", "plant"), ("left", "controller")),
+        *(("right", "plant"), ("right", "controller")),
+    ]
+    left, right = nodes[:2], nodes[2:]
+    published = [parameters(rig, "plant")["time.publish_clock"] for rig in (left, right)]
+    assert published == owners
+    for rig, owner in zip((left, right), owners, strict=True):
+        assert ("controller:/clock:=clock" in rig[1].command) is not owner
+    presets = [rig[0].parameters[0].stem for rig in (left, right)]
+    assert presets == ["paper", "calibrated"]

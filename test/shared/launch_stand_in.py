@@ -1,0 +1,151 @@
+"""Stands in for launch and launch_ros, which no package index has: reads a launch file, no more.
+
+What a launch file makes of its arguments is the file's own; each Node is turned into the command
+line that launch_ros would run.
+"""
+
+import runpy
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+from unittest.mock import patch
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Where an executable of lib/rodless_sim starts.
+SCRIPTS = ROOT / "scripts"
+
+
+class Context:
+    """Holds the launch configurations."""
+
+    def __init__(self, arguments: dict[str, str]) -> None:
+        self.arguments = arguments
+        self.is_shutdown = False
+
+
+class LaunchConfiguration:
+    """One argument's value."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def perform(self, context: Context) -> str:
+        """Return it."""
+        return context.arguments[self._name]
+
+
+class EqualsSubstitution:
+    """true where both are the same."""
+
+    def __init__(self, left: LaunchConfiguration, right: str) -> None:
+        self._left, self._right = left, right
+
+    def perform(self, context: Context) -> str:
+        """Compare."""
+        return str(self._left.perform(context) == self._right).lower()
+
+
+class Node:
+    """What launch_ros starts: :attr:`command` and what happens at its end."""
+
+    def __init__(
+        self,
+        *,
+        package: str,
+        executable: str,
+        namespace: str,
+        output: str,
+        on_exit: Callable[..., Any],
+        name: str = "",
+        parameters: Iterable[str] = (),
+        arguments: Iterable[str] = (),
+        ros_arguments: Iterable[str] = (),
+    ) -> None:
+        assert (package, output) == ("rodless_sim", "screen")
+        self.executable, self.name, self.namespace = executable, name, namespace
+        self.parameters = [Path(file) for file in parameters]
+        self.on_exit = on_exit
+        files = [word for file in parameters for word in ("--params-file", str(file))]
+        remapping = [f"__node:={name}"] * bool(name) + [f"__ns:=/{namespace}"] * bool(namespace)
+        self.command = [
+            *(sys.executable, str(SCRIPTS / executable), *arguments, "--ros-args", *ros_arguments),
+            *(word for rule in remapping for word in ("-r", rule)),
+            *files,
+        ]
+
+
+def _modules() -> dict[str, ModuleType]:
+    """Return what launch files import, by name."""
+    record = SimpleNamespace
+    contents: dict[str, dict[str, Any]] = {
+        "ament_index_python": {},
+        "ament_index_python.packages": {"get_package_share_directory": lambda _: str(ROOT)},
+        "launch": {"LaunchContext": Context, "LaunchDescription": list},
+        "launch.actions": {
+            "DeclareLaunchArgument": lambda name, **of: record(kind="argument", name=name, **of),
+            "GroupAction": lambda actions: record(kind="group", actions=actions),
+            "IncludeLaunchDescription": lambda source, launch_arguments: record(
+                kind="include", source=source, arguments=dict(launch_arguments)
+            ),
+            "OpaqueFunction": lambda function: record(kind="function", function=function),
+            "Shutdown": lambda reason: record(kind="shutdown", reason=reason),
+        },
+        "launch.events": {},
+        "launch.events.process": {"ProcessExited": object},
+        "launch.launch_description_sources": {"PythonLaunchDescriptionSource": str},
+        "launch.substitutions": {
+            "LaunchConfiguration": LaunchConfiguration,
+            "EqualsSubstitution": EqualsSubstitution,
+        },
+        "launch_ros": {},
+        "launch_ros.actions": {"Node": Node},
+    }
+    modules = {}
+    for name, content in contents.items():
+        modules[name] = ModuleType(name)
+        vars(modules[name]).update(content)
+    return modules
+
+
+@contextmanager
+def _stand_in() -> Iterator[None]:
+    with patch.dict(sys.modules, _modules()):
+        yield
+
+
+def launch_nodes(file: str, **arguments: str) -> list[Node]:
+    """Return the nodes that `ros2 launch rodless_sim FILE NAME:=VALUE` starts.
+
+    Raises RuntimeError where launch would end with an error, for arguments it has not too.
+    """
+    with _stand_in():
+        description = runpy.run_path(str(ROOT / "launch" / file))["generate_launch_description"]()
+        declared = {action.name: action for action in description if action.kind == "argument"}
+        if unknown := arguments.keys() - declared.keys():
+            raise RuntimeError(f"no such argument: {', '.join(unknown)}")
+        values = {name: action.default_value for name, action in declared.items()} | arguments
+        for name, action in declared.items():
+            choices = getattr(action, "choices", None)
+            if choices and values[name] not in choices:
+                raise RuntimeError(f"{name}:={values[name]}: not one of {choices}")
+        context = Context(values)
+        return [node for action in description for node in _visit(action, context)]
+
+
+def _visit(action: Any, context: Context) -> list[Node]:
+    match action.kind:
+        case "function":
+            return list(action.function(context))
+        case "group":
+            return [node for inner in action.actions for node in _visit(inner, context)]
+        case "include":
+            given = {
+                name: value if isinstance(value, str) else value.perform(context)
+                for name, value in action.arguments.items()
+            }
+            return launch_nodes(Path(action.source).name, **given)
+    return []
