@@ -18,6 +18,7 @@ from rodless_control import PidParameters, references
 from rodless_control.references import Reference
 from rodless_sim import RigParameters
 from rodless_sim.physics.cylinder import piston_area
+from rodless_sim.physics.valve import scaled_amplitudes
 
 Array = npt.NDArray[np.float64]
 
@@ -36,7 +37,8 @@ FIXED = (
     "air.critical_ratio",
 )
 # Measured curves. Drawn number by number they are no valve's: done for half of the rigs.
-CURVES = ("valve.area_coefficients", "valve.flow_coefficients")
+AREA = "valve.area_coefficients"
+CURVES = (AREA, "valve.flow_coefficients")
 # How many decades below its maximum a value is drawn whose least is zero.
 DECADES = 5.0
 
@@ -136,10 +138,12 @@ def _within_range(generator: np.random.Generator, parameter: Parameter) -> objec
         return str(generator.choice(parameter.choices))
     low, high = parameter.minimum, parameter.maximum
     if isinstance(parameter.default, tuple):
-        return tuple(
+        drawn = tuple(
             float(generator.choice([-1.0, 1.0])) * high * 10.0 ** -generator.uniform(0.0, DECADES)
             for _ in parameter.default
         )
+        # Amplitudes in mm²: their declared range is that of the angles.
+        return scaled_amplitudes(drawn, -6) if parameter.name == AREA else drawn
     if low == 0.0:
         # Nothing at all is a value of its own.
         share = 0.0 if generator.random() < 0.1 else 10.0 ** -generator.uniform(0.0, DECADES)

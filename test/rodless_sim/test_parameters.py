@@ -126,7 +126,7 @@ def test_an_integer_is_accepted_for_a_real() -> None:
         ({"friction.forward.static": 11.9}, "friction.forward.static"),
         ({"friction.reverse.coulomb": 36.1}, "friction.reverse.static"),
         ({"valve.sleeve_diameter": 5.9e-3}, "valve.sleeve_diameter"),
-        ({"air.isentropic_index": 1.3}, "air.critical_ratio"),
+        ({"air.isentropic_index": 1.3, "air.critical_ratio": 0.528}, "air.critical_ratio"),
         ({"cylinder.initial_position": 0.201}, "cylinder.initial_position"),
         ({"valve.flow_coefficients": (1.0, 0.0, 0.0, 0.0, 0.0, -1e-3)}, "valve.flow_coefficients"),
         ({"valve.flow_coefficients": (1.0, -1.0, 0.2, 0.0, 0.0, 0.0)}, r"-0\.25 at 2\.5 V"),
@@ -296,7 +296,7 @@ def test_a_file_that_is_no_parameter_file_is_refused(tmp_path: Path, text: str) 
         RigParameters.from_file(path)
 
 
-PRINTED = {"valve.assembly": "printed"}
+PRINTED_ASSEMBLY = {"valve.assembly": "printed"}
 DEFAULT_AREA = RigParameters().numbers("valve.area_coefficients")
 
 
@@ -304,10 +304,10 @@ DEFAULT_AREA = RigParameters().numbers("valve.area_coefficients")
     ("coefficients", "place"),
     [
         # 2 sin(π/8 U): below zero from 8 V on.
-        ((2.0, math.pi / 8.0, 0.0, *[0.0] * 6), r"at 10 V"),
+        ((2e-6, math.pi / 8.0, 0.0, *[0.0] * 6), r"at 10 V"),
         # 1 + 1.001 sin(50 U): below zero for 2 mV at a time.
-        ((1.0, 0.0, math.pi / 2.0, 1.001, 50.0, 0.0, 0.0, 0.0, 0.0), r"-0\.001 mm²"),
-        ((-2.0, 0.0, 1.0, *[0.0] * 6), r"-1\.68 mm²"),
+        ((1e-6, 0.0, math.pi / 2.0, 1.001e-6, 50.0, 0.0, 0.0, 0.0, 0.0), r"-0\.001 mm²"),
+        ((-2e-6, 0.0, 1.0, *[0.0] * 6), r"-1\.68 mm²"),
     ],
 )
 def test_an_area_below_zero_is_refused_with_the_printed_assembly(
@@ -316,10 +316,10 @@ def test_an_area_below_zero_is_refused_with_the_printed_assembly(
     """Wherever from 0 to 10 V it is; the reconciled assembly counts from the smallest area."""
     values = {"valve.area_coefficients": coefficients}
     with pytest.raises(ParameterError, match=rf"^valve\.area_coefficients: .*{place}"):
-        RigParameters({**values, **PRINTED})
+        RigParameters({**values, **PRINTED_ASSEMBLY})
     reconciled = RigParameters(values)
     with pytest.raises(ParameterError, match=r"^valve\.area_coefficients: "):
-        reconciled.with_values(PRINTED)
+        reconciled.with_values(PRINTED_ASSEMBLY)
 
 
 def test_a_flow_coefficient_below_zero_is_refused() -> None:
@@ -331,9 +331,9 @@ def test_a_flow_coefficient_below_zero_is_refused() -> None:
     hardly = {"valve.flow_coefficients": (0.0, 10.0, 0.0, 0.0, 0.0, 0.0)}
     RigParameters(hardly)
     with pytest.raises(ParameterError, match=r"^valve\.flow_coefficients: .* -0\.0108 with"):
-        RigParameters({**hardly, **PRINTED})
+        RigParameters({**hardly, **PRINTED_ASSEMBLY})
 
 
 def test_the_papers_printed_valve_is_accepted() -> None:
     """Its area is positive from 0 to 10 V: 0.0118 mm² where it is least."""
-    assert RigParameters(PRINTED).numbers("valve.area_coefficients") == DEFAULT_AREA
+    assert RigParameters(PRINTED_ASSEMBLY).numbers("valve.area_coefficients") == DEFAULT_AREA

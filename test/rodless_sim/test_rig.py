@@ -113,7 +113,7 @@ def test_a_stroke_that_ends_before_the_carriage_is_refused() -> None:
     rig = Rig()
     rig.reset(0.058)
     parameters, state = rig.parameters, rig.state
-    with pytest.raises(ParameterError, match=r"^cylinder\.stroke: 0\.02 m refused, .* 0\.058 m: "):
+    with pytest.raises(ParameterError, match=r"^cylinder\.stroke: 0\.02 m refused, .* 0\.058 m; "):
         rig.configure(parameters.with_values({"cylinder.stroke": 0.02}))
     assert (rig.parameters, rig.state) == (parameters, state)
     assert rig.plant.cylinder.stroke == parameters["cylinder.stroke"]

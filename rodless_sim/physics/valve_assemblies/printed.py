@@ -39,7 +39,7 @@ def check(parameters: ParameterSet) -> None:
     if lowest < 0.0:
         raise ParameterError(
             f"valve.area_coefficients: refused with valve.assembly {NAME}, the area is "
-            f"{lowest:.3g} mm² at {volts:.3g} V: air would flow against the pressure"
+            f"{1e6 * lowest:.3g} mm² at {volts:.3g} V: air would flow against the pressure"
         )
     # Both branches of flow_coefficient_printed are this polynomial in the spool's distance.
     powers = parameters.numbers("valve.flow_coefficients")
@@ -58,7 +58,7 @@ def check(parameters: ParameterSet) -> None:
 
 @lru_cache(maxsize=64)
 def lowest_area(coefficients: tuple[float, ...]) -> tuple[float, float]:
-    """Return where (V) within the valve's range the area of eq. (5) is lowest, and it (mm²)."""
+    """Return where (V) within the valve's range the area of eq. (5) is lowest, and it (m²)."""
     amplitude, rate, phase = np.reshape(coefficients, (3, 3)).T
     fastest = float(np.abs(rate).max())
     # Some 60 places in each wave, then as many between the neighbours of the lowest.

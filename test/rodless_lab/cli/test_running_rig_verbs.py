@@ -36,6 +36,7 @@ def run_bare(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS)
 def test_help_needs_no_ros(verb: str) -> None:
     """It says what the verb does; those that talk to a rig explain their exit codes."""
