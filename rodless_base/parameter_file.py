@@ -5,6 +5,7 @@ import os
 import re
 import stat
 from collections.abc import Callable, Iterator
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -89,24 +90,50 @@ EVERY_NODE = ("*", "**")
 
 
 def read_parameter_file(
-    path: str | Path, node: str, foreign: Callable[[str], bool] = lambda _name: False
+    path: str | Path,
+    node: str,
+    foreign: Callable[[str], bool] = lambda _name: False,
+    namespace: str | None = None,
 ) -> dict[str, object]:
     """Return the parameters that the file at ``path`` gives to ``node``, dotted names as keys.
 
     A section applies when the last part of its name is ``node``, ``*`` or ``**``
-    (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it; later
-    sections win. Parameters that every node has are left out, and so are those of a section for
-    all nodes that are ``foreign``: another node's. Raises ValueError for a file that is not a ROS
-    parameter file, and OSError for one that cannot be read.
+    (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it, unless
+    ``namespace`` says which; later sections win. Parameters that every node has are left out, and
+    so are those of a section for all nodes that are ``foreign``: another node's. Raises ValueError
+    for a file that is not a ROS parameter file, and OSError for one that cannot be read.
     """
+    found = parameters_for(path, node, foreign, namespace)
+    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+
+
+def parameters_for(
+    path: str | Path, node: str, foreign: Callable[[str], bool], namespace: str | None
+) -> dict[str, object]:
+    """Return what :func:`read_parameter_file` does, and what is rclpy's too; raises as it."""
     found: dict[str, object] = {}
     for section, tree in _sections(path):
         addressee = _addressee(section)
+        if not _is_in(section, namespace):
+            continue
         if addressee == node:
             found |= _flattened(tree)
         elif addressee in EVERY_NODE:
             found |= {k: value for k, value in _flattened(tree).items() if not foreign(k)}
-    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+    return found
+
+
+def section_names(path: str | Path) -> list[str]:
+    """Return the names of a file's sections; raises as :func:`read_parameter_file`."""
+    return [section for section, _ in _sections(path)]
+
+
+def _is_in(section: str, namespace: str | None) -> bool:
+    """Whether a section is for nodes in ``namespace``; one that names none is for all."""
+    named = section.strip("/").rpartition("/")[0]
+    if namespace is None or not named:
+        return True
+    return fnmatchcase(namespace.strip("/"), named.replace("**", "*"))
 
 
 def _sections(path: str | Path) -> list[tuple[str, object]]:

@@ -114,8 +114,13 @@ class ProcessPlan:
         given = {"plant": self.plant}
         if isinstance(self.controller, Mapping):
             given["controller"] = {**self._controller_time, **self.controller}
-        between = [self.parameter_file] if self.parameter_file else []
-        files = [preset_file(self.preset), *between]
+        files = [preset_file(self.preset)]
+        if self.parameter_file:
+            # Here, because launch files load this module and need no compiler.
+            from rodless_lab.session.file_parameters import own_parameters  # noqa: PLC0415
+
+            values = own_parameters(self.parameter_file, self.namespace)
+            files.append(write_parameters(folder / "of_file.yaml", values))
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))
         return files

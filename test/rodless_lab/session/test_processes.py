@@ -11,9 +11,12 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
+from rodless_base.parameters import ParameterError
 from rodless_lab.session.errors import NodeDiedError, WaitTimeoutError
+from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
+from rodless_sim import RigParameters
 
 ENDED_WELL = {"plant": 0, "controller": 0}
 
@@ -151,8 +154,47 @@ def test_plans_that_make_no_sense_are_refused_before_anything_runs(
 def test_files_come_before_parameters_and_after_the_preset(tmp_path: Path) -> None:
     """Later files win: preset, the user's own file, single parameters."""
     mine = tmp_path / "mine.yaml"
+    mine.write_text(
+        "/**:\n  ros__parameters: {supply.pressure: 6.0e+5, use_sim_time: true}\n", "utf-8"
+    )
     plan = ProcessPlan(plant={"time.mode": "lockstep"}, controller=None, parameter_file=mine)
     (command,) = plan.command_lines(tmp_path).values()
     files = [command[k + 1] for k, word in enumerate(command) if word == "--params-file"]
-    assert [Path(file).name for file in files] == ["paper.yaml", "mine.yaml", "parameters.yaml"]
+    assert [Path(file).name for file in files] == ["paper.yaml", "of_file.yaml", "parameters.yaml"]
     assert "time.mode: lockstep" in Path(files[-1]).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("/**/plant: {ros__parameters: {supply: {pressure: 1.0}, supply.pressure: 2.0}}", "twice"),
+        ("/left/rig_plant: {ros__parameters: {}}", "no section is for .* it has /left/rig_plant"),
+        ("/right/plant: {ros__parameters: {supply.pressure: 5.0e+5}}", "namespace /left"),
+        ("supply.pressure: 5.0e+5", "must hold ros__parameters"),
+    ],
+)
+def test_a_file_that_would_change_nothing_or_be_misread_is_refused(
+    tmp_path: Path, text: str, found: str
+) -> None:
+    """A key that stands twice, another node's or namespace's section: before anything runs."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ParameterError, match=f"mine.yaml: .*{found}"):
+        own_parameters(path, "/left")
+
+
+def test_a_file_means_the_same_to_the_nodes_and_to_python(tmp_path: Path) -> None:
+    """Of sections that all apply the last one wins, and ROS's own parameters are passed on."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "/**: {ros__parameters: {supply.pressure: 6.0e+5, use_sim_time: true}}\n"
+        "/**/plant: {ros__parameters: {supply.pressure: 5.0e+5}}\n"
+        "/left/controller: {ros__parameters: {controller.kp: 500.0}}\n",
+        encoding="utf-8",
+    )
+    assert RigParameters.from_file(path)["supply.pressure"] == 5e5
+    assert own_parameters(path, "/left") == {
+        "plant": {"supply.pressure": 5e5, "use_sim_time": True},
+        "controller": {"controller.kp": 500.0, "use_sim_time": True},
+    }
+    assert "controller.kp" not in own_parameters(path, "/right")["controller"]

@@ -1,0 +1,32 @@
+"""What a user's parameter file gives to the nodes of a rig."""
+
+from pathlib import Path
+
+from rodless_base.parameter_file import parameters_for, section_names
+from rodless_base.parameters import ParameterError, ParameterFileError
+from rodless_control import ControllerParameters
+from rodless_sim import RigParameters
+
+
+def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
+    """Return what a parameter file gives to each node of the rig in ``namespace``.
+
+    ROS would read the file by rules of its own: a key that stands twice counts the last time, a
+    section for all nodes goes before one for the plant. Here it means what it means to
+    ``RigParameters.from_file``. Raises ParameterError for a file that is none, or is for others.
+    """
+    try:
+        found = {
+            kind.NODE: parameters_for(path, kind.NODE, kind.foreign, namespace)
+            for kind in (RigParameters, ControllerParameters)
+        }
+        if not any(found.values()):
+            raise ValueError(
+                f"no section is for the plant or controller of namespace {namespace or '/'}; it "
+                f"has {', '.join(section_names(path))}"
+            )
+    except ValueError as error:
+        raise ParameterError(f"{path}: {error}") from error
+    except OSError as error:
+        raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
+    return found
