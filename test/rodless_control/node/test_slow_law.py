@@ -1,6 +1,7 @@
 """A law of 5 ms at 1 kHz in the running node: the services answer, and the cause is named."""
 
 import os
+import re
 from pathlib import Path
 from time import monotonic
 
@@ -26,6 +27,12 @@ class Slow(Law):
 """
 
 
+def takes_as_long_as_it_sleeps(text: str) -> bool:
+    """Whether ``text`` says that the law takes 5 ms, or longer on a crowded machine."""
+    said = re.search(r"law Slow takes ([\d.]+) ms", text)
+    return said is not None and float(said[1]) >= 5.0
+
+
 @pytest.mark.parametrize("pressures", [False, True])
 def test_a_law_that_is_too_slow_is_named_and_starves_nothing(
     tmp_path: Path, pressures: bool
@@ -42,8 +49,10 @@ def test_a_law_that_is_too_slow_is_named_and_starves_nothing(
         assert monotonic() - began < 1.0
         rig.wait_until(
             lambda: (
-                rig.diagnostics("controller").get("message", "").startswith("law Slow takes 5")
-                and "samples skipped" in rig.diagnostics("controller")["message"]
+                takes_as_long_as_it_sleeps(
+                    message := rig.diagnostics("controller").get("message", "")
+                )
+                and "samples skipped" in message
             ),
             "the diagnostics to name the law",
         )
@@ -52,4 +61,4 @@ def test_a_law_that_is_too_slow_is_named_and_starves_nothing(
         rig.run_for(0.5)
         fresh = rig.samples().voltage[seen:]
         assert 5.2 in fresh[np.isfinite(fresh)]
-    assert "law Slow takes 5" in rig.outputs["controller"]
+    assert takes_as_long_as_it_sleeps(rig.outputs["controller"])
