@@ -21,6 +21,8 @@ from numba.core.caching import (
     UserProvidedCacheLocator,
 )
 
+from rodless_base.one_line import in_one_line
+
 LOGGER = logging.getLogger("rodless_sim")
 
 CHECKSUM_BYTES = hashlib.sha256().digest_size
@@ -127,7 +129,8 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         try:
             found = super().load_overload(signature, target)
         except Exception as error:
-            complain(f"compiled code cannot be read, compiling anew: {_in_one_line(error)}")
+            text = f"{type(error).__name__}: {error}"
+            complain(f"compiled code cannot be read, compiling anew: {in_one_line(text)}")
         if found is None:
             announce()
         return found
@@ -141,7 +144,3 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
                 f"compiled code cannot be kept, the next start compiles anew: {error.strerror}: "
                 f"{self._cache_path}"
             )
-
-
-def _in_one_line(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())

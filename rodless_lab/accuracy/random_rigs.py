@@ -120,7 +120,7 @@ def _from_whole_range(generator: np.random.Generator) -> dict[str, object]:
 
 
 def _ordered(values: dict[str, object]) -> dict[str, object]:
-    """Exchange pairs of which one must not be below the other."""
+    """Exchange values of which the second must not be below the first."""
     pairs = (
         ("friction.forward.coulomb", "friction.forward.static"),
         ("friction.reverse.coulomb", "friction.reverse.static"),
@@ -128,6 +128,8 @@ def _ordered(values: dict[str, object]) -> dict[str, object]:
         ("valve.spool_diameter", "valve.sleeve_diameter"),
     )
     for low, high in pairs:
+        if low not in values:
+            continue
         one, other = float(str(values[low])), float(str(values[high]))
         values[low], values[high] = min(one, other), max(one, other)
     return values
@@ -166,15 +168,7 @@ def _nearby(generator: np.random.Generator, preset: Mapping[str, object]) -> dic
         2.0 ** generator.uniform(-1.0, 1.0)
     )
     values["valve.assembly"] = str(generator.choice(["reconciled", "reconciled", "printed"]))
-    return _friction_ordered(values)
-
-
-def _friction_ordered(values: dict[str, object]) -> dict[str, object]:
-    for side in ("forward", "reverse"):
-        low, high = f"friction.{side}.coulomb", f"friction.{side}.static"
-        one, other = float(str(values[low])), float(str(values[high]))
-        values[low], values[high] = min(one, other), max(one, other)
-    return values
+    return _ordered(values)
 
 
 def _share_of_stroke(generator: np.random.Generator) -> float:

@@ -1,4 +1,4 @@
-"""`rodless bench`: what the kernels, other solvers and the nodes cost on this machine."""
+"""`rodless bench`: what the rig, other solvers and the nodes cost on this machine."""
 
 import argparse
 import importlib.util
@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
+
+DESCRIPTION = "Measure the rig beside other solvers, with errors, and what the nodes cost."
 
 
 class _InterruptedError(Exception):
@@ -19,8 +21,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     Beside the JSON stand the tables as Markdown and the work–precision picture.
     """
-    parser = argparse.ArgumentParser(prog="rodless bench", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("results/bench/metrics.json"))
+    parser = argparse.ArgumentParser(prog="rodless bench", description=DESCRIPTION)
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("results/bench/metrics.json"),
+        help="all numbers (default: %(default)s); tables and picture go beside it",
+    )
     parser.add_argument("--only", choices=("solvers", "nodes"), help="leave the other out")
     options = parser.parse_args(arguments)
     if options.only != "solvers" and importlib.util.find_spec("psutil") is None:

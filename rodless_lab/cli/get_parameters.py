@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, seconds, value_text, with_rig
+from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -32,13 +32,7 @@ def _parser() -> argparse.ArgumentParser:
         help="plant:NAME where both nodes have the name (default: all of both nodes)",
     )
     add_namespace(parser)
-    parser.add_argument(
-        "--timeout",
-        type=seconds,
-        default=10.0,
-        metavar="S",
-        help="for the nodes to be found, and for each answer (default: %(default)g s)",
-    )
+    add_timeout(parser, "for the nodes to be found, and for each answer")
     return parser
 
 

@@ -37,7 +37,7 @@ VERBS = {
     "identify": ("rodless_lab.cli.identify", "find parameters of a rig from a recorded run"),
     "compare": ("rodless_lab.cli.compare", "overlay two runs and report their differences"),
     "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
-    "bench": ("rodless_lab.cli.bench", "time the kernels and the nodes on this machine"),
+    "bench": ("rodless_lab.cli.bench", "time the rig, other solvers and the nodes on this machine"),
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
     "docs": ("rodless_lab.cli.docs", "write the generated pages and pictures of the docs"),
 }

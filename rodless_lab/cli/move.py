@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, seconds, with_rig
+from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -36,14 +36,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("position", type=_millimetres, metavar="MM", help="in mm, such as 58")
     add_namespace(parser)
-    parser.add_argument(
-        "--timeout",
-        type=seconds,
-        default=30.0,
-        metavar="S",
-        help="give up when the carriage has not settled after this wall-clock time (default: "
-        "%(default)g s); finding the nodes has 6 s of its own",
-    )
+    add_timeout(parser, "wall-clock time to settle in; finding the nodes has 6 s of its own", 30.0)
     return parser
 
 

@@ -1,6 +1,7 @@
 """`rodless replay`: a bag's voltages for the plant, and how far it departs from the recording."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +15,7 @@ from rodless_lab.reports.differences import IN_PLACE, differences_table, write_d
 from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
 from rodless_lab.runs.from_bag import read_commands, read_run
-from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.runs.measured_run import MeasuredRun, RunError
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import ParameterError, RigParameters
 
@@ -65,7 +66,15 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     numbers = {name: asdict(value) for name, value in found.items()}
     replaced = write_differences(options.output / "replay", names, runs, time, numbers)
     print(differences_table(names, found))
-    print(summary(read_commands(options.bag, options.namespace), recorded.period))
+    _print_commands(options.bag, options.namespace, recorded.period)
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")
     print(f"replay.json and replay.png are in {options.output}{IN_PLACE if replaced else ''}")
+
+
+def _print_commands(bag: Path, namespace: str, period: float) -> None:
+    """Print how fast the commands came; a bag repeats by the valve's state without them, too."""
+    try:
+        print(summary(read_commands(bag, namespace), period))
+    except RunError as error:
+        print(error, file=sys.stderr)

@@ -22,8 +22,18 @@ def add_namespace(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--namespace", default="", help="of the rig, such as /rig1")
 
 
-def seconds(text: str) -> float:
-    """Return a positive number of seconds; raises ArgumentTypeError for another text."""
+def add_timeout(parser: argparse.ArgumentParser, meaning: str, default: float = 10.0) -> None:
+    """Add the option for how long to wait, in wall-clock s; ``meaning``: for what."""
+    parser.add_argument(
+        "--timeout",
+        type=_seconds,
+        default=default,
+        metavar="S",
+        help=f"{meaning} (default: %(default)g s)",
+    )
+
+
+def _seconds(text: str) -> float:
     try:
         value = float(text)
     except ValueError:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, seconds, with_rig
+from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -38,13 +38,7 @@ class ServiceVerb:
             epilog="Exit code: 0 done; 1 Ctrl-C; 2 no such rig, refused or no answer.",
         )
         add_namespace(parser)
-        parser.add_argument(
-            "--timeout",
-            type=seconds,
-            default=10.0,
-            metavar="S",
-            help="for a node to be found, and for its answer (default: %(default)g s)",
-        )
+        add_timeout(parser, "for a node to be found, and for its answer")
         return parser
 
     def _ask(self, rig: "RunningRig", timeout: float) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, seconds, with_rig
+from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -32,13 +32,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_namespace(parser)
     parser.add_argument("--json", action="store_true", help="print JSON, in SI units")
-    parser.add_argument(
-        "--timeout",
-        type=seconds,
-        default=8.0,
-        metavar="S",
-        help="for both nodes to report (default: %(default)g s)",
-    )
+    add_timeout(parser, "for both nodes to report", 8.0)
     return parser
 
 

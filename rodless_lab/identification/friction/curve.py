@@ -44,13 +44,6 @@ def friction_force(curve: Stribeck, speed: Array) -> Array:
     return np.asarray(curve.coulomb + drop + curve.viscous * speed)
 
 
-def friction_slope(curve: Stribeck, speed: Array) -> Array:
-    """Derivative of eq. (29) in N·s/m at ``speed`` >= 0, shape (n,)."""
-    share = speed / curve.stribeck_velocity
-    fall = 2.0 * (curve.static - curve.coulomb) / curve.stribeck_velocity
-    return np.asarray(curve.viscous - fall * share * np.exp(-(share**2)))
-
-
 def turning_points(curve: Stribeck) -> TurningPoints:
     """Return the local maximum and minimum of eq. (29).
 

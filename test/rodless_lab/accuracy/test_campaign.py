@@ -4,10 +4,12 @@ import math
 from pathlib import Path
 
 import pytest
+from quiet_stop import Quiet
 
 from rodless_lab.accuracy.campaign import campaign, read_verdicts
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.accuracy.summary import summary
+from rodless_lab.cli.campaign import main
 
 
 def verdict(number: int, error: float, disturbed: float = 0.0, failure: str = "") -> Verdict:
@@ -49,3 +51,21 @@ def test_the_summary_by_hand() -> None:
     assert "in 95 of them" in text
     assert "- rig 101: it burst" in text
     assert "| 100 | paper, open loop | 101 µm | 2 µm | 100 mm |" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--count", "0"], "'0' is not a positive whole number"),
+        (["--count", "many"], "'many' is not a positive whole number"),
+        (["--output", "rigs.md"], "'rigs.md' does not end in .csv"),
+    ],
+)
+def test_arguments_that_cannot_be_are_refused(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2 and a line with the argument; as .md, the tables would replace the figures."""
+    with pytest.raises(SystemExit) as ended:
+        main(arguments, Quiet())
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err

@@ -75,12 +75,18 @@ def test_a_move_that_is_disabled_on_its_way_says_why_it_does_not_settle(
     assert run(rodless, "enable")[0] == 0
 
 
-def test_a_reset_begins_anew(rodless: StartProcess, start_rig: StartRig) -> None:
+def test_a_reset_begins_anew(
+    rodless: StartProcess, start_rig: StartRig, observer: Observer
+) -> None:
     """A plant whose duration is over says so to status and move; reset gives it another run."""
     plant = {"time.period": PERIOD, "time.duration": 1.0, "time.publish_clock": False}
     controller = {"use_sim_time": False}
     with start_rig(plant=plant, controller=controller, namespace="short") as processes:
         until_it_says(processes["controller"], "ready: ")
+        # On a crowded machine a second of plant time takes longer than a verb to start.
+        observer.wait(
+            lambda: observer.diagnostic("/short/plant").message.startswith("ended"), "the end"
+        )
         code, output = run(rodless, "move", "10", namespace="/short")
         assert code == 1
         assert output == (

@@ -1,5 +1,6 @@
 """Commands carry no stamp: which sample each answers, and when the valve followed, from a bag."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -285,3 +286,16 @@ def test_a_run_begins_where_the_valve_is_known(tmp_path: Path, step: MeasuredRun
     assert len(run.time) == 1498
     np.testing.assert_allclose(run.position, step.position[3:], atol=1e-15)
     np.testing.assert_array_equal(run.voltage[:-1], step.voltage[3:-1])
+
+
+def test_a_bag_of_what_the_valve_held_is_replayed_without_commands(
+    tmp_path: Path, step: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The run is repeated all the same; a line says that nothing is known of the commands."""
+    none = np.empty(0)
+    bag = write(tmp_path / "bag", step, WALL + step.time, (none, none), held=True)
+    output = tmp_path / "replay"
+    assert replay_command.main([str(bag), "--output", str(output)], Quiet()) == 0
+    assert "/valve/voltage holds no message" in capsys.readouterr().err
+    written = json.loads((output / "replay.json").read_text(encoding="utf-8"))
+    assert written["position"]["largest"] < EXACT
