@@ -12,6 +12,13 @@ QUEUE_DEPTH = 1000
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
 
+def stamp(nanoseconds: int) -> Time:
+    """Return a time in ns as a stamp."""
+    return Time(
+        sec=nanoseconds // NANOSECONDS_PER_SECOND, nanosec=nanoseconds % NANOSECONDS_PER_SECOND
+    )
+
+
 def stamp_nanoseconds(stamp: Time) -> int:
     """Return a stamp in ns."""
     return int(stamp.sec) * NANOSECONDS_PER_SECOND + int(stamp.nanosec)

@@ -1,11 +1,11 @@
 """What the plant's instruments read as ROS messages; pure functions."""
 
-from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 
-from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
+from rodless_base.constants import CARRIAGE, SPOOL
 from rodless_base.measurement import Measurement
+from rodless_base.ros.topics import stamp
 from rodless_base.topics import PRESSURES
 from rodless_sim.physics.valve import spool_displacement
 
@@ -14,13 +14,6 @@ PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.
 
 # Uncompiled: compiling it would hold up the first sample that somebody records.
 _displacement = getattr(spool_displacement, "py_func", spool_displacement)
-
-
-def stamp(nanoseconds: int) -> Time:
-    """Plant time (ns) as a ROS time."""
-    return Time(
-        sec=nanoseconds // NANOSECONDS_PER_SECOND, nanosec=nanoseconds % NANOSECONDS_PER_SECOND
-    )
 
 
 def clock(nanoseconds: int) -> Clock:

@@ -41,10 +41,10 @@ def test_lost_messages_are_a_fault(
     spinning = threading.Thread(target=spin, args=(executor, stop), daemon=True)
     spinning.start()
     try:
-        observer.wait(lambda: plant._outbox.lost > 10, "messages")
-        before = plant._outbox.lost
+        observer.wait(lambda: plant._publishers.outbox.lost > 10, "messages")
+        before = plant._publishers.outbox.lost
         status = observer.diagnostic("/plant", fresh=True)
-        assert before <= observer.counter("/plant", LOST) <= plant._outbox.lost
+        assert before <= observer.counter("/plant", LOST) <= plant._publishers.outbox.lost
         assert status.level == DiagnosticStatus.WARN
         assert LOST in status.message
     finally:
