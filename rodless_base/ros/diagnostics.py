@@ -46,7 +46,8 @@ class Diagnostics:
         self._counts.clear(self._faults())
 
     def count(self) -> dict[str, int]:
-        """Count the faults up to now; return those since the last clear."""
+        """Count namesakes, and faults up to now; return the faults since the last clear."""
+        self.namesakes.check()
         return self._counts.update(self._faults())
 
     def lately(self) -> dict[str, int]:
@@ -62,7 +63,8 @@ class Diagnostics:
     ) -> None:
         """Publish level and message of ``judgement`` with ``values`` in words.
 
-        ``nanoseconds`` is plant time. The hardware is the rig, by its namespace, and what ``hardware`` adds to that.
+        ``nanoseconds`` is plant time. The hardware is the rig, by its namespace, and what
+        ``hardware`` adds to that.
         """
         level, message = judgement
         values = {**values, NAMESAKES: self.namesakes.count}

@@ -13,7 +13,7 @@ class Namesakes:
         self.problem: str | None = None
 
     def check(self) -> None:
-        """Count them anew; a :attr:`problem` is logged once. To be called once a second."""
+        """Count them anew; a :attr:`problem` is logged once. To be called with each report."""
         before = self.problem
         name, namespace = self._node.get_name(), self._node.get_namespace()
         self.count = max(count_nodes(self._node, name, namespace), 1)

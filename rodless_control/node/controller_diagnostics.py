@@ -44,7 +44,6 @@ class ControllerDiagnostics:
 
     def publish(self) -> None:
         """Report now."""
-        self._diagnostics.namesakes.check()
         faults = self._diagnostics.count()
         slow = self._answers.pace.news(law_name(self._loop.law))
         if slow is not None:

@@ -80,7 +80,6 @@ class PlantDiagnostics:
     def _report(self) -> None:
         self._take_pace()
         self._publishers.clock.check()
-        self._diagnostics.namesakes.check()
         self._publish()
 
     def _take_pace(self) -> None:
