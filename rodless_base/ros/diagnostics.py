@@ -6,11 +6,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from std_msgs.msg import Header
 
 from rodless_base.fault_counts import FaultCounts
 from rodless_base.ros.namesakes import Namesakes
-from rodless_base.ros.topics import stamp
+from rodless_base.ros.topics import set_stamp
 
 OK: bytes = DiagnosticStatus.OK
 WARN: bytes = DiagnosticStatus.WARN
@@ -76,9 +75,9 @@ class Diagnostics:
             hardware_id=", ".join([rig, *hardware]),
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
-        self._publisher.publish(
-            DiagnosticArray(header=Header(stamp=stamp(nanoseconds)), status=[status])
-        )
+        message = DiagnosticArray(status=[status])
+        set_stamp(message.header.stamp, nanoseconds)
+        self._publisher.publish(message)
 
 
 def judge(

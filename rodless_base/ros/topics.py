@@ -12,11 +12,9 @@ QUEUE_DEPTH = 1000
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
 
-def stamp(nanoseconds: int) -> Time:
-    """Return a time in ns as a stamp."""
-    return Time(
-        sec=nanoseconds // NANOSECONDS_PER_SECOND, nanosec=nanoseconds % NANOSECONDS_PER_SECOND
-    )
+def set_stamp(stamp: Time, nanoseconds: int) -> None:
+    """Put a time in ns into the ``stamp`` that a message was made with: a new one costs more."""
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
 
 
 def stamp_nanoseconds(stamp: Time) -> int:
