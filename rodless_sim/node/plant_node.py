@@ -62,7 +62,7 @@ class PlantNode:
             timeout = values.number("time.command_timeout")
             return Lockstep(self._engine, timeout, self._ready, self._find_commanders, outbox)
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
-        return Realtime(self._engine, wall_period, self._ready)
+        return Realtime(self._engine, wall_period, self._ready, outbox)
 
     def _ready(self) -> bool:
         """Whether everybody listens whom the run must not start without."""
