@@ -43,6 +43,8 @@ def difference(constants: tuple[()], x: float, y: float) -> float:  # noqa: ARG0
     return x - y
 
 
+# What a copy of the package needs to compile functions.
+BASE = ("__init__.py", "kernels.py", "kernel_cache.py", "one_line.py")
 CONSTANTS = (Line(3.0), Curve(0.5, 2), ())
 ALONE = (3.0 * 4.0 + 10.0, 0.5 * 4.0**2 - 10.0, 4.0 - 10.0)
 FUNCTIONS = (line, curve, difference)
@@ -132,7 +134,7 @@ def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None
     base, probe = tmp_path / "rodless_base", tmp_path / "rodless_probe"
     for folder in (base, probe):
         folder.mkdir()
-    for name in ("__init__.py", "kernels.py"):
+    for name in BASE:
         shutil.copy(Path(kernels.__file__).parent / name, base)
     (probe / "__init__.py").touch()
     for file, (first, second) in {"one": (times, plus), "other": (plus, times)}.items():

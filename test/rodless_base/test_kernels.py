@@ -26,6 +26,8 @@ from rodless_sim.instruments.instruments import Instruments
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 
+# What a copy of the package needs to compile functions.
+BASE = ("__init__.py", "kernels.py", "kernel_cache.py", "one_line.py")
 INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
 IMPORT = "from rodless_base.kernels import kernel\n"
 OUTER = IMPORT + (
@@ -82,7 +84,7 @@ class Probe:
         base = Path(kernels.__file__).parent
         (folder / "rodless_probe" / "deep").mkdir(parents=True)
         (folder / "rodless_base").mkdir()
-        for name in ("__init__.py", "kernels.py", "kernel_cache.py"):
+        for name in BASE:
             shutil.copy(base / name, folder / "rodless_base")
         for package in ("rodless_probe", "rodless_probe/deep"):
             (folder / package / "__init__.py").touch()

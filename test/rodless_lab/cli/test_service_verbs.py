@@ -12,6 +12,7 @@ from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import SessionProcesses
 
 PERIOD = 5e-3
+HOLDS = "holds where it is until a new set-point comes"
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -57,7 +58,7 @@ def test_a_disabled_controller_closes_the_valve_until_it_is_enabled(
     until_it_reports(observer, "controller", lambda said: said.message == "disabled: valve closed")
     code, output = run(rodless, "move", "10")
     assert (code, output) == (2, "the controller does not control: disabled: valve closed\n")
-    assert run(rodless, "enable") == (0, "controller/enable: enabled\n")
+    assert run(rodless, "enable") == (0, f"controller/enable: enabled: {HOLDS}\n")
     assert run(rodless, "move", "10")[0] == 0
 
 
@@ -90,7 +91,7 @@ def test_a_reset_begins_anew(rodless: StartProcess, start_rig: StartRig) -> None
             "realtime, ended: time.duration is over"
             in run(rodless, "status", namespace="/short")[1]
         )
-        done = "plant/reset: done\ncontroller/reset: done\n"
+        done = f"plant/reset: done\ncontroller/reset: {HOLDS}\n"
         assert run(rodless, "reset", namespace="/short") == (0, done)
 
 
