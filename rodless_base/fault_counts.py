@@ -1,7 +1,7 @@
 """Counters of faults, as diagnostics show them: since start or reset, and in the last seconds."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from time import monotonic
 
 # How far back, in s of the wall clock, a fault still raises the level of a diagnostic.
@@ -39,6 +39,7 @@ class FaultCounts:
         return {name: count for name, count in grown.items() if count}
 
 
-def lately_text(names: list[str]) -> str:
-    """Name the faults of the last seconds."""
-    return f"in the last {WINDOW:g} s: " + ", ".join(names)
+def lately_text(names: Iterable[str]) -> str | None:
+    """Name the faults of the last seconds; None where there are none."""
+    text = ", ".join(names)
+    return f"in the last {WINDOW:g} s: {text}" if text else None

@@ -1,13 +1,15 @@
-"""One diagnostic status as a ROS message."""
+"""What a node says of itself on ``/diagnostics``: level, message, values, faults of late."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from std_msgs.msg import Header
+
+from rodless_base.fault_counts import FaultCounts
+from rodless_base.ros.namesakes import Namesakes
+from rodless_base.ros.topics import set_stamp
 
 OK: bytes = DiagnosticStatus.OK
 WARN: bytes = DiagnosticStatus.WARN
@@ -18,34 +20,78 @@ DIAGNOSTICS = "/diagnostics"
 # Period of /diagnostics in wall-clock seconds, the convention of ROS.
 PERIOD = 1.0
 
-
 # Keys of the plant's diagnostic that the controller goes by too: see PlantReport. The rate is named
 # as in the FrequencyStatus of diagnostic_updater: samples due per wall-clock s, 0 while none is.
 MODE, PRESET, TARGET_RATE = "mode", "preset", "Target frequency (Hz)"
 ACTUAL_RATE = "Actual frequency (Hz)"
 
+# How many nodes have the name of the one that reports, itself included.
+NAMESAKES = "nodes of this name"
 
-def diagnostic(
-    node: Node,
-    stamp: Time,
-    level: bytes,
-    message: str,
-    values: Mapping[str, object],
-    hardware: str = "",
-) -> DiagnosticArray:
-    """Return the state of ``node`` at ``stamp`` with ``values`` in words.
 
-    The hardware is the rig, by its namespace, and what ``hardware`` adds to that.
+class Diagnostics:
+    """Publishes the state of one node, with its faults and its namesakes."""
+
+    def __init__(self, node: Node, faults: Callable[[], dict[str, int]]) -> None:
+        """Count the ``faults`` since the start: how often each has happened, never falling."""
+        self._node = node
+        self._publisher = diagnostics_publisher(node)
+        self._faults = faults
+        self._counts = FaultCounts()
+        self.namesakes = Namesakes(node)
+
+    def clear(self) -> None:
+        """Count faults from now on."""
+        self._counts.clear(self._faults())
+
+    def count(self) -> dict[str, int]:
+        """Count namesakes, and faults up to now; return the faults since the last clear."""
+        self.namesakes.check()
+        return self._counts.update(self._faults())
+
+    def lately(self) -> dict[str, int]:
+        """Return the faults of the seconds before the last count."""
+        return self._counts.lately()
+
+    def publish(
+        self,
+        nanoseconds: int,
+        judgement: tuple[bytes, str],
+        values: Mapping[str, object],
+        hardware: Sequence[str] = (),
+    ) -> None:
+        """Publish level and message of ``judgement`` with ``values`` in words.
+
+        ``nanoseconds`` is plant time. The hardware is the rig, by its namespace, and what
+        ``hardware`` adds to that.
+        """
+        level, message = judgement
+        values = {**values, NAMESAKES: self.namesakes.count}
+        rig = f"rig{self._node.get_namespace()}".rstrip("/")
+        status = DiagnosticStatus(
+            level=level,
+            name=self._node.get_fully_qualified_name(),
+            message=message,
+            hardware_id=", ".join([rig, *hardware]),
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        set_stamp(message.header.stamp, nanoseconds)
+        self._publisher.publish(message)
+
+
+def judge(
+    problem: str | None, state: str | None, warnings: Sequence[str | None], well: str
+) -> tuple[bytes, str]:
+    """Return level and message: an error now, a warning for now or for faults of late, or all well.
+
+    ``state`` is what the node does by request, if anything; warnings that are None do not count.
     """
-    status = DiagnosticStatus(
-        level=level,
-        name=node.get_fully_qualified_name(),
-        message=message,
-        hardware_id=f"rig{node.get_namespace()}".rstrip("/")
-        + (f", {hardware}" if hardware else ""),
-        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
-    )
-    return DiagnosticArray(header=Header(stamp=stamp), status=[status])
+    if problem is not None:
+        return ERROR, problem
+    found = [warning for warning in warnings if warning is not None]
+    said = [state, *found] if state is not None else found
+    return (WARN if found else OK), "; ".join(said) or well
 
 
 def steady_clock() -> Clock:

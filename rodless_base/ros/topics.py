@@ -12,6 +12,11 @@ QUEUE_DEPTH = 1000
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
 
+def set_stamp(stamp: Time, nanoseconds: int) -> None:
+    """Put a time in ns into the ``stamp`` that a message was made with: a new one costs more."""
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
+
+
 def stamp_nanoseconds(stamp: Time) -> int:
     """Return a stamp in ns."""
     return int(stamp.sec) * NANOSECONDS_PER_SECOND + int(stamp.nanosec)

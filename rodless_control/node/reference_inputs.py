@@ -1,4 +1,4 @@
-"""References as messages of standard controllers: a stream of commands, and whole trajectories."""
+"""References as messages: set-points, streams of commands, and whole trajectories."""
 
 import math
 from collections.abc import Callable
@@ -6,35 +6,46 @@ from collections.abc import Callable
 from builtin_interfaces.msg import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.topics import stamp_nanoseconds
-from rodless_base.topics import JOINT_COMMANDS
+from rodless_base.topics import JOINT_COMMANDS, SETPOINT
 from rodless_control.setpoint import SetpointFollower
 from rodless_control.trajectory import Waypoint
 
 TRAJECTORY = "~/joint_trajectory"
 
-# A stream that is refused comes at the rate of a control loop: say so once in this time, in s.
-REPEAT = 1.0
+# Warnings that could come with every message, at the rate of a control loop: say one in this time
+# (s). Diagnostics count them all.
+WARNING_PERIOD = 1.0
 
 
 class ReferenceInputs:
-    """Subscriptions to ``joint_commands`` and ``~/joint_trajectory``, for ``setpoints`` to follow.
+    """Subscriptions to ``setpoint``, ``joint_commands`` and ``~/joint_trajectory``.
 
     What is wrong is counted in ``refused``, said in one line, and changes nothing.
     """
 
     def __init__(self, node: Node, setpoints: SetpointFollower, joint: Callable[[], str]) -> None:
-        """Subscribe; ``joint`` tells the name of the joint that is controlled."""
+        """Subscribe for ``setpoints``; ``joint`` tells the name of the joint that is controlled."""
         self._logger = node.get_logger()
         self._setpoints = setpoints
         self._joint = joint
         self.refused = 0
+        setpoint = node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
+        self.setpoint_topic = str(setpoint.topic_name)
         node.create_subscription(JointState, JOINT_COMMANDS, self._take_command, 10)
         node.create_subscription(JointTrajectory, TRAJECTORY, self._take_trajectory, 10)
+
+    def _take_setpoint(self, message: Float64) -> None:
+        try:
+            self._setpoints.receive(message.data)
+        except ParameterError as error:
+            self.refused += 1
+            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
 
     def _take_command(self, message: JointState) -> None:
         try:
@@ -43,7 +54,7 @@ class ReferenceInputs:
                 self._setpoints.receive_command(*command)
         except ParameterError as error:
             self.refused += 1
-            self._logger.warning(str(error), throttle_duration_sec=REPEAT)
+            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
 
     def _take_trajectory(self, message: JointTrajectory) -> None:
         try:

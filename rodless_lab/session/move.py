@@ -12,7 +12,7 @@ from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
-from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError, RunningRig
+from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, RigError, RunningRig
 from rodless_lab.session.setpoint import setpoint_is_heard
 from rodless_lab.session.track import MoveResult, Track
 
@@ -102,7 +102,7 @@ class SetpointMove:
             )
 
     def _wait_until_heard(self) -> None:
-        nodes = [node for node in (PLANT, CONTROLLER) if self._rig.is_known(node)]
+        nodes = [node for node in NODES if self._rig.is_known(node)]
         self._rig.wait_for(lambda: all(map(self._rig.diagnostic, nodes)), MESSAGE_TIMEOUT)
         if self._is_paused or not self._rig.wait_for(
             lambda: self.track.has_samples, MESSAGE_TIMEOUT

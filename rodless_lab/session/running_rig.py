@@ -7,17 +7,20 @@ from time import monotonic
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from rodless_base.closing import Closing
+from rodless_base.ros.diagnostics import NAMESAKES
+from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.start import Stop
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import TIMEOUT, Diagnostic, Observer
 
-PLANT, CONTROLLER = "plant", "controller"
+NODES = PLANT, CONTROLLER = "plant", "controller"
 
 # How long to wait for the second node once the first is there, in s: Fast DDS may take 3 s.
 OTHER_NODE_TIMEOUT = 5.0
 
 # In which time whoever is in a domain is discovered, in wall-clock s: Fast DDS takes up to 2.9.
+# It is waited for only where a node does not report its namesakes.
 DISCOVERY = 3.0
 
 # Nodes report once a second: one that has not for so long, in wall-clock s, is silent.
@@ -94,22 +97,30 @@ class RunningRig(Closing):
             raise RigError(text)
 
     def doubles(self) -> list[str]:
-        """Say which nodes of the rig have namesakes here, as where two rigs have one name."""
+        """Say which nodes of the rig have namesakes here, as where two rigs have one name.
+
+        Each node knows its own and reports them. Where one does not, whoever is here is found by
+        listening. A namesake that has only just started may be missed.
+        """
         rest = self._joined + DISCOVERY - monotonic()
-        self.wait_for(lambda: any(map(self.namesakes, (PLANT, CONTROLLER))), max(rest, 0.0))
-        return [text for node in (PLANT, CONTROLLER) if (text := self.namesakes(node))]
+        self.wait_for(self._namesakes_are_known, max(rest, 0.0))
+        return [text for node in NODES if (text := self.namesakes(node))]
+
+    def _namesakes_are_known(self) -> bool:
+        reported = all(self._reported_namesakes(node) for node in NODES)
+        return reported or any(map(self.namesakes, NODES))
+
+    def _reported_namesakes(self, node: str) -> int:
+        """How many nodes ``node`` says there are of its name, itself included; 0 while unknown."""
+        said = self.diagnostic(node)
+        return int(said.values.get(NAMESAKES, "0")) if said is not None else 0
 
     def namesakes(self, node: str) -> str | None:
         """Say that several nodes are called ``node`` here, as of two rigs; None where one is."""
-        count = self._nodes().count((node, self.namespace))
-        if count <= 1:
-            return None
+        found = count_nodes(self.observer.node, node, self.namespace)
+        count = max(found, self._reported_namesakes(node))
         domain = self.observer.context.get_domain_id()
-        return (
-            f"{count} nodes named {node} in namespace {self.namespace} of ROS domain {domain}: "
-            "stop all but one, or give each rig its own --namespace (one that was killed is "
-            "forgotten within 20 s)"
-        )
+        return namesakes_text(count, node, self.namespace, domain)
 
     def missing(self, node: str, timeout: float) -> str:
         """Say that ``node`` has not appeared, and what to do about it."""
@@ -163,7 +174,7 @@ class RunningRig(Closing):
 
     def obstacles(self) -> list[str]:
         """Say what the nodes report that is not as it should be."""
-        reports = {node: self.diagnostic(node) for node in (PLANT, CONTROLLER)}
+        reports = {node: self.diagnostic(node) for node in NODES}
         return [
             f"{node}: {self.state_of(node)}"
             for node, said in reports.items()

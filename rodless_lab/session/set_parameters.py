@@ -14,13 +14,12 @@ from rodless_lab.session.dry_run import check_change
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.running_rig import (
     CONTROLLER,
+    NODES,
     OTHER_NODE_TIMEOUT,
     PLANT,
     RigError,
     RunningRig,
 )
-
-NODES = (PLANT, CONTROLLER)
 
 # What the controller counts in its diagnostics, which come once a second.
 LAW_FAILURES = "failures of the law"

@@ -12,7 +12,7 @@ from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
-from rodless_lab.session.running_rig import CONTROLLER, PLANT, SILENT, RunningRig
+from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, SILENT, RunningRig
 
 # How long to wait for readings once the nodes have reported, in wall-clock s: Fast DDS may take 3 s
 # to match a topic. Of a plant that stands still none may come.
@@ -88,7 +88,7 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     readings: dict[str, float | None] = dict.fromkeys(READINGS)
     _listen(rig, readings)
     rig.wait_for(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
-    nodes = {node: _node_status(rig, node) for node in (PLANT, CONTROLLER)}
+    nodes = {node: _node_status(rig, node) for node in NODES}
     status = RigStatus(rig.namespace, nodes, readings, tuple(rig.doubles()))
     rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: None not in readings.values(), min(timeout, rest))

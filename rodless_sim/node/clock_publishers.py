@@ -44,11 +44,6 @@ class ClockPublishers:
         """Those that nobody waits for."""
         return [one for topic, one in self._publishers.items() if topic != self._ros_clock]
 
-    def poll(self) -> None:
-        """Look up the subscribers of :attr:`others`."""
-        for one in self.others:
-            one.poll()
-
     def publish(self, nanoseconds: int) -> None:
         """Publish plant time (ns)."""
         for one in self._publishers.values():

@@ -2,24 +2,9 @@
 
 import time
 from collections.abc import Callable, Collection, Mapping
-from typing import Protocol
 
 from rodless_sim.node.engine import Engine
-from rodless_sim.node.time_keeper import TimeKeeper
-
-
-class Outgoing(Protocol):
-    """Messages of the last sample that a reader holds back."""
-
-    def flush(self) -> bool:
-        """Try to get them through; return whether none is left."""
-
-    def clear(self) -> bool:
-        """Forget them; return whether there were any."""
-
-    @property
-    def obstacle(self) -> str | None:
-        """Who holds them back."""
+from rodless_sim.node.time_keeper import Outgoing, TimeKeeper
 
 
 class Lockstep(TimeKeeper):

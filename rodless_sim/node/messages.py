@@ -1,11 +1,11 @@
 """What the plant's instruments read as ROS messages; pure functions."""
 
-from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 
-from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
+from rodless_base.constants import CARRIAGE, SPOOL
 from rodless_base.measurement import Measurement
+from rodless_base.ros.topics import set_stamp
 from rodless_base.topics import PRESSURES
 from rodless_sim.physics.valve import spool_displacement
 
@@ -16,16 +16,11 @@ PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.
 _displacement = getattr(spool_displacement, "py_func", spool_displacement)
 
 
-def stamp(nanoseconds: int) -> Time:
-    """Plant time (ns) as a ROS time."""
-    return Time(
-        sec=nanoseconds // NANOSECONDS_PER_SECOND, nanosec=nanoseconds % NANOSECONDS_PER_SECOND
-    )
-
-
 def clock(nanoseconds: int) -> Clock:
     """Plant time (ns) as a clock message."""
-    return Clock(clock=stamp(nanoseconds))
+    message = Clock()
+    set_stamp(message.clock, nanoseconds)
+    return message
 
 
 def joint_state(
@@ -39,7 +34,7 @@ def joint_state(
     force = piston_area * (measurement.pressure_a - measurement.pressure_b)
     # Fields one by one: what is given to the constructor replaces a default made for nothing.
     message = JointState()
-    message.header.stamp = stamp(measurement.stamp)
+    set_stamp(message.header.stamp, measurement.stamp)
     message.name = [joint]
     message.position = [measurement.position]
     message.velocity = [velocity]
@@ -53,7 +48,7 @@ def valve_state(voltage: float, nanoseconds: int, joint: str = SPOOL) -> JointSt
     The voltage stands in ``effort``: it is what drives the joint.
     """
     message = JointState()
-    message.header.stamp = stamp(nanoseconds)
+    set_stamp(message.header.stamp, nanoseconds)
     message.name = [joint]
     message.position = [_displacement(voltage)]
     message.effort = [voltage]
@@ -63,6 +58,6 @@ def valve_state(voltage: float, nanoseconds: int, joint: str = SPOOL) -> JointSt
 def pressure(value: float, variance: float, frame: str, nanoseconds: int) -> FluidPressure:
     """Absolute pressure in Pa and its variance in Pa²; 0 is what the message defines as unknown."""
     message = FluidPressure(fluid_pressure=value, variance=variance)
-    message.header.stamp = stamp(nanoseconds)
+    set_stamp(message.header.stamp, nanoseconds)
     message.header.frame_id = frame
     return message

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.pacing import Pacer
-from rodless_sim.node.time_keeper import TimeKeeper
+from rodless_sim.node.time_keeper import Outgoing, TimeKeeper
 
 # How often, in s, the plant looks whether it may start.
 POLL_PERIOD = 0.02
@@ -16,10 +16,16 @@ class Realtime(TimeKeeper):
 
     steps_by_itself = True
 
-    def __init__(self, engine: Engine, wall_period: int, ready: Callable[[], bool]) -> None:
-        """Step every ``wall_period`` ns of wall clock as soon as ``ready`` says so."""
+    def __init__(
+        self, engine: Engine, wall_period: int, ready: Callable[[], bool], outgoing: Outgoing
+    ) -> None:
+        """Step every ``wall_period`` ns of wall clock as soon as ``ready`` says so.
+
+        What is ``outgoing`` still is sent before the next sample.
+        """
         super().__init__(engine)
         self._ready = ready
+        self._outgoing = outgoing
         self._pacer = Pacer(wall_period)
         self._stepping = threading.Lock()
         self._failure: Exception | None = None
@@ -92,4 +98,5 @@ class Realtime(TimeKeeper):
         while self._pacer.wait(self._closing.is_set):
             with self._stepping:
                 if not self._paused and not self._engine.ended:
+                    self._outgoing.flush()
                     self._engine.step()

@@ -1,8 +1,23 @@
 """What advances plant time: what real time and lock-step have in common."""
 
 from abc import ABC, abstractmethod
+from typing import Protocol
 
 from rodless_sim.node.engine import Engine
+
+
+class Outgoing(Protocol):
+    """Messages that have not gone out, as where a reader holds them back."""
+
+    def flush(self) -> bool:
+        """Try to get them through; return whether none is left."""
+
+    def clear(self) -> bool:
+        """Forget them; return whether there were any."""
+
+    @property
+    def obstacle(self) -> str | None:
+        """Who holds them back."""
 
 
 class TimeKeeper(ABC):

@@ -46,17 +46,17 @@ def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
 ) -> None:
     """Of four each that are held back one is kept and three are lost; the reader is named."""
     monkeypatch.setattr(publish, "QUEUE_DEPTH", 1)
-    reference = controller._telemetry._publishers["reference"]
+    reference = controller._answers._telemetry._publishers["reference"]
     for k in range(5):
         if k == 1:
-            monkeypatch.setattr(controller, "_voltage", Blocked())
+            monkeypatch.setattr(controller._answers, "_voltage", Blocked())
             monkeypatch.setattr(reference, "_publisher", Blocked())
             reference.poll()
         controller._take_sample(Measurement(k * 1_000_000, 0.05), NOW)
-    controller._watch()
+    controller._poll()
 
     def published() -> bool:
-        controller._publish_diagnostics()
+        controller._diagnostics.publish()
         return NAME in observer.diagnostics
 
     observer.wait(published, "diagnostics")

@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from quiet_stop import Quiet
 from rclpy.node import Node
 
 from rodless_base.ros.diagnostics import diagnostics_publisher
+from rodless_lab.session import running_rig
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.running_rig import SILENT, RigError, RunningRig
 
@@ -75,3 +76,31 @@ def test_two_nodes_of_one_name_are_refused(observer: Observer) -> None:
         finally:
             twin.destroy_node()
             elsewhere.destroy_node()
+
+
+def test_nodes_that_report_their_namesakes_are_believed(
+    observer: Observer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both have said that they are alone: nobody is waited for. One that is not alone is refused.
+
+    Of one node alone nothing follows: the other may have a namesake.
+    """
+    monkeypatch.setattr(running_rig, "DISCOVERY", 600.0)
+    publisher = diagnostics_publisher(observer.node)
+
+    def report(node: str, count: int) -> None:
+        values = [KeyValue(key="nodes of this name", value=str(count))]
+        status = DiagnosticStatus(name=f"/here/{node}", values=values)
+        publisher.publish(DiagnosticArray(status=[status]))
+        rig.next_diagnostic(node, 30.0)
+
+    with RunningRig("here", Quiet()) as rig:
+        assert rig.wait_for(publisher.get_subscription_count, 30.0)
+        report("plant", 1)
+        assert not rig._namesakes_are_known()
+        report("controller", 1)
+        rig.check_alone()
+        report("plant", 2)
+        with pytest.raises(RigError, match="2 nodes named plant in namespace /here"):
+            rig.check_alone()
+    observer.node.destroy_publisher(publisher)

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import cast
 
@@ -9,9 +10,11 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
+from sensor_msgs.msg import JointState
 
 from rodless_base.ros import publish
 from rodless_base.ros.process import make_executor, spin
+from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.start import Stop
 from rodless_lab.session.observer import Observer
 from rodless_sim.node import plant_node
@@ -28,12 +31,9 @@ def context(domain: dict[str, str]) -> Iterator[Context]:  # noqa: ARG001  sets 
     rclpy.try_shutdown(context=own)
 
 
-def test_lost_messages_are_a_fault(
-    observer: Observer, context: Context, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They are counted, of all topics, and the warning stays."""
-    monkeypatch.setattr(publish, "QUEUE_DEPTH", 0)
-    monkeypatch.setattr(publish, "_is_published", lambda *_: False)
+@contextmanager
+def running_plant(context: Context) -> Iterator[plant_node.PlantNode]:
+    """Run a plant in real time, in the test's own process."""
     plant = plant_node.PlantNode(context=context)
     executor = make_executor(context)
     executor.add_node(plant.node)
@@ -41,13 +41,42 @@ def test_lost_messages_are_a_fault(
     spinning = threading.Thread(target=spin, args=(executor, stop), daemon=True)
     spinning.start()
     try:
-        observer.wait(lambda: plant._outbox.lost > 10, "messages")
-        before = plant._outbox.lost
-        status = observer.diagnostic("/plant", fresh=True)
-        assert before <= observer.counter("/plant", LOST) <= plant._outbox.lost
-        assert status.level == DiagnosticStatus.WARN
-        assert LOST in status.message
+        yield plant
     finally:
         stop.requested = True
         spinning.join(10.0)
         plant.close()
+
+
+def test_lost_messages_are_a_fault(
+    observer: Observer, context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are counted, of all topics, and the warning stays."""
+    monkeypatch.setattr(publish, "QUEUE_DEPTH", 0)
+    monkeypatch.setattr(publish, "_is_published", lambda *_: False)
+    with running_plant(context) as plant:
+        outbox = plant._publishers.outbox
+        observer.wait(lambda: outbox.lost > 10, "messages")
+        before = outbox.lost
+        status = observer.diagnostic("/plant", fresh=True)
+        assert before <= observer.counter("/plant", LOST) <= outbox.lost
+        assert status.level == DiagnosticStatus.WARN
+        assert LOST in status.message
+
+
+def test_a_message_that_cannot_be_sent_does_not_silence_a_plant_in_real_time(
+    observer: Observer, context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The middleware refuses ten messages; they and those after them come, in order, none lost."""
+    real, refusals = publish._is_published, iter(range(10))
+    samples: list[JointState] = []
+    observer.subscribe(JointState, "/joint_states", samples.append)
+    monkeypatch.setattr(
+        publish, "_is_published", lambda *message: next(refusals, None) is None and real(*message)
+    )
+    with running_plant(context) as plant:
+        observer.wait(lambda: len(samples) > 100, "samples")
+        assert next(refusals, None) is None, "all refusals have happened"
+        assert plant._publishers.outbox.lost == 0
+    stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
+    assert stamps == list(range(stamps[0], stamps[0] + 1_000_000 * len(stamps), 1_000_000))

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import cast
 
 import pytest
+from outgoing import Outgoing
 from rosgraph_msgs.msg import Clock
 from running import StartProcess
 from sensor_msgs.msg import JointState
@@ -93,7 +94,7 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
         realtime.pause(True)
         events.append("paused")
 
-    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
+    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True, Outgoing())
     assert begun.wait(TIMEOUT)
     pausing = threading.Thread(target=pause)
     pausing.start()
@@ -112,7 +113,7 @@ def test_a_plant_that_fails_does_not_look_alive() -> None:
         failed.set()
         raise ArithmeticError("of the test's own")
 
-    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True)
+    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True, Outgoing())
     assert failed.wait(TIMEOUT)
     realtime.close()
     with pytest.raises(ArithmeticError, match="of the test's own"):

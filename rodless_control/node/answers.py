@@ -1,0 +1,136 @@
+"""One valve command for each sample: the law's, or a closed valve where there is none."""
+
+from collections.abc import Callable
+from time import perf_counter, time_ns
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64
+
+from rodless_base.constants import SECONDS_PER_NANOSECOND
+from rodless_base.measurement import Measurement
+from rodless_base.ros.message_info import Info
+from rodless_base.ros.publish import Outbox
+from rodless_base.topics import VALVE_VOLTAGE
+from rodless_control.loop import ControlLoop, Output
+from rodless_control.node.law_pace import LawPace
+from rodless_control.node.telemetry import Telemetry
+
+# How long the last command may take to arrive; less than Ctrl-C promises.
+LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
+
+# What is said with the failure of a law.
+CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
+
+
+class Answers:
+    """Commands on ``valve/voltage``, and with each of the law's its telemetry."""
+
+    def __init__(
+        self,
+        node: Node,
+        loop: ControlLoop,
+        qos: QoSProfile | int,
+        neutral_voltage: Callable[[], float],
+    ) -> None:
+        """Answer by ``loop``; ``neutral_voltage`` (V) gives what closes the valve."""
+        self._node = node
+        self._loop = loop
+        self._neutral_voltage = neutral_voltage
+        self._voltage = node.create_publisher(Float64, VALVE_VOLTAGE, qos)
+        self._outbox = Outbox(node)
+        self._telemetry = Telemetry(node, loop.law, qos)
+        self._reported: str | None = None
+        self.pace = LawPace()
+        self.enabled = True
+        self.refused = False  # the last sample, because something of it was not finite
+        self.any = False  # of the law's
+        self.stamp = 0  # of the last sample, ns
+
+    @property
+    def listeners(self) -> int:
+        """How many subscribers the commands have."""
+        return int(self._voltage.get_subscription_count())
+
+    @property
+    def lost(self) -> int:
+        """Messages lost to a stopped subscriber."""
+        return self._outbox.lost + self._telemetry.lost
+
+    @property
+    def obstacle(self) -> str | None:
+        """Who holds the commands back."""
+        return self._outbox.obstacle
+
+    def poll(self) -> None:
+        """Send what was held back; look up who listens to telemetry."""
+        self._outbox.flush()
+        self._telemetry.poll()
+
+    def take(self, measurement: Measurement, info: Info) -> None:
+        """Answer a sample, of whose message ``info`` is."""
+        self.stamp = measurement.stamp
+        if self.enabled and self._must_skip(info):
+            return
+        output = self._answer(measurement) if self.enabled else None
+        self.refused = self.enabled and output is None
+        if output is None:
+            self.close_valve()
+            self.report_failure()
+        else:
+            self._command(output.voltage)
+            self._telemetry.publish(output)
+            self.any = True
+
+    def _must_skip(self, info: Info) -> bool:
+        sent = info["source_timestamp"]
+        # Some middlewares do not tell when a message was received.
+        received = info["received_timestamp"] or sent
+        return self.pace.must_skip(
+            sent * SECONDS_PER_NANOSECOND,
+            received * SECONDS_PER_NANOSECOND,
+            time_ns() * SECONDS_PER_NANOSECOND,
+        )
+
+    def _answer(self, measurement: Measurement) -> Output | None:
+        began = perf_counter()
+        output = self._loop.sample(measurement)
+        self.pace.took(perf_counter() - began)
+        return output
+
+    def report_failure(self) -> None:
+        """Say once why the law is not called any more."""
+        failure = self._loop.failure
+        if failure is not None and failure != self._reported:
+            self._node.get_logger().error(f"{failure}; {CLOSED_BY_FAILURE}")
+        self._reported = failure
+
+    def hold(self) -> None:
+        """Let the law wait for positions."""
+        self._loop.hold()
+        self.report_failure()
+
+    def reset(self) -> None:
+        """Forget the run so far, the failure of a law too."""
+        self._loop.reset()
+        self.report_failure()
+
+    def enable(self, enabled: bool) -> None:
+        """Answer by the law, from a new start, or keep the valve closed."""
+        if enabled and (not self.enabled or self._loop.failure):
+            self.reset()
+        self.enabled = enabled
+
+    def close_valve(self) -> None:
+        """Send a command that closes the valve."""
+        self._command(self._neutral_voltage())
+
+    def close_valve_for_good(self) -> None:
+        """Send the last command of all, and wait until it has arrived."""
+        self.close_valve()
+        # Destroyed at once, the publisher would take the message with it.
+        self._voltage.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
+
+    def _command(self, voltage: float) -> None:
+        self._outbox.send(self._voltage, Float64(data=voltage))

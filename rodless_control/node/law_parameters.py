@@ -1,0 +1,24 @@
+"""Which parameters the controller node has: those of the law that it is given."""
+
+from rclpy.node import Node
+
+from rodless_base.ros.given import given_parameters
+from rodless_control.controller_parameters import ControllerParameters
+from rodless_control.parameters import NODE_PARAMETERS
+
+
+def parameters_of_law(node: Node) -> type[ControllerParameters]:
+    """Return the node's set for the law it is given; what other laws are given is left out."""
+    declared = NODE_PARAMETERS["controller.law"]
+    given = given_parameters(node, ControllerParameters.NODE)
+    name = declared.check(given.get(declared.name, declared.default))
+    kind = ControllerParameters.for_law(str(name))
+    others = given.keys() - kind.own(given).keys()
+    for other in filter(node.has_parameter, others):
+        node.undeclare_parameter(other)
+    if others:
+        node.get_logger().info(
+            f"controller.law {name}: leaving out parameters of other laws: "
+            + ", ".join(sorted(others))
+        )
+    return kind

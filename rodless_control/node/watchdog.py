@@ -1,0 +1,115 @@
+"""Whether positions come, and what is safe to do while they do not."""
+
+from collections.abc import Callable
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.node import Node
+
+from rodless_base.ros.diagnostics import DIAGNOSTICS
+from rodless_control.loop import ControlLoop
+from rodless_control.node.position_watch import PlantReport, PositionWatch, plant_report
+
+
+class Watchdog:
+    """Closes the valve while positions do not come; in lock-step it waits, as the plant does."""
+
+    def __init__(
+        self,
+        node: Node,
+        loop: ControlLoop,
+        timeout: Callable[[], float],
+        close_valve: Callable[[], None],
+        hold: Callable[[], None],
+    ) -> None:
+        """Watch from now on.
+
+        ``timeout`` gives ``controller.position_timeout`` (wall-clock s). ``close_valve`` sends one
+        command, ``hold`` has the law wait for positions besides.
+        """
+        self._node = node
+        self._loop = loop
+        self._timeout = timeout
+        self._close_valve = close_valve
+        self._hold = hold
+        self._watch = PositionWatch()
+        self._arrived = self._following = self._lost = False
+        node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, 10)
+
+    def arrive(self) -> None:
+        """Take note of a position."""
+        self._arrived = True
+
+    @property
+    def report(self) -> PlantReport | None:
+        """What the plant last said of its time, if it is one that does."""
+        return self._watch.report
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the node is told that time is the plant's."""
+        return bool(self._node.get_parameter("use_sim_time").value)
+
+    @property
+    def may_command_unprompted(self) -> bool:
+        """Whether to send commands without a sample: never in lock-step.
+
+        A simulated plant that has not begun waits for nobody's command.
+        """
+        commands = self._timeout() > 0.0 and not self._in_lockstep
+        return commands and (self._lost or not self.simulated)
+
+    @property
+    def problem(self) -> str | None:
+        """That no positions come now, if so, and what has been done about it."""
+        if self._following or self._arrived:
+            return None
+        safe = "plant stands still" if self._in_lockstep and self._lost else "valve closed"
+        return f"no position{self._with_pressures}: {safe}"
+
+    def poll(self) -> None:
+        """Let time pass; to be called every ``WATCH_PERIOD``."""
+        self._watch.poll()
+        if self._arrived:
+            self._follow()
+        elif not self._following:
+            if self.may_command_unprompted:
+                self._close_valve()
+        elif self._watch.missing(self._timeout(), self.simulated):
+            self._lose()
+
+    @property
+    def _in_lockstep(self) -> bool:
+        """Whether the plant may count commands: one that nobody has asked for is then too many."""
+        report = self.report
+        return self.simulated if report is None else report.mode == "lockstep"
+
+    @property
+    def _with_pressures(self) -> str:
+        return " with pressures of its stamp" if self._loop.law.USES_PRESSURES else ""
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            report = plant_report(status, self._node.get_namespace())
+            if report is not None:
+                self._watch.hear(report)
+
+    def _follow(self) -> None:
+        self._arrived, self._following = False, True
+        self._watch.arrive()
+        if self._lost:
+            self._lost = False
+            self._node.get_logger().info(f"positions{self._with_pressures} come again")
+
+    def _lose(self) -> None:
+        self._following, self._lost = False, True
+        if self._in_lockstep:
+            # The plant stands still without a command. A run must not depend on the wall clock.
+            self._loop.lost += 1
+            safe = "no command until the next one, a lock-step plant stands still"
+        else:
+            self._hold()
+            self._close_valve()
+            safe = "commanding a closed valve"
+        self._node.get_logger().warning(
+            f"positions{self._with_pressures} have stopped coming: {safe}"
+        )

@@ -1,0 +1,101 @@
+"""The topics of the plant's samples: who hears them, and what is sent on them."""
+
+from functools import partial
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import FluidPressure, JointState
+
+from rodless_base.constants import CARRIAGE, SPOOL
+from rodless_base.frames import prefixed
+from rodless_base.measurement import Measurement
+from rodless_base.ros.publish import OnDemand, Outbox
+from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
+from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_STATE
+from rodless_sim.node import messages
+from rodless_sim.node.clock_publishers import ClockPublishers
+from rodless_sim.node.ready import all_listen
+from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.cylinder import piston_area
+from rodless_sim.physics.state import State
+
+
+class SamplePublishers:
+    """Publishers of plant time, pressures, the valve's state and, last of each sample, the joint.
+
+    All but the joint's are built and sent only while somebody listens.
+    """
+
+    def __init__(self, node: Node, values: RigParameters) -> None:
+        """Make them; real time waits for nobody, lock-step loses nothing."""
+        lockstep = values.text("time.mode") == "lockstep"
+        publisher = partial(
+            node.create_publisher, qos_profile=LOSSLESS if lockstep else QUEUE_DEPTH
+        )
+        # One for all: the messages of a sample keep their order, whatever holds one back.
+        self.outbox = Outbox(node)
+        self._joint_states = publisher(JointState, JOINT_STATES)
+        pressures = {
+            field: OnDemand(publisher(FluidPressure, topic), messages.pressure, self.outbox)
+            for field, topic in PRESSURES.items()
+        }
+        self._valve_state = OnDemand(
+            publisher(JointState, VALVE_STATE), messages.valve_state, self.outbox
+        )
+        self.clock = ClockPublishers(
+            node,
+            lambda topic: OnDemand(publisher(Clock, topic), messages.clock, self.outbox),
+            bool(values["time.publish_clock"]),
+        )
+        self._joint, self._spool = prefixed(values, CARRIAGE), prefixed(values, SPOOL)
+        self._pressures = [
+            (field, one, prefixed(values, messages.PRESSURE_FRAMES[field]))
+            for field, one in pressures.items()
+        ]
+        # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
+        self._awaited = [*pressures.values(), *self.clock.awaited]
+        self._others = [self._valve_state, *self.clock.others]
+        self.configure(values)
+
+    def configure(self, values: RigParameters) -> None:
+        """Publish with these parameters from now on; names and topics do not change."""
+        self._piston_area = piston_area(values)
+        self._pressure_variance = pressure_variance(values)
+
+    @property
+    def topic(self) -> str:
+        """The full name of the topic that ends each sample."""
+        return str(self._joint_states.topic_name)
+
+    def listeners(self) -> int:
+        """Count the subscribers of that topic."""
+        return int(self._joint_states.get_subscription_count())
+
+    def poll(self) -> None:
+        """Look up the subscribers of all other topics."""
+        for publisher in (*self._awaited, *self._others):
+            publisher.poll()
+
+    def all_listen(self, recorders: int) -> bool:
+        """Poll; return whether so many recorders hear everything, and one more the samples."""
+        listening = all_listen(self.listeners, self._awaited, recorders)
+        # Last: whoever has subscribed to these before the samples has them from sample 0 on.
+        for publisher in self._others:
+            publisher.poll()
+        return listening
+
+    def publish(self, measurement: Measurement, state: State) -> None:
+        """Publish a sample: what the instruments read, and what only the true state has."""
+        time = measurement.stamp
+        self.clock.publish(time)
+        for field, publisher, frame in self._pressures:
+            value = getattr(measurement, field)
+            publisher.publish(value, self._pressure_variance, frame, time)
+        self._valve_state.publish(state.voltage, time, self._spool)
+        message = messages.joint_state(measurement, state.velocity, self._piston_area, self._joint)
+        self.outbox.send(self._joint_states, message)
+
+
+def pressure_variance(values: RigParameters) -> float:
+    """Variance in Pa² of what differs from reading to reading; 0 for ideal instruments."""
+    return values.number("sensors.pressure_noise") ** 2

@@ -1,0 +1,48 @@
+"""The plant's services: reset, pause and step."""
+
+from collections.abc import Callable
+
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+from rodless_sim.node.simulation_interfaces import offer_standard_services
+from rodless_sim.node.time_keeper import TimeKeeper
+
+
+class PlantServices:
+    """``~/reset``, ``~/pause`` and ``~/step``, and the standard ones where they are installed."""
+
+    def __init__(
+        self,
+        node: Node,
+        time: TimeKeeper,
+        was_reset: Callable[[], None],
+        was_paused: Callable[[], None],
+    ) -> None:
+        """Steer ``time``; call ``was_reset`` and ``was_paused`` (or resumed) before answering."""
+        self._time = time
+        self._was_reset = was_reset
+        self._was_paused = was_paused
+        node.create_service(Trigger, "~/reset", self._reset)
+        node.create_service(SetBool, "~/pause", self._pause)
+        node.create_service(Trigger, "~/step", self._step)
+        offer_standard_services(node, time)
+
+    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        response.message = self._time.reset()
+        self._was_reset()
+        return response
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._time.pause(request.data)
+        self._was_paused()
+        response.success = True
+        response.message = "paused" if request.data else "running"
+        return response
+
+    def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        obstacle = self._time.step()
+        response.success = obstacle is None
+        response.message = obstacle or ""
+        return response

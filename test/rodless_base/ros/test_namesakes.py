@@ -1,0 +1,82 @@
+"""A node finds others of its full name and says so; other names and namespaces are none."""
+
+from collections.abc import Iterator
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from rodless_base.ros.diagnostics import Diagnostics, judge
+from rodless_base.ros.namesakes import Namesakes
+from rodless_lab.session.observer import Observer
+
+
+def nodes(observer: Observer, *namespaces: str) -> list[Node]:
+    """Make a node ``plant`` in each of ``namespaces``."""
+    options = {"context": observer.context, "use_global_arguments": False}
+    return [Node("plant", namespace=namespace, **options) for namespace in namespaces]
+
+
+@pytest.fixture
+def plant(observer: Observer) -> Iterator[Node]:
+    """Run one ``plant`` in /here, and another one elsewhere."""
+    here, there = nodes(observer, "here", "there")
+    yield here
+    here.destroy_node()
+    there.destroy_node()
+
+
+def test_a_namesake_is_counted_and_said_once(
+    observer: Observer, plant: Node, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """As long as it is there; one that comes back is said again."""
+    namesakes = Namesakes(plant)
+    namesakes.check()
+    assert (namesakes.count, namesakes.problem) == (1, None)
+    for _ in range(2):
+        (twin,) = nodes(observer, "here")
+        for _ in range(3):
+            namesakes.check()
+        assert namesakes.count == 2
+        assert namesakes.problem is not None
+        assert namesakes.problem.startswith("2 nodes named plant in namespace /here of ROS domain")
+        twin.destroy_node()
+        namesakes.check()
+        assert (namesakes.count, namesakes.problem) == (1, None)
+    assert capfd.readouterr().err.count("2 nodes named plant") == 2
+
+
+def test_their_number_is_in_the_report(observer: Observer, plant: Node) -> None:
+    """Counted when the report is made, for whoever has just joined."""
+    diagnostics = Diagnostics(plant, lambda: {"faults": 3})
+    reports = observer.diagnostics
+
+    def reported() -> str | None:
+        diagnostics.publish(1_500_000_000, (DiagnosticStatus.OK, "well"), diagnostics.count())
+        return reports["/here/plant"].values["nodes of this name"] if reports else None
+
+    assert observer.wait(reported, "a report") == "1"
+    (twin,) = nodes(observer, "here")
+    observer.wait(lambda: reported() == "2", "the namesake")
+    twin.destroy_node()
+    assert reports["/here/plant"].values["faults"] == "3"
+
+
+@pytest.mark.parametrize(
+    ("problem", "state", "warnings", "expected"),
+    [
+        (None, None, (None, None), (DiagnosticStatus.OK, "running")),
+        (None, "paused", (None,), (DiagnosticStatus.OK, "paused")),
+        (None, "paused", ("late", None, "lost"), (DiagnosticStatus.WARN, "paused; late; lost")),
+        (None, None, ("late",), (DiagnosticStatus.WARN, "late")),
+        ("no command", "paused", ("late",), (DiagnosticStatus.ERROR, "no command")),
+    ],
+)
+def test_what_is_worst_makes_the_level(
+    problem: str | None,
+    state: str | None,
+    warnings: tuple[str | None, ...],
+    expected: tuple[bytes, str],
+) -> None:
+    """A problem hides all else; a state by request is no warning."""
+    assert judge(problem, state, warnings, "running") == expected
