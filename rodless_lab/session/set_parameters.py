@@ -75,7 +75,6 @@ def parameter_values(rig: RunningRig, wanted: Sequence[str], timeout: float) -> 
     A name that both nodes have comes with the node before it. Raises as :func:`change_parameters`.
     """
     names = {node: rig.observer.parameter_names(node) for node in _found(rig, timeout)}
-    rig.check_alone()
     has = {node: rig.observer.get_parameters(node, names[node]) for node in names}
     if wanted:
         owners = {name: _owner(name, names) for name in wanted}
@@ -105,10 +104,12 @@ def failed_law(rig: RunningRig) -> str | None:
 
 
 def _found(rig: RunningRig, timeout: float) -> list[str]:
-    """Wait for both nodes, for the second only a moment."""
+    """Wait for both nodes, for the second only a moment; of a name there must be one alone."""
     if not rig.wait_for(lambda: any(map(rig.is_known, NODES)), timeout):
         raise RigError(rig.missing(PLANT, timeout))
     rig.wait_for(lambda: all(map(rig.is_known, NODES)), min(timeout, OTHER_NODE_TIMEOUT))
+    # First of all: with twins it is open who answers, and which.
+    rig.check_alone()
     return [node for node in NODES if rig.is_known(node)]
 
 
@@ -193,7 +194,7 @@ def _set_all(rig: RunningRig, values: Values, old: Values, timeout: float) -> No
             kept = _take_back(rig, values, changed, old, timeout)
             raise RigError(
                 f"{node} has not answered: whether it has taken the values is unknown; check with "
-                f"rodless status{kept and '; '}{kept}"
+                f"rodless get{kept and '; '}{kept}"
             ) from error
         except Exception:
             # Whatever it was, it must not leave half of a change behind.

@@ -38,7 +38,8 @@ class PlantServices:
         self._time.pause(request.data)
         self._was_paused()
         response.success = True
-        response.message = "paused" if request.data else "running"
+        held = self._time.ending
+        response.message = held or ("paused" if request.data else "running")
         return response
 
     def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

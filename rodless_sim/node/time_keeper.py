@@ -38,6 +38,14 @@ class TimeKeeper(ABC):
         return self._paused
 
     @property
+    def ending(self) -> str | None:
+        """Why plant time stands still until a reset, paused or not; None where it does not."""
+        if self._engine.failure is not None:
+            return f"stands still: {self._engine.failure}"
+        over = "stands still: time.duration is over; ~/reset begins anew"
+        return over if self._engine.ended else None
+
+    @property
     def running(self) -> bool:
         """Whether plant time is meant to advance now."""
         held = self._paused or self._engine.ended or self._engine.failure is not None

@@ -97,6 +97,8 @@ def test_a_reset_begins_anew(
             "realtime, ended: time.duration is over"
             in run(rodless, "status", namespace="/short")[1]
         )
+        over = "plant/pause: stands still: time.duration is over; ~/reset begins anew\n"
+        assert run(rodless, "resume", namespace="/short") == (0, over)
         done = f"plant/reset: done\ncontroller/reset: {HOLDS}\n"
         assert run(rodless, "reset", namespace="/short") == (0, done)
 

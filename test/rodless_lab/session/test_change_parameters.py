@@ -99,7 +99,7 @@ def test_a_node_that_does_not_answer_may_have_changed() -> None:
     text, observer = failure(lambda node, _: late if node == "controller" else None)
     assert text == (
         "controller has not answered: whether it has taken the values is unknown; check with "
-        "rodless status"
+        "rodless get"
     )
     assert observer.values["plant"] == {"supply.pressure": 6e5}
 
