@@ -42,7 +42,7 @@ from rodless_sim.physics.state import Motion
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
-from rodless_sim.trace import COLUMNS, record, trace
+from rodless_sim.trace import COLUMNS, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
 
@@ -85,8 +85,9 @@ class ClosedLoopTrace(Trace):
     def with_terms(self, terms: Mapping[str, Array]) -> "ClosedLoopTrace":
         """Return the same run with the law's terms, one entry per sample each."""
         own = self._own_columns()
+        terms = {name: read_only(values) for name, values in terms.items()}
         run = ClosedLoopTrace(**own)
-        vars(run)["terms"] = MappingProxyType(dict(terms))
+        vars(run)["terms"] = MappingProxyType(terms)
         vars(run)["_term_columns"] = {
             f"term_{name}" if name in own else name: values
             for name, values in terms.items()

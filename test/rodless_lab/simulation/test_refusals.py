@@ -13,7 +13,7 @@ from rodless_control import Law, Measurement, PidParameters, ReferencePoint, ref
 from rodless_control.references import Reference
 from rodless_lab import closed_loop
 from rodless_lab.simulation.closed_loop import AnyLaw
-from rodless_sim import RigParameters
+from rodless_sim import RigParameters, Trace, simulate
 
 HOLD = references.constant(0.01)
 
@@ -195,3 +195,14 @@ def test_a_sine_that_cannot_be_computed_is_refused(values: tuple[float, ...]) ->
     with pytest.raises(ValueError, match=r"refused: too large for a sine") as refusal:
         references.sine(*values)
     assert len(str(refusal.value)) < 400
+
+
+def test_the_arrays_of_a_run_cannot_be_written() -> None:
+    """Neither its columns nor its terms; what was given to make a trace can be, as before."""
+    found = closed_loop(RigParameters(), PidParameters(), HOLD, 0.005, 1e-3)
+    for values in (*found.columns().values(), *found.terms.values()):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 1.0
+    given = {name: np.zeros(2) for name in simulate(RigParameters(), [5.0], 1e-3).columns()}
+    Trace(**given)
+    given["position"][0] = 1.0
