@@ -294,14 +294,14 @@ class ParameterSet(Mapping[str, Value]):
         >>> RigParameters().number("cylinder.moving_mass") > 0.0
         True
         """
-        value = self._values[name]
+        value = self[name]
         if isinstance(value, str | tuple):
             raise TypeError(f"{name} is not a number")
         return float(value)
 
     def text(self, name: str) -> str:
         """Return a text parameter."""
-        return str(self._values[name])
+        return str(self[name])
 
     def choice(self, name: str) -> int:
         """Return the place of a text parameter's value among its declared ``choices``."""
@@ -309,13 +309,19 @@ class ParameterSet(Mapping[str, Value]):
 
     def numbers(self, name: str) -> tuple[float, ...]:
         """Return a tuple-valued parameter."""
-        value = self._values[name]
+        value = self[name]
         if not isinstance(value, tuple):
             raise TypeError(f"{name} is not a tuple")
         return value
 
     def __getitem__(self, name: str) -> Value:
-        return self._values[name]
+        try:
+            return self._values[name]
+        except KeyError:
+            raise KeyError(self.unknown(name)) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)

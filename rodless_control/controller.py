@@ -14,7 +14,7 @@ from rodless_base.kernels import is_kernel, same_type, specialise
 from rodless_base.measurement import Measurement
 from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
-from rodless_control.parameters import OUTPUT, LawParameters
+from rodless_control.parameters import NODE_PARAMETERS, OUTPUT, REFERENCE, LawParameters
 
 
 class ReferencePoint(NamedTuple):
@@ -341,6 +341,15 @@ class CompiledLaw(Law):
 PARAMETER_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 TERM_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
+# Names that a law cannot have: those of the controller, and what rclpy declares in each node.
+TAKEN = {
+    *OUTPUT,
+    *NODE_PARAMETERS,
+    *REFERENCE,
+    "use_sim_time",
+    "start_type_description_service",
+}
+
 
 def checked_declarations(law: type[Law]) -> dict[str, Parameter]:
     """Return the ``PARAMETERS`` of a law; raises TypeError for what cannot be parameters."""
@@ -359,6 +368,10 @@ def checked_declarations(law: type[Law]) -> dict[str, Parameter]:
             raise TypeError(
                 f"{law.__name__}: the parameter name {shown(name)} refused, must be letters, "
                 'digits and _, with dots between parts, such as "mine.gain"'
+            )
+        if name in TAKEN:
+            raise TypeError(
+                f"{law.__name__}: its parameter {name} is the node's own; choose another name"
             )
     return declared
 
@@ -388,7 +401,14 @@ def checked_answer(law: Law, answer: object) -> tuple[float, ...]:
         if not all(isinstance(value, Real) and not isinstance(value, bool) for value in values):
             wanted_kind = "numbers" if law.TERMS else "a number in V"
             raise LawError(f"{law_name(law)} answered {shown(answer)}: must be {wanted_kind}")
-        numbers = tuple(map(float, values))
+        try:
+            numbers = tuple(map(float, values))
+        except OverflowError as error:  # a whole number too large for a float
+            raise LawError(
+                f"{law_name(law)} answered {shown(answer)}: must be finite numbers"
+                if law.TERMS
+                else f"{law_name(law)} answered {shown(answer)} V: must be a finite number"
+            ) from error
     if not math.isfinite(numbers[0]):
         raise LawError(f"{law_name(law)} answered {numbers[0]!r} V: must be a finite number")
     return numbers
@@ -399,6 +419,13 @@ def law_name(law: Law) -> str:
     if isinstance(law, FunctionLaw):
         return f"law {getattr(law.function, '__name__', shown(law.function))}"
     return f"law {type(law).__name__}"
+
+
+def checked_base(law: Law) -> Law:
+    """Return a law whose base class was set up; raises TypeError for one without."""
+    if not hasattr(law, "parameters"):
+        raise TypeError(f"{law_name(law)}: __init__ must call super().__init__()")
+    return law
 
 
 def output_limits(parameters: ParameterSet) -> tuple[float, float]:

@@ -23,12 +23,6 @@ def _declarations(name: str, law: type[Law]) -> dict[str, Parameter]:
         checked_declarations(law)
     except TypeError as error:
         raise ParameterError(f"controller.law: {shown(name)} refused: {error}") from error
-    taken = law.PARAMETERS.keys() & {**OUTPUT, **NODE_PARAMETERS, **REFERENCE}.keys()
-    if taken:
-        raise ParameterError(
-            f"controller.law: {name!r} refused: its parameter {min(taken)} is the node's own; "
-            "choose another name"
-        )
     chosen = replace(NODE_PARAMETERS["controller.law"], default=name)
     return {**law.PARAMETERS, **OUTPUT, **NODE_PARAMETERS, "controller.law": chosen, **REFERENCE}
 

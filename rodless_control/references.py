@@ -231,6 +231,10 @@ class Ramp(_Finite):
         )
 
 
+# No plant runs longer, s: 2^63 ns.
+LONGEST = 1e10
+
+
 @dataclass(frozen=True)
 class Sine(_Finite):
     """``centre`` until ``at`` (s), then centre + amplitude·sin(2π·frequency·t): m, m, Hz."""
@@ -239,6 +243,21 @@ class Sine(_Finite):
     amplitude: float
     frequency: float
     at: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rate = 2.0 * math.pi * self.frequency
+        reached = (
+            rate * (LONGEST + abs(self.at)),
+            self.amplitude * rate,
+            abs(self.centre) + abs(self.amplitude),
+        )
+        if not all(map(_is_finite, reached)):
+            raise ValueError(
+                f"centre {shown(self.centre)}, amplitude {shown(self.amplitude)}, frequency "
+                f"{shown(self.frequency)} and at {shown(self.at)} refused: too large for a sine "
+                "that can be computed"
+            )
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return a point on the sine."""

@@ -1,6 +1,8 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
+from collections.abc import Sequence
+from decimal import Decimal
 from numbers import Real
 
 import numpy as np
@@ -20,6 +22,7 @@ from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_pressures
 from rodless_sim.physics.state import Motion, State
+from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
 from rodless_sim.trace import Trace, run_open_loop, trace
 
@@ -29,26 +32,50 @@ def applied_voltage(voltage: float) -> float:
 
     Raises ValueError for NaN or Inf, TypeError for what is no number.
     """
-    if not isinstance(voltage, Real | np.ndarray):
-        raise TypeError(f"voltage {shown(voltage)} refused: must be a number of volts")
-    if not math.isfinite(voltage):
-        raise ValueError(f"voltage {voltage!r} refused: not a finite number")
-    return min(max(voltage, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
+    number = single_number(voltage, "voltage", "volts")
+    if not math.isfinite(number):
+        raise ValueError(f"voltage {shown(voltage)} refused: not a finite number")
+    return min(max(number, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
 
 
 def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
-    """Return :func:`applied_voltage` of each of ``voltages``; raises ValueError for none."""
+    """Return :func:`applied_voltage` of each of ``voltages``; raises ValueError for none.
+
+    A single number counts as one voltage.
+    """
     try:
-        commands = np.asarray(voltages, dtype=np.float64).ravel()
+        _refuse_other_than_numbers(voltages)
+        commands = np.atleast_1d(np.asarray(voltages, dtype=np.float64))
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(
             f"voltages {shown(voltages)} refused: must be numbers of volts ({described(error)})"
         ) from error
+    if commands.ndim > 1:
+        raise ValueError(
+            f"voltages of shape {commands.shape} refused: must be one after the other, shape (n,); "
+            "give one row or column, or ravel() them"
+        )
     if not commands.size:
         raise ValueError("no voltages given")
     if not np.isfinite(commands).all():
         applied_voltage(float(commands[~np.isfinite(commands)][0]))
     return np.clip(commands, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE)
+
+
+def _refuse_other_than_numbers(voltages: "npt.ArrayLike") -> None:
+    """Raise TypeError for what numpy would take for numbers although it is none."""
+    if np.ma.is_masked(voltages):
+        raise TypeError("some are masked: fill or leave them out")
+    found = np.asarray(voltages)
+    # Among numbers in a list, numpy makes numbers of booleans.
+    single = voltages if isinstance(voltages, Sequence) else ()
+    if found.dtype.kind == "O":
+        single = found.ravel().tolist()
+    kinds = set(map(type, single))
+    if found.dtype.kind not in "iufO" or kinds & {bool, np.bool_}:
+        raise TypeError("not texts, booleans or complex numbers")
+    if found.dtype.kind == "O" and not all(issubclass(kind, Real | Decimal) for kind in kinds):
+        raise TypeError(f"not {', '.join(sorted(kind.__name__ for kind in kinds))}")
 
 
 def starting_motion(
@@ -60,16 +87,16 @@ def starting_motion(
     """Return the state at rest that :meth:`Rig.reset` describes; raises as it does."""
     if position is None:
         position = parameters.number("cylinder.initial_position")
-    if not isinstance(position, Real | np.ndarray):
-        raise TypeError(f"position {shown(position)} refused: must be a number of metres")
+    start = single_number(position, "position", "metres")
     stroke = plant.cylinder.stroke
-    if not 0.0 <= position <= stroke:
+    if not 0.0 <= start <= stroke:
         raise ValueError(
-            f"position {position!r} m refused: outside the stroke, must be from 0 to {stroke:g} m"
+            f"position {shown(position)} m refused: outside the stroke, must be from 0 to "
+            f"{stroke:g} m"
         )
     if pressures is None:
         pressures = settled_pressures(plant, plant.valve.closed_voltage)
-    return Motion(float(position), 0.0, *_two_pressures(pressures))
+    return Motion(start, 0.0, *_two_pressures(pressures))
 
 
 def _two_pressures(pressures: object) -> tuple[float, float]:
@@ -329,7 +356,8 @@ def simulate(
     Raises
     ------
     ValueError
-        For no voltages, and as :meth:`Rig.advance` and :meth:`Rig.reset`.
+        For no voltages, for what are no numbers or not of that shape, and as :meth:`Rig.advance`
+        and :meth:`Rig.reset`.
     SimulationError
         As :meth:`Rig.advance`.
 

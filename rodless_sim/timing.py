@@ -1,14 +1,12 @@
 """Plant time: integer nanoseconds."""
 
-import math
-from numbers import Real
-
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
 from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, declare
+from rodless_sim.single_number import single_number
 
 PARAMETERS = declare(
     Parameter(
@@ -104,12 +102,7 @@ def nanoseconds(duration: float, name: str = "duration") -> int:
     Raises ValueError, with the ``name`` of the time, unless that is positive and no longer than
     292 years; TypeError for what is no number.
     """
-    if isinstance(duration, bool) or not isinstance(duration, Real | np.ndarray):
-        raise TypeError(f"{name} {shown(duration)} refused: must be a number of seconds")
-    try:
-        span = float(duration) * NANOSECONDS_PER_SECOND
-    except OverflowError:
-        span = math.inf
+    span = single_number(duration, name, "seconds") * NANOSECONDS_PER_SECOND
     if not 0.5 < span <= LONGEST_SPAN:
         raise ValueError(
             f"{name} {shown(duration)} s refused: must be a positive number, from 1 ns to 292 years"

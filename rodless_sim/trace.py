@@ -15,11 +15,19 @@ from rodless_sim.timing import sample_times
 Array = npt.NDArray[np.float64]
 
 
+def read_only(array: Array) -> Array:
+    """Return a view of ``array`` that cannot be written; whoever gave it goes on as before."""
+    view: Array = np.asarray(array).view()
+    view.flags.writeable = False
+    return view
+
+
 class Trace(Columns):
     """A run as arrays, one for each field of :class:`~rodless_sim.State`, one entry per sample.
 
     Sample 0 is the start. ``voltage[k]`` applies from sample k to sample k+1, and flows are those
-    just after it is applied; the last entry has no sample after it.
+    just after it is applied; the last entry has no sample after it. The arrays are read-only:
+    change a ``copy()`` of one.
 
     Parameters
     ----------
@@ -59,7 +67,7 @@ class Trace(Columns):
         if columns.keys() != set(names):
             missing, unknown = set(names) - columns.keys(), columns.keys() - set(names)
             raise TypeError(f"columns missing: {sorted(missing)}, unknown: {sorted(unknown)}")
-        vars(self).update((name, columns[name]) for name in names)
+        vars(self).update((name, read_only(columns[name])) for name in names)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{name}: a trace cannot be changed")

@@ -6,7 +6,7 @@ from operator import attrgetter
 
 from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameters import ParameterError, ParameterSet
-from rodless_control.controller import Law
+from rodless_control.controller import Law, checked_base
 from rodless_control.parameters import LawParameters
 
 LAWS = {
@@ -46,7 +46,7 @@ def law_class(name: str) -> type[Law]:
 def make_law(law: type[Law], parameters: ParameterSet) -> Law:
     """Return a law with ``parameters``; raises ParameterError where the law cannot be made."""
     try:
-        return law(parameters)
+        return checked_base(law(parameters))
     except ParameterError as error:
         raise ParameterError(described(error)) from error
     except (Exception, SystemExit) as error:

@@ -22,6 +22,7 @@ from rodless_control.controller import (
     Law,
     LawError,
     checked_answer,
+    checked_base,
     checked_terms,
     law_name,
     output_limits,
@@ -41,7 +42,7 @@ from rodless_sim.physics.state import Motion
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
-from rodless_sim.trace import COLUMNS, record, trace
+from rodless_sim.trace import COLUMNS, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
 
@@ -84,8 +85,9 @@ class ClosedLoopTrace(Trace):
     def with_terms(self, terms: Mapping[str, Array]) -> "ClosedLoopTrace":
         """Return the same run with the law's terms, one entry per sample each."""
         own = self._own_columns()
+        terms = {name: read_only(values) for name, values in terms.items()}
         run = ClosedLoopTrace(**own)
-        vars(run)["terms"] = MappingProxyType(dict(terms))
+        vars(run)["terms"] = MappingProxyType(terms)
         vars(run)["_term_columns"] = {
             f"term_{name}" if name in own else name: values
             for name, values in terms.items()
@@ -232,9 +234,17 @@ def as_law(law: AnyLaw) -> Law:
 
 def limits_of(law: Law) -> tuple[float, float]:
     """Return the lowest and the highest command in V; raises TypeError for a law without."""
-    if not hasattr(law, "parameters"):
-        raise TypeError(f"{law_name(law)}: __init__ must call super().__init__()")
-    return output_limits(law.parameters)
+    return output_limits(checked_base(law).parameters)
+
+
+def sample_count(duration: int, period: int) -> int:
+    """Return the number of samples of a run (ns); raises ValueError for less than one period."""
+    if duration < period:
+        raise ValueError(
+            f"duration {duration * SECONDS_PER_NANOSECOND:g} s refused: shorter than one period, "
+            f"{period * SECONDS_PER_NANOSECOND:g} s; the duration comes first"
+        )
+    return round(duration / period) + 1
 
 
 def closed_loop(
@@ -247,7 +257,8 @@ def closed_loop(
 ) -> ClosedLoopTrace:
     """Control a rig at rest for ``duration`` s with a sample and a command every ``period`` s.
 
-    Samples 0 to ``duration``/``period`` are returned. The law is given what the instruments of
+    Samples 0 to ``duration``/``period`` are returned, that being rounded to a whole number: the
+    nearest, the even one of two. The law is given what the instruments of
     ``sensors.*`` read.
 
     Parameters
@@ -268,9 +279,10 @@ def closed_loop(
     Raises
     ------
     ValueError
-        For times that are not positive, a position outside the stroke, and a law or reference that
-        answers with something that is no command or no point; that text names law or reference,
-        time and answer. For more samples than there is memory for.
+        For times that are not positive, a duration shorter than one period, a position outside the
+        stroke, and a law or reference that answers with something that is no command or no point;
+        that text names law or reference, time and answer. For more samples than there is memory
+        for.
     ParameterError
         For parameters that are no law's.
     TypeError
@@ -297,7 +309,7 @@ def closed_loop(
     """
     plant = Plant.of(checked(rig_parameters))
     span = nanoseconds(period, "period")
-    count = round(nanoseconds(duration) / span) + 1
+    count = sample_count(nanoseconds(duration), span)
     chosen = as_law(law)
     terms = checked_terms(type(chosen))
     numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(terms))

@@ -8,11 +8,13 @@ whichever form is in use.
 """
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch, kernel
+from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_base.sockets import modules
+from rodless_base.sockets import choices
 from rodless_sim.physics.friction_forms.direction import (
     Direction,
     Drag,
@@ -21,12 +23,13 @@ from rodless_sim.physics.friction_forms.direction import (
 )
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
 
-FORMS = modules(
+FORMS = choices(
     "rodless_sim.physics.friction_forms",
     (
         "stribeck",
         "saturating",
     ),
+    kernels=("force",),
 )
 
 PARAMETERS = collect(
@@ -69,12 +72,28 @@ class Friction(NamedTuple):
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Friction":
         """Return the constants for ``parameters``."""
+        forward = Direction.of(parameters, "forward")
+        for form in FORMS:
+            check_drag(form, form.of(parameters), forward)
         return cls(
             form=parameters.choice("friction.form"),
             own=tuple(form.of(parameters) for form in FORMS),
-            forward=Direction.of(parameters, "forward"),
+            forward=forward,
             reverse=Direction.of(parameters, "reverse"),
             capture_velocity=parameters.number("friction.capture_velocity"),
+        )
+
+
+def check_drag(form: ModuleType, constants: Any, side: Direction) -> None:
+    """Raise TypeError, with the form, where its force is no Drag; the compiler names none."""
+    try:
+        found = getattr(form.force, "py_func", form.force)(constants, side, side.stribeck_velocity)
+    except ArithmeticError:  # compiled code goes on with infinity
+        return
+    if not (isinstance(found, Drag) and all(isinstance(value, float) for value in found)):
+        raise TypeError(
+            f"{form.__name__} ({form.NAME}): force returns {shown(found)}, but must return a Drag "
+            "of two floats; write 0.0 for 0"
         )
 
 

@@ -13,16 +13,17 @@ from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_base.sockets import modules
+from rodless_base.sockets import choices
 from rodless_sim.physics.flow import Flow
 from rodless_sim.physics.lands import Lands
 
-ASSEMBLIES = modules(
+ASSEMBLIES = choices(
     "rodless_sim.physics.valve_assemblies",
     (
         "reconciled",
         "printed",
     ),
+    kernels=("lands", "gap"),
 )
 
 PARAMETERS = collect(

@@ -21,6 +21,7 @@ from rodless_control import (
     PidParameters,
     ReferencePoint,
 )
+from rodless_control.controller import LawError, checked_answer
 from rodless_control.laws import law_with
 from rodless_control.loop import ControlLoop
 from rodless_sim import RigParameters
@@ -126,6 +127,10 @@ def test_terms_that_cannot_be_topics_are_refused(laws: ModuleType, terms: object
         declare(Parameter("a b", 1.0, "", "", "")),
         declare(Parameter("mine..gain", 1.0, "", "", "")),
         declare(Parameter("", 1.0, "", "", "")),
+        declare(Parameter("controller.neutral_voltage", 1.0, "V", "", "")),
+        declare(Parameter("reference.type", "x", "", "", "")),
+        declare(Parameter("frame_prefix", "x", "", "", "")),
+        declare(Parameter("use_sim_time", True, "", "", "")),
     ],
     ids=str,
 )
@@ -219,6 +224,25 @@ def test_a_time_that_cannot_pass_is_refused_and_changes_nothing(interval: float)
     with pytest.raises(ValueError, match=r"^interval .* s refused: must be the time since"):
         law.update(Measurement(0, 0.05), ReferencePoint(0.051), interval)
     assert law.memory == before
+
+
+@pytest.mark.parametrize(("answer", "terms"), [(10**400, ()), ((5.08, -(10**400)), ("force",))])
+def test_a_whole_number_beyond_floats_is_no_command(answer: object, terms: tuple[str, ...]) -> None:
+    """It is refused as any other answer, and not by Python's own error."""
+    law = type("Huge", (Law,), {"TERMS": terms})()
+    with pytest.raises(LawError, match=r"^law Huge answered .*1000.* finite number") as refusal:
+        checked_answer(law, answer)
+    assert len(str(refusal.value)) < 300
+
+
+def test_a_parameter_that_a_law_has_not_is_named() -> None:
+    """A subclass that replaces PARAMETERS no longer has its base's."""
+    parameters = Law().parameters
+    assert "mine.gain" not in parameters
+    assert parameters.get("mine.gain") is None
+    for ask in (parameters.__getitem__, parameters.number, parameters.text):
+        with pytest.raises(KeyError, match=r"mine\.gain: no such parameter"):
+            ask("mine.gain")
 
 
 def test_a_law_that_exits_is_a_failure_and_not_the_end(laws: ModuleType) -> None:

@@ -1,10 +1,13 @@
 """What a rig refuses is said in one line, and leaves the rig as it was."""
 
 import math
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from rodless_base.one_line import shown
 from rodless_sim import ParameterError, Rig, RigParameters, SimulationError, Trace, simulate
 from rodless_sim.physics import settled
 from rodless_sim.physics.plant import Plant
@@ -35,6 +38,8 @@ def seen(rig: Rig) -> tuple[object, ...]:
         ((0.1, 5), "must be two numbers of Pa"),
         ((0.1, (10**400, 1e5)), "must be two numbers of Pa"),
         (("x",), "position 'x' refused"),
+        ((10**400,), "outside the stroke, must be from 0 to 0.2 m"),
+        ((True,), "position True refused: must be a number of metres"),
         ((math.nan,), "outside the stroke, must be from 0 to 0.2 m"),
     ],
 )
@@ -103,11 +108,72 @@ def test_a_bad_time_is_refused_by_its_own_name(
         rig.advance(6.0, period)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("voltages", [["a"], [[1.0], [2.0, 3.0]], [object()]])
+@pytest.mark.parametrize(
+    "voltages",
+    [
+        ["a"],
+        [[1.0], [2.0, 3.0]],
+        [object()],
+        "555",
+        ["0.1"],
+        np.array(["0.1", 5.0], dtype=object),
+        True,
+        [5.0, True],
+        np.array([True, False]),
+        [1 + 0j],
+        np.ma.array([5.0, 9.0], mask=[False, True]),
+        [10**400],
+    ],
+    ids=shown,
+)
 def test_voltages_that_are_no_numbers_are_refused(voltages: object) -> None:
     """In one line that says what to give."""
     with pytest.raises(ValueError, match=r"^voltages .* refused: must be numbers of volts"):
         simulate(RigParameters(), voltages, 1e-3)  # type: ignore[arg-type]
+
+
+def test_voltages_of_two_dimensions_are_refused() -> None:
+    """They would be flattened, row by row, without a word."""
+    with pytest.raises(ValueError, match=r"^voltages of shape \(3, 4\) refused: .*shape \(n,\)"):
+        simulate(RigParameters(), np.full((3, 4), 6.0), 1e-3)
+
+
+@pytest.mark.parametrize(
+    "voltages",
+    [
+        (5, 6),
+        range(5, 7),
+        np.array([5, 6], dtype=np.int8),
+        [Fraction(5), Decimal(6)],
+        np.ma.array([5.0, 6.0]),
+    ],
+    ids=shown,
+)
+def test_voltages_may_be_numbers_of_any_kind(voltages: object) -> None:
+    """Whole ones, fractions, arrays of which nothing is masked."""
+    run = simulate(RigParameters(), voltages, 1e-4)  # type: ignore[arg-type]
+    assert run.voltage.tolist() == [5.0, 6.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    "voltage", [True, np.array(True), np.array([5.0, 6.0]), 10**400, "5"], ids=shown
+)
+def test_a_voltage_that_is_no_number_changes_nothing(rig: Rig, voltage: object) -> None:
+    """One line, however long the number is."""
+    before = seen(rig)
+    with pytest.raises((ValueError, TypeError), match=r"^voltage .* refused: ") as refusal:
+        rig.advance(voltage, 1e-3)  # type: ignore[arg-type]
+    assert "\n" not in str(refusal.value)
+    assert len(str(refusal.value)) < 200
+    assert seen(rig) == before
+
+
+def test_an_array_of_one_number_is_that_number() -> None:
+    """State and trace have floats."""
+    state = Rig().advance(np.array(5.5), np.array(1e-3))  # type: ignore[arg-type]
+    assert type(state.voltage) is float
+    assert state == Rig().advance(5.5, 1e-3)
+    assert type(Rig().reset(np.array(0.05)).position) is float  # type: ignore[arg-type]
 
 
 def test_a_valve_beyond_any_says_that_chambers_do_not_settle(

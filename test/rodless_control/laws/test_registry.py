@@ -39,10 +39,6 @@ class Namesake(Law):
     PARAMETERS = declare(Parameter("controller.kp", 1.0, "", "of the same name", "none"))
 
 
-class Greedy(Law):
-    PARAMETERS = declare(Parameter("reference.type", 1.0, "", "clash", "none"))
-
-
 class Twofold(Law):
     TERMS = ("force", "force")
 
@@ -56,6 +52,15 @@ class Spaced(Law):
 
 
 NOTHING = 3
+"""
+
+GREEDY = """
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Greedy(Law):
+    PARAMETERS = declare(Parameter("reference.type", 1.0, "", "clash", "none"))
 """
 
 
@@ -102,13 +107,14 @@ def test_parameters_know_their_law() -> None:
         ("my_laws:Twofold", "must be identifiers, each once"),
         ("my_laws:Shadow", "none of them reference"),
         ("my_laws:Spaced", "must be identifiers"),
-        ("my_laws:Greedy", "its parameter reference.type is the node's own"),
+        ("greedy_laws:Greedy", "its parameter reference.type is the node's own"),
     ],
 )
 def test_what_is_no_law_is_refused_in_one_line(module: Write, name: str, complaint: str) -> None:
     """The line names controller.law, what was given, and what is wrong with it."""
     module("my_laws", MINE)
     module("broken_laws", "1 / 0\n")
+    module("greedy_laws", GREEDY)
     module(
         "empty_laws",
         "from rodless_control import CompiledLaw\nclass Empty(CompiledLaw):\n    TERMS = ()\n",
@@ -127,6 +133,19 @@ def test_a_law_that_cannot_be_made_is_refused_in_one_line(module: Write) -> None
     law = law_class("my_laws:Stubborn")
     with pytest.raises(ParameterError, match=r"controller\.law: 'my_laws:Stubborn'.*TypeError"):
         make_law(law, law.Parameters())
+
+
+def test_a_law_without_its_base_is_refused_in_one_line() -> None:
+    """By the node as by closed_loop: such a law has no parameters and no limits."""
+
+    class Lonely(Law):
+        def __init__(self, _parameters: object = None) -> None:
+            pass
+
+    with pytest.raises(
+        ParameterError, match=r"law Lonely: __init__ must call super\(\)\.__init__\(\)"
+    ):
+        make_law(Lonely, Lonely.Parameters())
 
 
 def test_a_law_of_ones_own_brings_its_parameters(module: Write) -> None:

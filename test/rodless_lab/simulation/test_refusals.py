@@ -13,7 +13,7 @@ from rodless_control import Law, Measurement, PidParameters, ReferencePoint, ref
 from rodless_control.references import Reference
 from rodless_lab import closed_loop
 from rodless_lab.simulation.closed_loop import AnyLaw
-from rodless_sim import RigParameters
+from rodless_sim import RigParameters, Trace, simulate
 
 HOLD = references.constant(0.01)
 
@@ -172,3 +172,37 @@ def test_a_move_with_limits_too_small_for_a_float_is_refused(small: str) -> None
         references.move(0.0, 0.1, **limits)
     with pytest.raises(TypeError, match=f"^{small} 'x' refused: must be a number"):
         references.move(0.0, 0.1, **{**limits, small: "x"})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("duration", "period"), [(1e-3, 6.0), (1e-9, 2e-9)])
+def test_a_run_shorter_than_one_period_is_refused(duration: float, period: float) -> None:
+    """Duration and period were swapped, most likely; the text has both."""
+    with pytest.raises(ValueError, match=rf"^duration {duration:g} s refused.*{period:g} s"):
+        run(PidParameters(), HOLD, duration, period)
+
+
+def test_a_duration_that_is_no_multiple_of_the_period_is_rounded() -> None:
+    """To the nearest, 2.5 periods to 2."""
+    counts = [len(run(hold, HOLD, duration).time) for duration in (0.0024, 0.0025, 0.0026)]  # type: ignore[attr-defined]
+    assert counts == [3, 3, 4]
+
+
+@pytest.mark.parametrize(
+    "values", [(0.1, 1e308, 1e308), (0.1, 0.01, 1e300), (1e308, 1e308, 1.0), (0, 10**308, 1.0)]
+)
+def test_a_sine_that_cannot_be_computed_is_refused(values: tuple[float, ...]) -> None:
+    """Where it is made, and not with Python's words where it is sampled."""
+    with pytest.raises(ValueError, match=r"refused: too large for a sine") as refusal:
+        references.sine(*values)
+    assert len(str(refusal.value)) < 400
+
+
+def test_the_arrays_of_a_run_cannot_be_written() -> None:
+    """Neither its columns nor its terms; what was given to make a trace can be, as before."""
+    found = closed_loop(RigParameters(), PidParameters(), HOLD, 0.005, 1e-3)
+    for values in (*found.columns().values(), *found.terms.values()):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 1.0
+    given = {name: np.zeros(2) for name in simulate(RigParameters(), [5.0], 1e-3).columns()}
+    Trace(**given)
+    given["position"][0] = 1.0

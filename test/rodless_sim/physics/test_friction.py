@@ -1,13 +1,15 @@
 """Friction of eqs. (28)-(29) against hand-computed points of Table 2."""
 
 import math
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from rodless_sim import RigParameters
 from rodless_sim.physics.equations import breakaway_limits
-from rodless_sim.physics.friction import Friction, sliding_friction
+from rodless_sim.physics.friction import FORMS, Friction, check_drag, sliding_friction
+from rodless_sim.physics.friction_forms.direction import Drag
 from rodless_sim.physics.plant import Plant
 
 STRIBECK = Plant.of(RigParameters()).friction
@@ -73,3 +75,14 @@ def viscous_slope(friction: Friction, speed: float, step: float) -> float:
     rise = sliding_friction(friction, speed + step, 1) - sliding_friction(friction, speed, 1)
     drop = 17.0 * (math.exp(-(((speed + step) / 1.3e-3) ** 2)) - math.exp(-((speed / 1.3e-3) ** 2)))
     return (rise - drop) / step
+
+
+@pytest.mark.parametrize("answer", [3.0, None, Drag(3, 0.0), (3.0, 0.0)])
+def test_a_form_that_returns_no_drag_is_named(answer: object) -> None:
+    """Form and answer, instead of the compiler's pages; what the package has passes."""
+    odd = ModuleType("own.odd")
+    vars(odd).update(NAME="odd", force=lambda *_: answer)
+    with pytest.raises(TypeError, match=r"^own\.odd \(odd\): force returns .*must return a Drag"):
+        check_drag(odd, None, STRIBECK.forward)
+    for form in FORMS:
+        check_drag(form, form.of(RigParameters()), STRIBECK.forward)

@@ -1,0 +1,27 @@
+"""One number out of what a caller gave for it."""
+
+import math
+from numbers import Real
+
+import numpy as np
+
+from rodless_base.one_line import shown
+
+
+def single_number(value: object, name: str, unit: str) -> float:
+    """Return ``value`` as a float, infinite where none is large enough.
+
+    Arrays of one number count as that number. Raises TypeError, with ``name`` and ``unit``, for
+    booleans, texts, what is masked, and what else is no number.
+    """
+    if type(value) is float:
+        return value
+    number = value
+    if isinstance(value, np.ndarray) and value.size == 1 and not np.ma.is_masked(value):
+        number = value.item()
+    if isinstance(number, bool) or not isinstance(number, Real):
+        raise TypeError(f"{name} {shown(value)} refused: must be a number of {unit}")
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number == abs(number) else -math.inf
