@@ -119,15 +119,14 @@ def test_a_plant_that_freezes_under_way_is_not_said_to_run(
 
 
 def test_two_rigs_of_one_name_are_refused_by_name(
-    rodless: StartProcess, start_rig: StartRig, observer: Observer
+    rodless: StartProcess, start_rig: StartRig, rig: SessionProcesses, observer: Observer
 ) -> None:
     """Nothing is sent, nothing is changed: move, set, get and pause end with 2, status with 1."""
     plant = {"time.period": PERIOD, "time.publish_clock": False}
     with start_rig(plant=plant, namespace="rig") as twin:
-        until_it_says(twin["plant"], "ready: ")
-        observer.wait(
-            lambda: len(nodes := observer.node.get_node_names()) - len(set(nodes)) > 1, "the twins"
-        )
+        for processes in (rig, twin):
+            for name in ("plant", "controller"):
+                until_it_says(processes[name], f"2 nodes named {name}")
         words = "in namespace /rig of ROS domain"
         for verb in ("move 20", "set supply.pressure=5e5", "get supply.pressure", "pause"):
             code, output = run(rodless, *verb.split())
