@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from unmeasured import unmeasured
 
 import rodless_base
 
@@ -68,7 +69,7 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
     """Run Python in the copy, its compiled functions kept there and its lines not measured."""
     environment = {
-        **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
+        **unmeasured(),
         "PYTHONPATH": os.pathsep.join([str(folder), *(path for path in sys.path if path)]),
         "NUMBA_CACHE_DIR": str(folder / "cache"),
     }

@@ -137,9 +137,9 @@ def test_two_rigs_of_one_name_are_refused_by_name(
         assert code == 1, output
         assert "2 nodes named " in output, output
         for node in ("plant", "controller"):
-            said = f"2 nodes named {node} {words}"
-            assert said in observer.diagnostic(f"/rig/{node}", fresh=True).message
-            assert twin[node].output.count(said) == 1
+            text = f"2 nodes named {node} {words}"
+            until_it_reports(observer, node, lambda said, text=text: text in said.message)
+            assert twin[node].output.count(text) == 1
     assert observer.get_parameters("/rig/plant", ["supply.pressure"]) == {
         "supply.pressure": 621325.0
     }
