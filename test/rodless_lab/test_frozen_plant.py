@@ -15,7 +15,14 @@ from rodless_lab.session.observer import Observer
 
 CLOSED = ControllerParameters().number("controller.neutral_voltage")
 
-STEP = {"reference.type": "step", "reference.at": 0.02, "reference.target": 0.02}
+# On /clock and watching, as the launch file starts it; in lock-step a session does neither.
+STEP = {
+    "reference.type": "step",
+    "reference.at": 0.02,
+    "reference.target": 0.02,
+    "use_sim_time": True,
+    "controller.position_timeout": 0.1,
+}
 
 
 def test_a_lock_step_plant_that_is_stopped_changes_no_number(rig_session: StartSession) -> None:
