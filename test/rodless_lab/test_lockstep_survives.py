@@ -148,7 +148,7 @@ def test_a_killed_controller_that_is_started_again_is_taken_at_once(
     stamps.go_on()
     rig["controller"].kill()
     rig["controller"].start()
-    until_it_says(rig["controller"], "ready: law pid")
+    until_it_says(rig["controller"], "ready: lockstep")
     observer.wait(lambda: observer.node.count_publishers("/valve/voltage") == 2, "both", TIMEOUT)
     stamps.go_on(0.2)
     assert observer.node.count_publishers("/valve/voltage") == 2
