@@ -171,7 +171,12 @@ def check(parameters: ParameterSet) -> None:
 def lowest_coefficient(powers: tuple[float, ...], reach: float) -> tuple[float, float]:
     """Return where from 0 to ``reach`` the polynomial of ``powers`` is lowest, and its value."""
     curve = np.polynomial.Polynomial(powers)
-    turns = [float(root.real) for root in curve.deriv().roots() if abs(root.imag) < 1e-9]
+    # In units of the reach, and without powers that add nothing there: divided by one of 1e-320,
+    # the others would be infinite.
+    slope = [k * power * reach ** (k - 1) for k, power in enumerate(powers)][1:]
+    least = 1e-12 * max(map(abs, slope))
+    roots = np.polynomial.Polynomial(np.polynomial.polynomial.polytrim(slope, least)).roots()
+    turns = [reach * float(root.real) for root in roots if abs(root.imag) < 1e-9]
     places = [0.0, reach, *(t for t in turns if 0.0 < t < reach)]
     return min(((place, float(curve(place))) for place in places), key=lambda found: found[1])
 

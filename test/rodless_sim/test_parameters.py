@@ -337,3 +337,13 @@ def test_a_flow_coefficient_below_zero_is_refused() -> None:
 def test_the_papers_printed_valve_is_accepted() -> None:
     """Its area is positive from 0 to 10 V: 0.0118 mm² where it is least."""
     assert RigParameters(PRINTED_ASSEMBLY).numbers("valve.area_coefficients") == DEFAULT_AREA
+
+
+@pytest.mark.parametrize("last", [5e-324, 1e-300, 1e-30])
+def test_a_flow_coefficient_that_adds_nothing_hides_no_other(last: float) -> None:
+    """A fifth power next to zero changes neither what is taken nor where it is too low."""
+    good = RigParameters({"valve.flow_coefficients": (1.0, -0.1, 0.02, 0.0, 0.0, last)})
+    assert good.numbers("valve.flow_coefficients")[5] == last
+    falling = {"valve.flow_coefficients": (1.0, -1.0, 0.2, 0.0, 0.0, last)}
+    with pytest.raises(ParameterError, match=r"-0\.25 at 2\.5 V"):
+        RigParameters(falling)
