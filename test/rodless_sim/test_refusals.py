@@ -113,7 +113,7 @@ def test_a_bad_time_is_refused_by_its_own_name(
     [
         ["a"],
         [[1.0], [2.0, 3.0]],
-        [object()],
+        [slice(1)],
         "555",
         ["0.1"],
         np.array(["0.1", 5.0], dtype=object),
