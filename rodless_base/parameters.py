@@ -4,6 +4,7 @@ import difflib
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from collections.abc import Set as AnySet
+from contextlib import contextmanager
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -32,6 +33,20 @@ class ParameterError(ValueError):
 
 class ParameterFileError(ParameterError, OSError):
     """A parameter file that cannot be opened or read; the text names it and says why."""
+
+
+@contextmanager
+def errors_of_file(path: str | Path) -> Iterator[None]:
+    """Turn what reading the parameter file ``path`` raises into errors that name it.
+
+    OSError becomes :class:`ParameterFileError`, ValueError :class:`ParameterError`.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise ParameterError(f"{path}: {error}") from error
 
 
 # The whole numbers that a ROS parameter can hold.
@@ -200,11 +215,6 @@ class ParameterSet(Mapping[str, Value]):
     def from_file(cls: type[Set], path: str | Path) -> Set:
         """Read this node's section of a ROS parameter file (YAML); what it leaves out is default.
 
-        Parameters
-        ----------
-        path
-            The file.
-
         Raises
         ------
         ParameterError
@@ -224,12 +234,8 @@ class ParameterSet(Mapping[str, Value]):
         ...     RigParameters.from_file(path)["supply.pressure"]
         600000.0
         """
-        try:
+        with errors_of_file(path):
             found = cls(cls.own(read_parameter_file(path, cls.NODE, cls.foreign)))
-        except OSError as error:
-            raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
-        except ValueError as error:
-            raise ParameterError(f"{path}: {error}") from error
         return found._come_from(f"from_file({str(path)!r})")
 
     @classmethod

@@ -54,17 +54,25 @@ class Stop:
             signal.signal(number, signal.SIG_IGN)
 
 
-def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments that are not for ROS, which stand from ``--ros-args`` to ``--``."""
-    kept, for_ros = [], False
+def split_ros_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments for others and those for ROS, from ``--ros-args`` to ``--``.
+
+    Examples
+    --------
+    >>> split_ros_arguments(["run1", "--ros-args", "-r", "__ns:=/left", "--", "-o", "bag"])
+    (['run1', '-o', 'bag'], ['-r', '__ns:=/left'])
+    """
+    own: list[str] = []
+    for_ros: list[str] = []
+    now = own
     for argument in arguments:
         if argument == "--ros-args":
-            for_ros = True
-        elif for_ros:
-            for_ros = argument != "--"
+            now = for_ros
+        elif argument == "--" and now is for_ros:
+            now = own
         else:
-            kept.append(argument)
-    return kept
+            now.append(argument)
+    return own, for_ros
 
 
 def start(module: str) -> None:

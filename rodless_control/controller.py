@@ -13,6 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 from rodless_base.kernels import is_kernel, same_type, specialise
 from rodless_base.measurement import Measurement
 from rodless_base.one_line import described, in_one_line, shown
+from rodless_base.parameter_file import is_of_rclpy
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
 from rodless_control.parameters import NODE_PARAMETERS, OUTPUT, REFERENCE, LawParameters
 
@@ -341,14 +342,8 @@ class CompiledLaw(Law):
 PARAMETER_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 TERM_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
-# Names that a law cannot have: those of the controller, and what rclpy declares in each node.
-TAKEN = {
-    *OUTPUT,
-    *NODE_PARAMETERS,
-    *REFERENCE,
-    "use_sim_time",
-    "start_type_description_service",
-}
+# Names that a law cannot have, besides those that rclpy gives each node: the controller's own.
+TAKEN = {*OUTPUT, *NODE_PARAMETERS, *REFERENCE}
 
 
 def checked_declarations(law: type[Law]) -> dict[str, Parameter]:
@@ -369,7 +364,7 @@ def checked_declarations(law: type[Law]) -> dict[str, Parameter]:
                 f"{law.__name__}: the parameter name {shown(name)} refused, must be letters, "
                 'digits and _, with dots between parts, such as "mine.gain"'
             )
-        if name in TAKEN:
+        if name in TAKEN or is_of_rclpy(name):
             raise TypeError(
                 f"{law.__name__}: its parameter {name} is the node's own; choose another name"
             )

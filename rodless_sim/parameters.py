@@ -60,6 +60,11 @@ class RigParameters(ParameterSet):
     REPLACED: ClassVar[dict[str, str]] = REPLACED
     NODE: ClassVar[str] = "plant"
 
+    @property
+    def in_lockstep(self) -> bool:
+        """Whether commands drive plant time, and not the wall clock."""
+        return self.text("time.mode") == "lockstep"
+
     def derived(self, changed: Collection[str]) -> Mapping[str, Value]:
         """Return what follows from the values ``changed`` for others that are not."""
         return air.derived(self, changed)

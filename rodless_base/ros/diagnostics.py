@@ -75,9 +75,9 @@ class Diagnostics:
             hardware_id=", ".join([rig, *hardware]),
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
-        message = DiagnosticArray(status=[status])
-        set_stamp(message.header.stamp, nanoseconds)
-        self._publisher.publish(message)
+        report = DiagnosticArray(status=[status])
+        set_stamp(report.header.stamp, nanoseconds)
+        self._publisher.publish(report)
 
 
 def judge(

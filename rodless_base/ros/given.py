@@ -2,10 +2,12 @@
 
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 
 from rclpy.node import Node
 
 from rodless_base.parameter_file import is_of_rclpy, read_parameter_file, sections_for
+from rodless_base.start import split_ros_arguments
 
 
 def given_parameters(node: Node, kind: str) -> dict[str, object]:
@@ -28,10 +30,11 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
 def _sections_of_its_kind(node: Node, kind: str) -> dict[str, object]:
     values: dict[str, object] = {}
     for file in parameter_files(sys.argv):
-        if sections_for(file, kind) and not sections_for(file, node.get_name()):
+        sections = sections_for(file, kind)
+        if sections and not sections_for(file, node.get_name()):
             values.update(read_parameter_file(file, kind))
             node.get_logger().info(
-                f"{file} has no section {node.get_name()}: taking {sections_for(file, kind)[-1]}"
+                f"{file} has no section {node.get_name()}: taking {sections[-1]}"
             )
     return values
 
@@ -44,9 +47,5 @@ def parameter_files(arguments: Sequence[str]) -> list[str]:
     >>> parameter_files(["plant", "--ros-args", "--params-file", "a.yaml", "--", "x"])
     ['a.yaml']
     """
-    files, of_ros = [], False
-    for before, argument in zip(["", *arguments], arguments, strict=False):
-        of_ros = argument == "--ros-args" or (of_ros and argument != "--")
-        if of_ros and before == "--params-file":
-            files.append(argument)
-    return files
+    _, for_ros = split_ros_arguments(arguments)
+    return [file for option, file in pairwise(for_ros) if option == "--params-file"]

@@ -88,9 +88,16 @@ class RosParameters(Generic[Set]):
     :class:`ParameterError` where what was given is not a valid set.
     """
 
-    def __init__(self, node: Node, kind: type[Set], apply: Callable[[Set], None]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        kind: type[Set],
+        apply: Callable[[Set], None],
+        given: Mapping[str, object] | None = None,
+    ) -> None:
         """Declare all of ``kind``; call ``apply`` with the new values at each change.
 
+        ``given`` is what :func:`given_parameters` has returned, where that is known already.
         ``apply`` raises :class:`ParameterError` for what cannot be in the present state. It is
         called while the change can still be refused: looked at before and applied after, the state
         could have moved on in between. rclpy has checked types and ranges by then.
@@ -98,15 +105,15 @@ class RosParameters(Generic[Set]):
         self._node = node
         self._apply = apply
         with warnings_logged(node):
-            self.values = kind(self._own(node, kind))
+            known = given_parameters(node, kind.NODE) if given is None else given
+            self.values = kind(self._own(node, kind, known))
         self._declare()
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._change)
 
     @staticmethod
-    def _own(node: Node, kind: type[Set]) -> Mapping[str, object]:
+    def _own(node: Node, kind: type[Set], given: Mapping[str, object]) -> Mapping[str, object]:
         """Return what the node is given, without what a section for all nodes gives to others."""
-        given = given_parameters(node, kind.NODE)
         foreign = sorted(filter(kind.foreign, given))
         for name in filter(node.has_parameter, foreign):
             node.undeclare_parameter(name)

@@ -36,8 +36,8 @@ class ControllerNode:
         self.node = DirectNode(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
-        kind = parameters_of_law(self.node)
-        self._parameters = RosParameters(self.node, kind, self._configure)
+        kind, given = parameters_of_law(self.node)
+        self._parameters = RosParameters(self.node, kind, self._configure, given)
         self._loop = ControlLoop(self._parameters.values)
         qos = LOSSLESS if self._number("controller.recorders") > 0 else QUEUE_DEPTH
         self._answers = Answers(

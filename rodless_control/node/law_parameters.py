@@ -7,8 +7,11 @@ from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.parameters import NODE_PARAMETERS
 
 
-def parameters_of_law(node: Node) -> type[ControllerParameters]:
-    """Return the node's set for the law it is given; what other laws are given is left out."""
+def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str, object]]:
+    """Return the node's set for the law it is given, and all that it is given.
+
+    What other laws are given is left out of the node.
+    """
     declared = NODE_PARAMETERS["controller.law"]
     given = given_parameters(node, ControllerParameters.NODE)
     name = declared.check(given.get(declared.name, declared.default))
@@ -21,4 +24,4 @@ def parameters_of_law(node: Node) -> type[ControllerParameters]:
             f"controller.law {name}: leaving out parameters of other laws: "
             + ", ".join(sorted(others))
         )
-    return kind
+    return kind, given

@@ -7,6 +7,7 @@ from rodless_base.topics import JOINT_STATES
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.node.position_watch import REPORT_TIMEOUT, WATCH_PERIOD
 from rodless_control.node.watchdog import Watchdog
+from rodless_control.setpoint import FROM_PARAMETERS
 
 
 class Readiness:
@@ -39,7 +40,7 @@ class Readiness:
             self._node.get_logger().info(line)
 
     def _next(self, values: ControllerParameters, setpoints: str) -> str:
-        if values.text("reference.type") in ("step", "sine"):
+        if values.text("reference.type") in FROM_PARAMETERS:
             return "it moves by itself"
         where = self._node.get_namespace()
         option = f" --namespace {where}" if where != "/" else ""

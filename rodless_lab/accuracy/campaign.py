@@ -73,18 +73,4 @@ def read_verdicts(path: Path) -> list[Verdict]:
 
 def _verdict(row: list[str]) -> Verdict:
     number, around, drive, *figures, failure = row
-    travel, position, pressure, *others = map(float, figures)
-    disturbed_position, disturbed_pressure, radau_position, radau_pressure = others
-    return Verdict(
-        int(number),
-        around,
-        drive,
-        travel,
-        position,
-        pressure,
-        disturbed_position,
-        disturbed_pressure,
-        radau_position,
-        radau_pressure,
-        failure,
-    )
+    return Verdict._make((int(number), around, drive, *map(float, figures), failure))

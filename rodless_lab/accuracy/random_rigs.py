@@ -12,11 +12,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import CLOSED_VOLTAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
 from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import Parameter, ParameterError
 from rodless_control import PidParameters, references
 from rodless_control.references import Reference
 from rodless_sim import RigParameters
+from rodless_sim.physics.air import critical_ratio
 from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.valve import scaled_amplitudes
 
@@ -25,6 +27,7 @@ Array = npt.NDArray[np.float64]
 WHOLE_RANGE = "whole range"
 PERIOD = 1e-3  # s
 DURATION = 1.2  # s
+RANGE = MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE  # V
 
 # The physics; what the clock, the instruments and the commands do is not asked here.
 PHYSICS = ("supply.", "atmosphere.", "air.", "valve.", "cylinder.", "end_stop.", "friction.")
@@ -114,8 +117,7 @@ def _from_whole_range(generator: np.random.Generator) -> dict[str, object]:
         if parameter.name in CURVES and not with_curves:
             continue
         values[parameter.name] = _within_range(generator, parameter)
-    index = float(str(values["air.isentropic_index"]))
-    values["air.critical_ratio"] = (2.0 / (index + 1.0)) ** (index / (index - 1.0))
+    values["air.critical_ratio"] = critical_ratio(float(str(values["air.isentropic_index"])))
     return _ordered(values)
 
 
@@ -184,8 +186,8 @@ def drawn_voltages(generator: np.random.Generator) -> Array:
     while left > 0:
         length = min(int(generator.integers(50, 300)), left)
         near = generator.random() < 0.5
-        voltage = generator.normal(5.08, 0.5) if near else generator.uniform(0.0, 10.0)
-        voltages.append(np.full(length, min(max(float(voltage), 0.0), 10.0)))
+        voltage = generator.normal(CLOSED_VOLTAGE, 0.5) if near else generator.uniform(*RANGE)
+        voltages.append(np.full(length, np.clip(voltage, *RANGE)))
         left -= length
     return np.concatenate(voltages)
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from rodless_control import Pid, PidParameters, references
 from rodless_control.laws.pid import Gains, gains_of
 from rodless_control.references import Reference, sampled
-from rodless_lab.simulation.closed_loop import closed_loop, limits_of, loop_of
+from rodless_lab.simulation.closed_loop import closed_loop, limits_of, loop_of, sample_count
 from rodless_sim import RigParameters
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, instruments_and_noise
 from rodless_sim.physics.plant import Plant
@@ -111,7 +111,8 @@ class Work:
     @cached_property
     def references(self) -> Array:
         """Position (m) and velocity (m/s) wanted at each sample, shape (n, 2)."""
-        times = sample_times(round(DURATION / PERIOD) + 1, nanoseconds(PERIOD))
+        period = nanoseconds(PERIOD)
+        times = sample_times(sample_count(nanoseconds(DURATION), period), period)
         return sampled(self.reference, times)
 
     @property

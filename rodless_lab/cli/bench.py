@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
 
 DESCRIPTION = "Measure the rig beside other solvers, with errors, and what the nodes cost."
@@ -53,7 +54,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except (RuntimeError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    output.write_text(json.dumps(figures, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    atomic_write(output, json.dumps(figures, indent=2, ensure_ascii=False) + "\n")
     return 0
 
 
@@ -67,7 +68,7 @@ def _solvers(folder: Path, check: Callable[[], None]) -> dict[str, float]:
     found = bench_side_by_side(check)
     tables = markdown(found)
     print(tables)
-    (folder / "side_by_side.md").write_text(tables + "\n", encoding="utf-8")
+    atomic_write(folder / "side_by_side.md", tables + "\n")
     write_figure(folder, "work_precision", lambda: work_precision(found))
     return found.figures()
 

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
 
 
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         verdicts = campaign(chosen.output, chosen.count, progress, lambda: stop.requested)
         text = summary(verdicts)
         print(text)
-        chosen.output.with_suffix(".md").write_text(text, encoding="utf-8")
+        atomic_write(chosen.output.with_suffix(".md"), text)
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 2

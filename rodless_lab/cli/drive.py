@@ -4,14 +4,14 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from rodless_base.start import Stop, without_ros_arguments
+from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Return 0 once all voltages were given, 1 where it was ended before."""
-    options = _parser().parse_args(without_ros_arguments(arguments))
+    options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.session.driver import drive  # noqa: PLC0415
 

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from rodless_base.start import Stop, without_ros_arguments
+from rodless_base.start import Stop, split_ros_arguments
 from rodless_lab.bags.metadata import BagError
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Record until ``stop``; return 2 for a bag that cannot be begun, 1 for one not whole."""
-    options = _parser().parse_args(without_ros_arguments(arguments))
+    options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
     from rodless_lab.bags.writer import BagWriter  # noqa: PLC0415

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rodless_base.parameter_file import preset_names, read_parameter_file
+from rodless_base.parameters import errors_of_file
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.identification.friction.run import bias_note
@@ -17,7 +18,7 @@ from rodless_lab.runs.comparison import differences
 from rodless_lab.runs.from_bag import read_commands, read_run
 from rodless_lab.runs.measured_run import MeasuredRun, RunError
 from rodless_lab.runs.resimulate import replay
-from rodless_sim import ParameterError, RigParameters
+from rodless_sim import RigParameters
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
@@ -49,14 +50,10 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
     preset, file = RigParameters.preset(options.preset), options.parameters
     if file is None:
         return preset
-    try:
+    with errors_of_file(file):
         return preset.with_values(
             read_parameter_file(file, RigParameters.NODE, RigParameters.foreign)
         )
-    except OSError as error:
-        raise ParameterError(f"{file}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise ParameterError(f"{file}: {error}") from error
 
 
 def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:

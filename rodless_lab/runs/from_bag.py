@@ -1,5 +1,7 @@
 """Read a run from a rosbag2 bag of the rig's topics, this simulator's or a real rig's."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,16 +62,18 @@ def read_run_and_setpoint(
     path: str | Path, namespace: str = ""
 ) -> tuple[MeasuredRun, Setpoint | None]:
     """Read a run as :func:`read_run` does, and its set-points if they were recorded."""
+    with _naming(path):
+        return _run(read_bag(path), namespace.rstrip("/"))
+
+
+@contextmanager
+def _naming(path: str | Path) -> Iterator[None]:
+    """Turn what is wrong with the bag at ``path`` into a RunError that names it."""
     try:
-        bag = read_bag(path)
-        return _run(bag, namespace.rstrip("/"))
+        yield
     except (BagError, RunError) as error:
-        raise _naming(path, error) from error
-
-
-def _naming(path: str | Path, error: ValueError) -> RunError:
-    text = str(error)
-    return RunError(text if str(path) in text else f"{path}: {text}")
+        text = str(error)
+        raise RunError(text if str(path) in text else f"{path}: {text}") from error
 
 
 def _run(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
@@ -118,11 +122,8 @@ def read_commands(path: str | Path, namespace: str = "") -> Commands:
     ([0, 1, 2], 0.0)
     >>> commands.save("commands.csv")
     """
-    space = namespace.rstrip("/")
-    try:
-        return _commands(read_bag(path), space)
-    except (BagError, RunError) as error:
-        raise _naming(path, error) from error
+    with _naming(path):
+        return _commands(read_bag(path), namespace.rstrip("/"))
 
 
 def _commands(bag: Bag, namespace: str) -> Commands:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from rodless_base.parameter_file import parameters_for, section_names
-from rodless_base.parameters import ParameterError, ParameterFileError
+from rodless_base.parameters import errors_of_file
 from rodless_control import ControllerParameters
 from rodless_sim import RigParameters
 
@@ -15,7 +15,7 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
     section for all nodes goes before one for the plant. Here it means what it means to
     ``RigParameters.from_file``. Raises ParameterError for a file that is none, or is for others.
     """
-    try:
+    with errors_of_file(path):
         found = {
             kind.NODE: parameters_for(path, kind.NODE, kind.foreign, namespace)
             for kind in (RigParameters, ControllerParameters)
@@ -25,8 +25,4 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
                 f"no section is for the plant or controller of namespace {namespace or '/'}; it "
                 f"has {', '.join(section_names(path))}"
             )
-    except ValueError as error:
-        raise ParameterError(f"{path}: {error}") from error
-    except OSError as error:
-        raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from error
     return found

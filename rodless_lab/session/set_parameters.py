@@ -9,6 +9,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterType
 
+from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_control.laws import LAWS
 from rodless_lab.session.dry_run import check_change
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
@@ -161,8 +162,7 @@ def _integer(text: str) -> int:
         if not real.is_integer():
             raise
         number = int(real)
-    # Parameters of ROS hold 64 bits.
-    if not -(2**63) <= number < 2**63:
+    if not SMALLEST_INTEGER <= number <= LARGEST_INTEGER:
         raise ValueError(text)
     return number
 

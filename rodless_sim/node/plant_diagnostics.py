@@ -49,7 +49,7 @@ class PlantDiagnostics:
         self._publishers = publishers
         self._diagnostics = Diagnostics(node, self._faults)
         values = parameters.values
-        self._lockstep = values.text("time.mode") == "lockstep"
+        self._lockstep = values.in_lockstep
         self._period = values.number("time.period")  # s
         self._speed = values.number("time.speed")
         self._meter = PaceMeter(0.0 if self._lockstep else self._speed, nanoseconds(self._period))

@@ -58,7 +58,7 @@ class PlantNode:
 
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
         outbox = self._publishers.outbox
-        if values.text("time.mode") == "lockstep":
+        if values.in_lockstep:
             timeout = values.number("time.command_timeout")
             return Lockstep(self._engine, timeout, self._ready, self._find_commanders, outbox)
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
@@ -70,7 +70,7 @@ class PlantNode:
         recorders = int(values.number("time.recorders"))
         # In real time without recorders, too: this polls whom the first sample goes to.
         listening = self._publishers.all_listen(recorders)
-        return listening or not (recorders or values.text("time.mode") == "lockstep")
+        return listening or not (recorders or values.in_lockstep)
 
     def _find_commanders(self) -> dict[bytes, str]:
         """Return the nodes that publish commands, by what identifies the publisher."""

@@ -58,14 +58,14 @@ def ready_line(values: RigParameters, samples: str, commands: str) -> str:
 
 def _mode(values: RigParameters) -> str:
     rate, speed = 1.0 / values.number("time.period"), values.number("time.speed")
-    if values.text("time.mode") == "lockstep":
+    if values.in_lockstep:
         return f"lockstep, {rate:g} samples per second of plant time"
     return f"realtime, {rate:g} Hz" + (f" at speed {speed:g}" if speed != 1.0 else "")
 
 
 def _wanted(values: RigParameters, samples: str) -> str:
     recorders = int(values.number("time.recorders"))
-    lockstep = values.text("time.mode") == "lockstep"
+    lockstep = values.in_lockstep
     commands = "one publisher on" if lockstep else "commands on"
     if not lockstep and not recorders:
         return commands

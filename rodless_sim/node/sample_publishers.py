@@ -28,7 +28,7 @@ class SamplePublishers:
 
     def __init__(self, node: Node, values: RigParameters) -> None:
         """Make them; real time waits for nobody, lock-step loses nothing."""
-        lockstep = values.text("time.mode") == "lockstep"
+        lockstep = values.in_lockstep
         publisher = partial(
             node.create_publisher, qos_profile=LOSSLESS if lockstep else QUEUE_DEPTH
         )

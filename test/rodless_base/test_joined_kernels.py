@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import shutil
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from unmeasured import unmeasured
 
 from rodless_base import kernels
 from rodless_base.kernels import dispatch, kernel, total
@@ -141,7 +141,7 @@ def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None
         text = PROBE.format(first=first, second=second)
         (probe / f"{file}.py").write_text(text, encoding="utf-8")
     environment = {
-        **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
+        **unmeasured(),
         "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
         "PYTHONPATH": str(tmp_path),
     }

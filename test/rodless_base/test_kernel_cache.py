@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from unmeasured import unmeasured
 
 from rodless_base import kernel_cache, kernels
 from rodless_base.kernel_cache import private_folder
@@ -162,10 +163,9 @@ def test_without_a_folder_everything_runs_in_memory(tmp_path: Path) -> None:
         "@kernels.kernel\ndef half(x):\n    return x / 2.0\n"
         "print(half(3.0))"
     )
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env={**kept, "NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / "home")},
+        env={**unmeasured(), "NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / "home")},
         capture_output=True,
         text=True,
         check=False,

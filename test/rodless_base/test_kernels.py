@@ -15,6 +15,7 @@ from typing import get_args, get_type_hints
 import numba
 import numpy as np
 import pytest
+from unmeasured import unmeasured
 
 import rodless_base
 import rodless_sim
@@ -58,8 +59,7 @@ def environment(**changes: str) -> dict[str, str]:
 
     Bytecode would be taken for fresh when a source changes twice within a second.
     """
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
-    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **changes}
+    return {**unmeasured(), "PYTHONDONTWRITEBYTECODE": "1", **changes}
 
 
 def output(code: str, variables: dict[str, str], folder: Path | None = None) -> str:

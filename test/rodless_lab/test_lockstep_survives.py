@@ -140,20 +140,17 @@ def test_a_killed_listener_does_not_hold_the_plant_for_good(
     assert observer.counter("/plant", "messages lost to a stopped subscriber") == 0
 
 
-def test_a_killed_controller_that_is_started_again_is_taken_at_once(
+def test_a_killed_controller_that_is_started_again_goes_on(
     rig: SessionProcesses, observer: Observer
 ) -> None:
-    """While the dead one is still listed as a publisher: one answers, so there is one."""
+    """Whether or not the middleware still lists the dead one: one answers, so there is one."""
     stamps = Stamps(observer)
     stamps.go_on()
     rig["controller"].kill()
     rig["controller"].start()
     until_it_says(rig["controller"], "ready: lockstep")
-    observer.wait(lambda: observer.node.count_publishers("/valve/voltage") == 2, "both", TIMEOUT)
-    stamps.go_on(0.2)
-    assert observer.node.count_publishers("/valve/voltage") == 2
-    assert stamps.steps <= {0, PERIOD}
     stamps.go_on()
+    assert stamps.steps <= {0, PERIOD}
 
 
 def test_a_second_publisher_of_another_name_holds_the_plant(

@@ -2,7 +2,6 @@
 
 import importlib
 import math
-import os
 import re
 import subprocess
 import sys
@@ -11,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from unmeasured import unmeasured
 
 from rodless_base.parameters import Parameter, declare
 from rodless_control import (
@@ -372,9 +372,8 @@ def test_the_loop_of_a_law_of_the_package_is_kept_between_processes() -> None:
     """Another process loads the loop from the cache that this one has filled."""
     run(PidParameters())
     assert compiled_loop(Pid.KERNELS) is compiled_loop(Pid.KERNELS)
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("COV")}
     done = subprocess.run(
-        [sys.executable, "-c", CACHED], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", CACHED], env=unmeasured(), capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["1", "0"]
 

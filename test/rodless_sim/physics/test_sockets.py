@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from unmeasured import unmeasured
 
 import rodless_base
 import rodless_sim
@@ -148,7 +149,7 @@ def extended(tmp_path: Path) -> Path:
 def started(folder: Path, **parameters: object) -> "subprocess.CompletedProcess[str]":
     """Run the program on the extended plant, as plain Python."""
     environment = {
-        **{name: value for name, value in os.environ.items() if not name.startswith("COV")},
+        **unmeasured(),
         "NUMBA_DISABLE_JIT": "1",
         "PYTHONPATH": os.pathsep.join([str(folder), *(path for path in sys.path if path)]),
     }
