@@ -32,6 +32,7 @@ TEST_REQUIREMENTS = [
     "pandas",  # runs as data frames,
     "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
+    "control",  # takes linear models over
     "catkin_pkg",  # reads the changelog as catkin_prepare_release does
     "colcon-common-extensions",  # the packaging test builds with colcon,
     "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
@@ -112,6 +113,7 @@ setup(
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.
         "bags": ["rosbags"],
+        "control": ["control"],  # linear models with python-control's plots and design methods
         "bench": [
             "psutil",  # reads the processor time of the nodes
             "scikit-sundae",  # CVODE, to compare with

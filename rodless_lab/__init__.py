@@ -9,14 +9,18 @@ if TYPE_CHECKING:
     from rodless_lab.runs.from_bag import read_commands, read_run
     from rodless_lab.runs.measured_run import MeasuredRun
     from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
+    from rodless_lab.simulation.linear_model import LinearModel
+    from rodless_lab.simulation.linearise import linearise
 
 __all__ = [
     "Bag",
     "ClosedLoopTrace",
     "Commands",
+    "LinearModel",
     "MeasuredRun",
     "TopicMessages",
     "closed_loop",
+    "linearise",
     "read_bag",
     "read_commands",
     "read_run",
@@ -28,9 +32,11 @@ _MODULES = {
     "Bag": "bags.reader",
     "ClosedLoopTrace": "simulation.closed_loop",
     "Commands": "runs.commands",
+    "LinearModel": "simulation.linear_model",
     "MeasuredRun": "runs.measured_run",
     "TopicMessages": "bags.reader",
     "closed_loop": "simulation.closed_loop",
+    "linearise": "simulation.linearise",
     "read_bag": "bags.reader",
     "read_commands": "runs.from_bag",
     "read_run": "runs.from_bag",

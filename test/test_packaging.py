@@ -41,6 +41,7 @@ THIRD_PARTY = {
     "psutil": ("psutil", "python3-psutil"),
     "casadi": ("casadi", None),
     "sksundae": ("scikit-sundae", None),
+    "control": ("control", None),
     "pytest": ("pytest", "python3-pytest"),
     "hypothesis": ("hypothesis", "python3-hypothesis"),
     "rosbags": ("rosbags", None),
@@ -321,7 +322,7 @@ def test_what_the_product_imports_is_what_it_declares(wheel: zipfile.ZipFile) ->
     """setup.py and package.xml name every module the product imports, and no other."""
     used = imported_by(*PRODUCT) - {"pytest"}  # loads the plugin, not the other way round
     assert used <= set(THIRD_PARTY)
-    extras = [requirements(wheel, extra) for extra in ("bags", "bench", "data")]
+    extras = [requirements(wheel, extra) for extra in ("bags", "bench", "control", "data")]
     required = requirements(wheel).union(*extras)
     assert {THIRD_PARTY[name][0] for name in used} - {None} == required
     declared = rosdep_keys("depend", "exec_depend")

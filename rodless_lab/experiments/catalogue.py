@@ -13,6 +13,7 @@ MODULES = (
     "step",
     "sine",
     "errata",
+    "frequency_response",
 )
 
 

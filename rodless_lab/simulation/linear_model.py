@@ -1,0 +1,171 @@
+"""A linear model with names: what :func:`~rodless_lab.simulation.linearise.linearise` returns."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import signal
+
+from rodless_base.columns import Quantity
+from rodless_sim.physics.state import Motion
+
+Array = npt.NDArray[np.float64]
+
+
+class OperatingPoint(NamedTuple):
+    """The steady motion that a linear model is about: all but the position stay as they are."""
+
+    motion: Motion  # position, velocity and pressures
+    voltage: float  # V
+    load: float  # N, on the carriage toward chamber B's end: what keeps the velocity as asked for
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """Small deviations from an operating point: dx/dt = A x + B u, y = C x + D u.
+
+    Attributes
+    ----------
+    A, B, C, D
+        The matrices, shapes (n, n), (n, m), (p, n) and (p, m), in SI units.
+    states, inputs, outputs
+        Name, unit and meaning of each of the n states, m inputs and p outputs.
+    point
+        The operating point. States and inputs are deviations from it.
+
+    Examples
+    --------
+    >>> from rodless_lab import linearise
+    >>> from rodless_sim import RigParameters
+    >>> model = linearise(RigParameters(), position=0.1, voltage=6.0)
+    >>> [state.name for state in model.states]
+    ['position', 'velocity', 'pressure_a', 'pressure_b']
+    >>> bool(abs(model.poles).min() < 1e-6)  # the carriage may be anywhere
+    True
+
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...]
+    point: OperatingPoint
+
+    @property
+    def poles(self) -> npt.NDArray[np.complex128]:
+        """Poles in rad/s, the slowest first, shape (n,)."""
+        found = np.linalg.eigvals(self._scaled()).astype(np.complex128)
+        return found[np.argsort(np.abs(found))]
+
+    def _scaled(self) -> Array:
+        """Return A in units that make its entries comparable: Pa are small, metres large."""
+        size = np.array([{"Pa": 1e5, "m": 1e-2, "m/s": 1e-1}.get(s.unit, 1.0) for s in self.states])
+        scaled: Array = self.A * size / size[:, None]
+        return scaled
+
+    def response(
+        self, frequencies: npt.ArrayLike, output: str = "position", source: str = "voltage"
+    ) -> npt.NDArray[np.complex128]:
+        """Return the frequency response from one input to one output.
+
+        Parameters
+        ----------
+        frequencies
+            In Hz, above 0, shape (k,).
+        output, source
+            Names from ``outputs`` and ``inputs``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Complex gains, shape (k,), in the output's unit per unit of the input.
+
+        Raises
+        ------
+        ValueError
+            For a name that the model does not have, or frequencies not above 0.
+        """
+        hertz = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+        if not (np.isfinite(hertz) & (hertz > 0.0)).all():
+            raise ValueError("frequencies must be finite and above 0 Hz")
+        matrices = self._channel(output, source)
+        return _gains(*matrices, 2j * np.pi * hertz)
+
+    def sampled_response(
+        self,
+        frequencies: npt.ArrayLike,
+        period: float,
+        output: str = "position",
+        source: str = "voltage",
+    ) -> npt.NDArray[np.complex128]:
+        """:meth:`response` of samples ``period`` s apart, each input held until the next."""
+        hertz = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+        matrices = signal.cont2discrete(self._channel(output, source), period)[:4]
+        return _gains(*matrices, np.exp(2j * np.pi * hertz * period))
+
+    def _channel(self, output: str, source: str) -> tuple[Array, Array, Array, Array]:
+        """Return the matrices from one input to one output."""
+        row, column = [_index(self.outputs, output)], [_index(self.inputs, source)]
+        return self.A, self.B[:, column], self.C[row], self.D[row][:, column]
+
+    def to_scipy(self, output: str = "position", source: str = "voltage") -> signal.StateSpace:
+        """Return one channel as :class:`scipy.signal.StateSpace`.
+
+        scipy's methods, such as ``step``, take one input and one output.
+        """
+        return signal.StateSpace(*self._channel(output, source))
+
+    def to_control(self) -> Any:
+        """Return the model as ``control.StateSpace`` of python-control, with all names.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where python-control is not installed; the text says how to get it.
+        """
+        try:
+            import control  # noqa: PLC0415  an extra
+        except ModuleNotFoundError as error:
+            raise ModuleNotFoundError(
+                "to_control() needs python-control, which is not installed: "
+                "pip install 'rodless_sim[control]'",
+                name=error.name,
+            ) from error
+        return control.ss(
+            self.A,
+            self.B,
+            self.C,
+            self.D,
+            states=[state.name for state in self.states],
+            inputs=[one.name for one in self.inputs],
+            outputs=[one.name for one in self.outputs],
+            name="rig",
+        )
+
+    def __repr__(self) -> str:
+        """Show the operating point and the poles."""
+        motion = self.point.motion
+        poles = ", ".join(f"{pole:.3g}" for pole in self.poles)
+        return (
+            f"<LinearModel at {motion.position * 1e3:.3f} mm, {motion.velocity * 1e3:.3f} mm/s, "
+            f"{self.point.voltage:g} V: poles {poles} rad/s>"
+        )
+
+
+def _gains(
+    a: Array, b: Array, c: Array, d: Array, points: npt.NDArray[np.complexfloating[Any, Any]]
+) -> npt.NDArray[np.complex128]:
+    """Return C (z I − A)⁻¹ B + D at each z of ``points``, for one input and one output."""
+    gains = [(c @ np.linalg.solve(z * np.eye(len(a)) - a, b) + d).item() for z in points]
+    return np.array(gains, dtype=np.complex128)
+
+
+def _index(known: tuple[Quantity, ...], name: str) -> int:
+    names = [quantity.name for quantity in known]
+    if name not in names:
+        raise ValueError(f"{name!r} is unknown: must be one of {', '.join(names)}")
+    return names.index(name)

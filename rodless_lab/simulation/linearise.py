@@ -1,0 +1,154 @@
+"""The rig near one steady motion, as a linear model."""
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.columns import Quantity, quantities
+from rodless_lab.simulation.linear_model import LinearModel, OperatingPoint
+from rodless_lab.simulation.steady_motion import steady_motion, steady_pressures
+from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.equations import rates
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
+from rodless_sim.rig import applied_voltage, rig_parameters
+from rodless_sim.single_number import single_number
+
+Array = npt.NDArray[np.float64]
+
+INPUTS = (
+    Quantity("voltage", "V", "command to the valve"),
+    Quantity("load", "N", "force on the carriage toward chamber B's end"),
+    Quantity("supply_pressure", "Pa", "absolute supply pressure"),
+)
+
+# Of a central difference, by unit: the curves are straight over these to some parts in 10⁸, and
+# the rates are known to some parts in 10¹⁵.
+STEPS = {"m": 1e-6, "m/s": 1e-6, "Pa": 1.0, "V": 1e-5, "K": 1e-3}
+
+
+def linearise(
+    parameters: RigParameters, position: float, voltage: float, velocity: float | None = None
+) -> LinearModel:
+    """Return the linear model of the rig about a steady motion.
+
+    The carriage passes ``position`` at the velocity that ``voltage`` gives it, the pressures
+    constant. The derivatives are central differences of the equations of motion (eqs. (26) to
+    (31)). At rest the rig is not linear, for friction: see ``velocity``.
+
+    Parameters
+    ----------
+    parameters
+        Those of the rig.
+    position
+        Where the carriage passes, m, within the stroke.
+    voltage
+        At the valve, V, from 0 to 10.
+    velocity
+        In m/s; by default that which the voltage gives the carriage. At another one, a constant
+        load keeps the balance: ``model.point.load``. At 0 friction is taken as for a carriage
+        that begins to slide forward.
+
+    Returns
+    -------
+    LinearModel
+        Its states are those of the rig, and all of them its outputs; its inputs are the voltage,
+        a load on the carriage, and the supply pressure.
+
+    Raises
+    ------
+    ValueError
+        For a position outside the stroke, values that are not finite, a voltage at which the
+        carriage sticks, or a locked carriage.
+    TypeError
+        For what are no :class:`RigParameters`.
+
+    Examples
+    --------
+    >>> from rodless_lab import linearise
+    >>> from rodless_sim import RigParameters
+    >>> model = linearise(RigParameters(), position=0.1, voltage=6.0)
+    >>> f"{model.point.motion.velocity * 1e3:.1f} mm/s"
+    '23.7 mm/s'
+
+    """
+    plant = Plant.of(rig_parameters(parameters))
+    point = _operating_point(plant, position, voltage, velocity)
+    return LinearModel(
+        A=_by_state(plant, point),
+        B=_by_input(plant, point),
+        C=np.eye(len(Motion._fields)),
+        D=np.zeros((len(Motion._fields), len(INPUTS))),
+        states=quantities(Motion),
+        inputs=INPUTS,
+        outputs=quantities(Motion),
+        point=point,
+    )
+
+
+def _operating_point(
+    plant: Plant, position: float, voltage: float, velocity: float | None
+) -> OperatingPoint:
+    where = single_number(position, "position", "metres")
+    applied = applied_voltage(voltage)
+    if applied != voltage:
+        raise ValueError(f"voltage {voltage:g} V refused: beyond 0 to 10 V the valve saturates")
+    if not 0.0 < where < plant.cylinder.stroke:
+        raise ValueError(
+            f"position {where:g} m refused: must be within the stroke, above 0 and below "
+            f"{plant.cylinder.stroke:g} m"
+        )
+    if plant.cylinder.locked:
+        raise ValueError("cylinder.locked is set: a carriage that is held has no linear model")
+    if velocity is None:
+        return OperatingPoint(steady_motion(plant, where, applied), applied, 0.0)
+    speed = single_number(velocity, "velocity", "m/s")
+    if not np.isfinite(speed):
+        raise ValueError(f"velocity {velocity!r} refused: not a finite number")
+    motion = steady_pressures(plant, where, applied, speed, _direction(speed))
+    found = rates(plant, openings(plant, applied), motion, _direction(speed))
+    return OperatingPoint(motion, applied, -plant.cylinder.moving_mass * found.velocity)
+
+
+def _direction(velocity: float) -> int:
+    return -1 if velocity < 0.0 else 1
+
+
+def _by_state(plant: Plant, point: OperatingPoint) -> Array:
+    """Return the derivatives of all rates with respect to each state, shape (n, n)."""
+    lands = openings(plant, point.voltage)
+    direction = _direction(point.motion.velocity)
+
+    def rate(name: str, change: float) -> Array:
+        state = point.motion._replace(**{name: getattr(point.motion, name) + change})
+        return np.array(rates(plant, lands, state, direction))
+
+    columns = [
+        (rate(name, STEPS[unit]) - rate(name, -STEPS[unit])) / (2.0 * STEPS[unit])
+        for name, unit, _ in quantities(Motion)
+    ]
+    return np.column_stack(columns)
+
+
+def _by_input(plant: Plant, point: OperatingPoint) -> Array:
+    """Return the derivatives of all rates with respect to each of INPUTS, shape (n, 3)."""
+    direction = _direction(point.motion.velocity)
+
+    def at_voltage(change: float) -> Array:
+        lands = openings(plant, point.voltage + change)
+        return np.array(rates(plant, lands, point.motion, direction))
+
+    def at_supply(change: float) -> Array:
+        changed = plant._replace(supply_pressure=plant.supply_pressure + change)
+        lands = openings(changed, point.voltage)
+        return np.array(rates(changed, lands, point.motion, direction))
+
+    load = np.zeros(len(Motion._fields))
+    load[Motion._fields.index("velocity")] = 1.0 / plant.cylinder.moving_mass
+    return np.column_stack(
+        [
+            (at_voltage(STEPS["V"]) - at_voltage(-STEPS["V"])) / (2.0 * STEPS["V"]),
+            load,
+            (at_supply(STEPS["Pa"]) - at_supply(-STEPS["Pa"])) / (2.0 * STEPS["Pa"]),
+        ]
+    )
