@@ -47,12 +47,12 @@ demo: installed
 experiments: installed
 	$(VENV)/bin/rodless experiment all
 
-# The coverage data has a folder of its own, so that two runs at once do not mix theirs. A test that
-# has waited in vain for other processes gets a second try, and stands in the summary as RERUN.
+# The coverage data has a folder of its own, so that two runs at once do not mix theirs. A ROS test
+# that fails gets a second try, and stands in the summary as RERUN.
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/python -m pytest \
-	--reruns 1 --only-rerun WaitTimeoutError --only-rerun TimeoutExpired -rR \
+	--reruns 1 -rR \
 	--cov --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR)
 
 # For the edit-run loop: no nodes, nothing slow, no coverage.

@@ -30,11 +30,16 @@ _outputs: dict[str, Callable[[], str]] = {}
 _numbers = itertools.count()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that use ROS by their fixtures; a few others say so themselves."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the tests that use ROS by their fixtures; a few others say so themselves.
+
+    Where ``make test`` lets failed tests run again, only these may: what else is wrong is wrong.
+    """
     for item in items:
         if ROS_FIXTURES.intersection(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.ros)
+        if getattr(config.option, "reruns", None) and not item.get_closest_marker("ros"):
+            item.add_marker(pytest.mark.flaky(reruns=0))
 
 
 @pytest.hookimpl(wrapper=True)
