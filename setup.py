@@ -97,6 +97,7 @@ setup(
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
+        (f"share/{NAME}/description", files("description/*")),
         (f"share/{NAME}/templates/controller_test", files("templates/controller_test/*")),
         # Where `ros2 run` looks; pip puts the scripts of entry_points elsewhere.
         (f"lib/{NAME}", ["scripts/plant", "scripts/controller", "scripts/rig", "scripts/recorder"]),

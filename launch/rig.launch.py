@@ -5,7 +5,11 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_prefix,
+    get_package_share_directory,
+)
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.events.process import ProcessExited
@@ -13,7 +17,10 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from rodless_base.topics import RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
+from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.processes import write_parameters
+from rodless_sim import RigParameters
+from rodless_sim.description import robot_description
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
@@ -37,6 +44,7 @@ ARGUMENTS = (
         ["auto", *BOOL],
         "publish plant time on /clock; auto: unless there is a namespace, which has its own clock",
     ),
+    ("description", "false", BOOL, "publish robot_description and transforms, as RViz wants them"),
     ("use_composition", "false", BOOL, "run plant and controller in one process"),
     ("log_level", "info", LEVELS, "least severe messages that the nodes log"),
     ("record", "false", BOOL, "record a bag from the first sample on"),
@@ -70,7 +78,34 @@ def start_rig(context: LaunchContext) -> list[Node]:
         nodes.append(
             Node(executable="recorder", arguments=[ROS_CLOCK, *RIG_TOPICS, *output], **common)
         )
+    if chosen["description"] == "true":
+        nodes.append(state_publisher(parameters, chosen["namespace"]))
     return nodes
+
+
+def state_publisher(files: list[str], namespace: str) -> Node:
+    """Return what makes transforms of joint_states, for the rig that the files describe.
+
+    Raises RuntimeError where it is not installed.
+    """
+    try:
+        get_package_prefix("robot_state_publisher")
+    except PackageNotFoundError:
+        raise RuntimeError(
+            "description:=true needs robot_state_publisher, which is not installed: "
+            "apt install ros-$ROS_DISTRO-robot-state-publisher"
+        ) from None
+    values: dict[str, object] = {}
+    for file in files:
+        values.update(own_parameters(Path(file), "/" + namespace.strip("/"))["plant"])
+    return Node(
+        package="robot_state_publisher",
+        executable="robot_state_publisher",
+        namespace=namespace,
+        output="screen",
+        parameters=[{"robot_description": robot_description(RigParameters(values))}],
+        on_exit=end_with_it,
+    )
 
 
 def parameter_files(chosen: dict[str, str]) -> list[str]:

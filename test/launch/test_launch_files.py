@@ -11,7 +11,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from launch_stand_in import Context, Node, launch_nodes
+import yaml
+from launch_stand_in import ROOT, Context, Node, launch_nodes
 from rosgraph_msgs.msg import Clock
 from running import StartProcess, until_it_says
 from std_msgs.msg import Float64
@@ -20,6 +21,8 @@ from rodless_base.parameter_file import read_parameter_file
 from rodless_lab import read_bag
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
+from rodless_sim import RigParameters
+from rodless_sim.description import BASE, robot_description
 
 RIG = "rig.launch.py"
 
@@ -159,3 +162,27 @@ def test_two_rigs_start_side_by_side(clock: str, owners: list[bool]) -> None:
         assert ("controller:/clock:=clock" in rig[1].command) is not owner
     presets = [rig[0].parameters[0].stem for rig in (left, right)]
     assert presets == ["paper", "calibrated"]
+
+
+def test_the_description_is_that_of_the_rig_it_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its namespace, with its prefix; a missing robot_state_publisher is named."""
+    with pytest.raises(RuntimeError, match="needs robot_state_publisher, which is not installed"):
+        launch_nodes(RIG, description="true")
+    monkeypatch.setattr("launch_stand_in.INSTALLED", {"robot_state_publisher"})
+    *_, publisher = launch_nodes(
+        RIG, description="true", namespace="left", frame_prefix="left/", supply_pressure="401325"
+    )
+    assert (publisher.package, publisher.namespace) == ("robot_state_publisher", "left")
+    (given,) = publisher.parameters
+    values = {"supply.pressure": 401325.0, "frame_prefix": "left/"}
+    preset = RigParameters.preset("paper")
+    assert given == {"robot_description": robot_description(preset.with_values(values))}
+
+
+def test_rviz_shows_what_the_description_says() -> None:
+    """The fixed frame of the shipped configuration is the root, its topic that of the launch."""
+    shown = yaml.safe_load((ROOT / "description" / "rig.rviz").read_text("utf-8"))
+    manager = shown["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == BASE
+    (model,) = (one for one in manager["Displays"] if one["Class"].endswith("/RobotModel"))
+    assert model["Description Topic"]["Value"] == "/robot_description"

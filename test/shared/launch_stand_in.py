@@ -61,14 +61,17 @@ class Node:
         output: str,
         on_exit: Callable[..., Any],
         name: str = "",
-        parameters: Iterable[str] = (),
+        parameters: Iterable[Any] = (),
         arguments: Iterable[str] = (),
         ros_arguments: Iterable[str] = (),
     ) -> None:
-        assert (package, output) == ("rodless_sim", "screen")
-        self.executable, self.name, self.namespace = executable, name, namespace
+        assert output == "screen"
+        self.package, self.executable, self.name = package, executable, name
+        self.namespace, self.on_exit = namespace, on_exit
+        if package != "rodless_sim":
+            self.parameters = list(parameters)
+            return
         self.parameters = [Path(file) for file in parameters]
-        self.on_exit = on_exit
         files = [word for file in parameters for word in ("--params-file", str(file))]
         remapping = [f"__node:={name}"] * bool(name) + [f"__ns:=/{namespace}"] * bool(namespace)
         self.command = [
@@ -78,12 +81,26 @@ class Node:
         ]
 
 
+# Packages of others that are taken to be installed.
+INSTALLED: set[str] = set()
+
+
+def _prefix(package: str) -> str:
+    if package not in INSTALLED:
+        raise KeyError(package)
+    return "/opt/ros"
+
+
 def _modules() -> dict[str, ModuleType]:
     """Return what launch files import, by name."""
     record = SimpleNamespace
     contents: dict[str, dict[str, Any]] = {
         "ament_index_python": {},
-        "ament_index_python.packages": {"get_package_share_directory": lambda _: str(ROOT)},
+        "ament_index_python.packages": {
+            "get_package_share_directory": lambda _: str(ROOT),
+            "get_package_prefix": _prefix,
+            "PackageNotFoundError": KeyError,
+        },
         "launch": {"LaunchContext": Context, "LaunchDescription": list},
         "launch.actions": {
             "DeclareLaunchArgument": lambda name, **of: record(kind="argument", name=name, **of),
