@@ -6,6 +6,7 @@ import importlib.util
 import sys
 
 from rodless_base.output import Output
+from rodless_base.ros.shared_memory import prepare_shared_memory
 from rodless_base.start import NO_ROS, Stop
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
@@ -60,6 +61,12 @@ def main() -> None:
         # Neither ROS nor a bag takes another text.
         if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
             parser.error(f"{text!a} is not text in UTF-8")
+    try:
+        note = prepare_shared_memory()
+    except RuntimeError as error:  # which the verbs without ROS get along with
+        note = str(error)
+    if note is not None:
+        print(note, file=sys.stderr)
     try:
         module = importlib.import_module(VERBS[chosen.verb][0])
         code = module.main(chosen.arguments, stop)
