@@ -94,6 +94,7 @@ setup(
         (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
+        (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/templates/controller_test", files("templates/controller_test/*")),
         # Where `ros2 run` looks; pip puts the scripts of entry_points elsewhere.
