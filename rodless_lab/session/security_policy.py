@@ -22,7 +22,7 @@ RULES = (
 
 
 def policy(observer: Node, nodes: list[str], namespace: str = "/") -> str:
-    """Return the policy of ``nodes`` in ``namespace``, as ``observer`` knows them now."""
+    """Return the policy of ``nodes`` in ``namespace``, each of which ``observer`` must know."""
     root = ElementTree.Element("policy", version=VERSION)
     enclaves = ElementTree.SubElement(root, "enclaves")
     for node in nodes:

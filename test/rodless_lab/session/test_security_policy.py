@@ -29,6 +29,7 @@ def rig(start_rig: StartRig) -> Iterator[None]:
 def test_the_policy_is_what_the_nodes_use(observer: Observer) -> None:
     """Each topic and service of the graph is allowed to its node, and no other."""
     expected = FILE.read_text(encoding="utf-8")
+    observer.wait(lambda: set(NODES) <= set(observer.node.get_node_names()), "both nodes", TIMEOUT)
     observer.wait(
         lambda: policy(observer.node, list(NODES)) == expected,
         "the graph of `rodless policy -o config/sros2/rig.policy.xml`",
