@@ -38,7 +38,7 @@ SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmar
 # Per cent. Not in pyproject.toml: `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85
 
-.PHONY: demo experiments test test-fast bench lint headers release-check clean
+.PHONY: demo experiments test test-fast reliability bench lint headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -58,6 +58,12 @@ test: test-tools
 # For the edit-run loop: no nodes, nothing slow, no coverage.
 test-fast: test-tools
 	@$(VENV)/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
+
+# What needs root, namespaces for the network and for mounts, and what takes long: a hundred starts
+# and stops. docs/reliability.md names the tests.
+reliability: test-tools
+	@$(VENV)/bin/python -m pytest test/privileged
+	@RODLESS_CYCLES=$${RODLESS_CYCLES:-100} $(VENV)/bin/python -m pytest test/rodless_lab/test_start_and_stop.py
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench

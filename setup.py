@@ -96,6 +96,7 @@ setup(
         (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
+        (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/description", files("description/*")),
         (f"share/{NAME}/templates/controller_test", files("templates/controller_test/*")),

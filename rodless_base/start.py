@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from types import FrameType
 
 from rodless_base.output import Output
+from rodless_base.ros.shared_memory import prepare_shared_memory
 
 # What to say where there is no ROS.
 NO_ROS = (
@@ -79,6 +80,12 @@ def start(module: str) -> None:
     """Call ``main(stop)`` of ``module`` and exit with what it returns."""
     Output()
     stop = Stop()
+    try:
+        note = prepare_shared_memory()
+    except RuntimeError as error:
+        sys.exit(f"refused to start: {error}")
+    if note is not None:
+        print(note, file=sys.stderr)
     try:
         main = importlib.import_module(module).main
     except ModuleNotFoundError:

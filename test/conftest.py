@@ -66,14 +66,11 @@ def _shown(processes: Mapping[str, NodeProcess]) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def domain() -> Iterator[dict[str, str]]:
-    """Environment of a process in a DDS domain that this module has for itself, on loopback.
-
-    Without shared memory: what a killed process leaves there stops those after it for good.
-    """
+    """Environment of a process in a DDS domain that this module has for itself, on loopback."""
     from rodless_lab.session.domain import own_domain  # noqa: PLC0415
 
     with own_domain() as own, pytest.MonkeyPatch.context() as patch:
-        for name, value in {**own, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}.items():
+        for name, value in own.items():
             patch.setenv(name, value)
         yield dict(os.environ)
 

@@ -12,7 +12,7 @@ from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 
 
 def test_parameter_page_is_what_the_declarations_say() -> None:
@@ -29,22 +29,33 @@ def test_relative_links_lead_somewhere(page: Path) -> None:
     assert [target for target in local if not (page.parent / target).exists()] == []
 
 
-def errata_rows() -> list[list[str]]:
-    """Cells of the errata table's rows."""
-    lines = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8").splitlines()
-    rows = [line.strip("| ").split(" | ") for line in lines if line.startswith("| ")]
-    return rows[1:]
+def rows(page: str) -> list[list[str]]:
+    """Cells of the rows of all tables of a page, without the heads."""
+    lines = (ROOT / "docs" / page).read_text(encoding="utf-8").splitlines()
+    heads = {k - 1 for k, line in enumerate(lines) if line.startswith("|---")}
+    bodies = [line for k, line in enumerate(lines) if line.startswith("| ") and k not in heads]
+    return [line.strip("| ").split(" | ") for line in bodies]
 
 
-@pytest.mark.parametrize("row", errata_rows(), ids=lambda row: row[0])
-def test_every_erratum_names_tests_that_exist(row: list[str]) -> None:
-    """Each row of the errata page names at least one test, and the suite has it."""
-    named = re.findall(r"`(test_\w+\.py)::(test_\w+)`", row[-1])
+def functions_are_there(named: list[tuple[str, str]]) -> None:
+    """Check that the suite has each test, given by file and name."""
     assert named
     for file, function in named:
         (path,) = (ROOT / "test").rglob(file)
         tree = ast.parse(path.read_text(encoding="utf-8"))
         assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.parametrize("row", rows("reliability.md"), ids=lambda row: row[0])
+def test_every_promise_names_tests_that_exist(row: list[str]) -> None:
+    """Each row of the reliability page names at least one test, and the suite has it."""
+    functions_are_there(re.findall(r"`(test_\w+\.py)::(test_\w+)`", row[-1]))
+
+
+@pytest.mark.parametrize("row", rows("errata.md"), ids=lambda row: row[0])
+def test_every_erratum_names_tests_that_exist(row: list[str]) -> None:
+    """Each row of the errata page names at least one test, and the suite has it."""
+    functions_are_there(re.findall(r"`(test_\w+\.py)::(test_\w+)`", row[-1]))
 
 
 def test_readme_snippet_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

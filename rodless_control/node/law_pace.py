@@ -50,7 +50,8 @@ class LawPace:
         if waited <= BACKLOG:
             self._backlog = None
             return False
-        if self._backlog is None:
+        if self._backlog is None or now < self._backlog[0]:
+            # The first, or the first since the wall clock was set back.
             self._backlog = now, waited
         since, at_first = self._backlog
         return now - since > BACKLOG and waited >= at_first

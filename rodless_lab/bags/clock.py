@@ -91,12 +91,23 @@ class BagClock:
         if self.base is TimeBase.WALL:
             return []
         self.base = TimeBase.PLANT
+        before = self._leave_old_times() if self._clock_sent and sent < self._clock_sent[-1] else []
         self._clock_sent.append(sent)
         self._clock_time.append(clock)
         if len(self._clock_sent) > 2 * _REMEMBERED:
             del self._clock_sent[:-_REMEMBERED]
             del self._clock_time[:-_REMEMBERED]
-        return self._take(lambda _, arrival: not self._must_wait(arrival))
+        return before + self._take(lambda _, arrival: not self._must_wait(arrival))
+
+    def _leave_old_times(self) -> list[Timed]:
+        """Date what waits and forget the clock messages: the wall clock has been set back.
+
+        Their times say nothing any more of what is sent from now on.
+        """
+        dated = self._take(lambda _poll, _arrival: True)
+        self._clock_sent.clear()
+        self._clock_time.clear()
+        return dated
 
     def poll(self) -> list[Timed]:
         """Return the messages that have waited for ``POLLS`` polls, with the best time known.

@@ -6,6 +6,7 @@ import importlib.util
 import sys
 
 from rodless_base.output import Output
+from rodless_base.ros.shared_memory import prepare_shared_memory
 from rodless_base.start import NO_ROS, Stop
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
@@ -39,6 +40,8 @@ VERBS = {
     "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
     "bench": ("rodless_lab.cli.bench", "time the rig, other solvers and the nodes on this machine"),
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
+    "policy": ("rodless_lab.cli.policy", "write the SROS2 policy of a running rig"),
+    "soak": ("rodless_lab.cli.soak", "run the nodes for long; report memory, losses and balance"),
     "docs": ("rodless_lab.cli.docs", "write the generated pages and pictures of the docs"),
 }
 
@@ -60,6 +63,12 @@ def main() -> None:
         # Neither ROS nor a bag takes another text.
         if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
             parser.error(f"{text!a} is not text in UTF-8")
+    try:
+        note = prepare_shared_memory()
+    except RuntimeError as error:  # which the verbs without ROS get along with
+        note = str(error)
+    if note is not None:
+        print(note, file=sys.stderr)
     try:
         module = importlib.import_module(VERBS[chosen.verb][0])
         code = module.main(chosen.arguments, stop)

@@ -29,6 +29,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     options = _options(arguments)
     # Here, so that help is quick and works without ROS.
     from rodless_lab.session.domain import full_namespace, named_domain  # noqa: PLC0415
+    from rodless_lab.session.network import stay_on_this_machine  # noqa: PLC0415
     from rodless_lab.session.processes import run_rig  # noqa: PLC0415
 
     try:
@@ -37,6 +38,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except HarnessError as error:
         print(error, file=sys.stderr)
         return 2
+    if not options.network:
+        stay_on_this_machine()
     plan = _plan(options)
     stop.from_now_on_wait()
     try:
@@ -79,6 +82,12 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
     parser.add_argument("--without-controller", action="store_true", help="the plant alone")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
+    parser.add_argument(
+        "--network",
+        action="store_true",
+        help="let other machines find the rig, as ros2 run does; without it, it stays on this one, "
+        "unless the environment says how far it reaches (such as ROS_AUTOMATIC_DISCOVERY_RANGE)",
+    )
     options = parser.parse_args(arguments)
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")

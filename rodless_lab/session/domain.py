@@ -9,13 +9,11 @@ import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 from typing import TextIO
-from xml.etree import ElementTree
 
-from rodless_base.ros.share import share_directories
 from rodless_lab.session.errors import HarnessError
+from rodless_lab.session.network import this_machine
 
 # Domain IDs above 101 run into the ephemeral ports of Linux (ROS 2 documentation, "The ROS
 # domain ID"); 0 is everybody's default.
@@ -26,17 +24,10 @@ GREATEST_DOMAIN = 232
 
 _NAMESPACE = re.compile(r"/?|(/?[A-Za-z_][A-Za-z0-9_]*)(/[A-Za-z_][A-Za-z0-9_]*)*/?")
 
-# Major version of rmw_fastrtps_cpp.
-FIRST_WITH_FAST_DDS_3 = 9
-
 
 def domain_environment(domain: int) -> dict[str, str]:
-    """Environment variables that keep a process in ``domain``, on this machine, quickly found."""
-    return {
-        "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        **_fast_dds_profiles(),
-    }
+    """Environment variables that keep a process in ``domain``, on this machine."""
+    return {"ROS_DOMAIN_ID": str(domain), **this_machine()}
 
 
 def named_domain() -> int | None:
@@ -61,36 +52,6 @@ def full_namespace(namespace: str) -> str:
             f"--namespace {namespace!r}: letters, digits, _ and / only, no digit after a /"
         )
     return f"/{namespace.strip('/')}"
-
-
-def leave_out_own_endpoints() -> None:
-    """Keep DDS from delivering inside this process, unless the user has a profile of their own.
-
-    To be called before the first node is made.
-    """
-    for variable, profile in _fast_dds_profiles("_one_process").items():
-        if os.environ.get(variable) in (None, *_fast_dds_profiles().values()):
-            os.environ[variable] = profile
-
-
-def _fast_dds_profiles(kind: str = "") -> dict[str, str]:
-    """Settings in the spelling of the Fast DDS here: 2 up to jazzy, 3 from kilted on.
-
-    One that it does not know makes it refuse the whole file.
-    """
-    version = 3 if _rmw_version() >= FIRST_WITH_FAST_DDS_3 else 2
-    variable = {2: "FASTRTPS_DEFAULT_PROFILES_FILE", 3: "FASTDDS_DEFAULT_PROFILES_FILE"}[version]
-    return {variable: str(Path(__file__).with_name(f"fast_dds_{version}{kind}.xml"))}
-
-
-@cache
-def _rmw_version() -> int:
-    """Major version of ROS's layer above Fast DDS, 0 where there is none."""
-    for share in share_directories("rmw_fastrtps_cpp", beside="rclpy"):
-        if (share / "package.xml").is_file():
-            manifest = ElementTree.parse(share / "package.xml").getroot()
-            return int(manifest.findtext("version", "0").partition(".")[0])
-    return 0
 
 
 @contextmanager

@@ -22,6 +22,7 @@ from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_lab.session.domain import full_namespace, named_domain
 from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.network import make_room_for_nodes
 
 Found = TypeVar("Found")
 
@@ -69,13 +70,14 @@ class Observer(Closing):
 
         ``timeout`` bounds each wait (wall-clock s) that is not given another one. ``check`` is
         called before each spin of a wait; what it raises ends the wait. Raises HarnessError for a
-        domain or a namespace that ROS does not have.
+        domain or a namespace that ROS does not have, and where shared memory is full.
         """
         full = full_namespace(namespace)
         self._timeout = timeout
         self._check = check
         self.context = Context()
         with _patched(environment or {}):
+            make_room_for_nodes()
             self.context.init(args=[], initialize_logging=False, domain_id=named_domain())
             self.node = Node(
                 "observer",

@@ -3,7 +3,7 @@
 from rodless_base.ros.process import run_nodes
 from rodless_base.start import Stop
 from rodless_control.node import controller_node
-from rodless_lab.session.domain import leave_out_own_endpoints
+from rodless_lab.session.network import leave_out_own_endpoints
 from rodless_sim.node import plant_node
 
 

@@ -36,7 +36,7 @@ class Lockstep(TimeKeeper):
         """Offer sample 0 as soon as ``ready``, and to one publisher of commands only.
 
         ``commanders`` gives the nodes that publish commands, by what identifies the publisher;
-        ``timeout`` is in s of ``now``.
+        ``timeout`` is in s of ``now``, in which a plant that was stopped itself does not wait.
         """
         super().__init__(engine)
         self._timeout = timeout

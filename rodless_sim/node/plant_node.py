@@ -12,6 +12,7 @@ from rodless_base.ros.publish import UNKNOWN, nodes
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_base.topics import VALVE_VOLTAGE
+from rodless_sim.node.awake_clock import AwakeClock
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.plant_diagnostics import PlantDiagnostics
@@ -60,7 +61,9 @@ class PlantNode:
         outbox = self._publishers.outbox
         if values.in_lockstep:
             timeout = values.number("time.command_timeout")
-            return Lockstep(self._engine, timeout, self._ready, self._find_commanders, outbox)
+            return Lockstep(
+                self._engine, timeout, self._ready, self._find_commanders, outbox, AwakeClock()
+            )
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready, outbox)
 

@@ -23,7 +23,7 @@ from std_msgs.msg import Float64
 from rodless_base.ros.in_process import DirectNode, deliver_directly
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import LOSSLESS
-from rodless_lab.session.domain import leave_out_own_endpoints
+from rodless_lab.session.network import leave_out_own_endpoints
 
 leave_out_own_endpoints()
 rclpy.init()

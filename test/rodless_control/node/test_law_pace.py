@@ -57,6 +57,27 @@ def test_a_very_slow_law_is_noticed_within_seconds(law_time: float) -> None:
     assert len(run(pace, law_time, 10_000)) <= 10.0 / law_time + 3
 
 
+@pytest.mark.parametrize("step", [3600.0, -3600.0])
+def test_a_wall_clock_that_is_set_skips_nothing(step: float) -> None:
+    """Forward: the samples under way seem to be an hour old. Back: they come from the future."""
+    pace = LawPace()
+    for k in range(2000):
+        sent = k * 1e-3 + (step if k >= 1000 else 0.0)
+        received = sent + 1e-4
+        now = received + 1e-4 + (step if 997 <= k < 1000 else 0.0)
+        assert not pace.must_skip(sent, received, now)
+        pace.took(1e-4)
+    assert pace.skipped == 0
+
+
+def test_a_slow_law_is_noticed_after_the_wall_clock_was_set_back() -> None:
+    """A backlog that began just before then does not count as begun in an hour."""
+    pace = LawPace()
+    assert not pace.must_skip(0.0, 0.0, 3600.0 + 2.0 * BACKLOG)
+    waits = run(pace, 5e-3, 20_000)
+    assert max(waits[200:]) <= 1e-3 + 1e-9
+
+
 def test_a_stall_that_is_over_skips_nothing() -> None:
     """Half a second in which nothing ran is caught up with, sample by sample."""
     pace = LawPace()

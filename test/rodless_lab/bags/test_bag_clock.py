@@ -119,6 +119,20 @@ def test_a_reset_of_the_plant_takes_times_back() -> None:
     ]
 
 
+@pytest.mark.parametrize("hours", [1, -1])
+def test_a_wall_clock_that_is_set_leaves_plant_time_as_it_is(hours: int) -> None:
+    """Commands before and after are dated by the clock message sent before them; none waits on."""
+    step = hours * 3_600_000_000_000
+    clock, dated = BagClock(), []
+    for k in range(1000):
+        sent = 1000 * k + (step if k >= 500 else 0)
+        dated += clock.put(arrival("clock", sent, clock=k))
+        dated += clock.put(arrival("command", sent + 500))
+    dated += clock.put(arrival("clock", 1_000_000 + step, clock=1000))
+    commands = [time for topic, time in times(dated) if topic == "command"]
+    assert commands == list(range(1000))
+
+
 def test_remembered_clock_messages_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A recording of hours keeps only the clock messages that a late message may need."""
     monkeypatch.setattr(bag_clock, "_REMEMBERED", 10)

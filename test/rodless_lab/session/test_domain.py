@@ -59,16 +59,19 @@ def claimed(environment: dict[str, str]) -> int:
 
 
 @pytest.mark.ros
-def test_a_domain_comes_with_what_keeps_it_on_this_machine() -> None:
-    """The environment names the domain, loopback only, and DDS settings that DDS understands."""
+@pytest.mark.parametrize("kind", ["", "_udp", "_one_process", "_one_process_here"])
+def test_a_domain_comes_with_what_keeps_it_on_this_machine(kind: str) -> None:
+    """The environment names the domain and a profile, and DDS understands all of its kind."""
     with own_domain() as environment:
         assert claimed(environment) in DOMAINS
-        assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
-        (profiles,) = (value for name, value in environment.items() if "PROFILES" in name)
-        assert Path(profiles).is_file()
+        ((name, value),) = (pair for pair in environment.items() if "PROFILES" in pair[0])
+        profile = Path(value)
+        assert profile.is_file()
+        other = profile.with_name(profile.name.replace(".xml", f"{kind}.xml"))
+        assert other.is_file()
         node = subprocess.run(
             [sys.executable, "-c", NODE],
-            env={**os.environ, **environment},
+            env={**os.environ, **environment, name: str(other)},
             capture_output=True,
             text=True,
             check=True,

@@ -1,0 +1,55 @@
+"""`rodless policy`: the SROS2 policy of a running rig."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rodless_base.atomic_write import atomic_write
+from rodless_base.start import Stop
+from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace, with_rig
+
+if TYPE_CHECKING:
+    from rodless_lab.session.running_rig import RunningRig
+
+# How long to wait for a node to appear, in wall-clock s.
+TIMEOUT = 10.0
+
+# Who is in the graph has shown all it has after this time (wall-clock s).
+DISCOVERY = 5.0
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Print or write the policy; return 2 where there is no rig or no room for the file."""
+    parser = argparse.ArgumentParser(
+        prog="rodless policy",
+        description="Write the SROS2 policy of a running rig: its nodes may do what they do now, "
+        "and nothing else.",
+        epilog="See docs/security.md.",
+    )
+    add_namespace(parser)
+    parser.add_argument("-o", "--output", type=Path, help="file to write (default: print it)")
+    options = parser.parse_args(arguments)
+
+    def work(rig: "RunningRig") -> int:
+        # Here, so that help works without ROS.
+        from rodless_lab.session.running_rig import NODES  # noqa: PLC0415
+        from rodless_lab.session.security_policy import policy  # noqa: PLC0415
+
+        for node in NODES:
+            rig.wait_for_node(node, TIMEOUT)
+        rig.check_alone()
+        rig.wait_for(lambda: False, DISCOVERY)
+        text = policy(rig.observer.node, list(NODES), rig.namespace)
+        if options.output is None:
+            print(text, end="")
+            return 0
+        try:
+            atomic_write(options.output, text)
+        except OSError as error:
+            print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
+            return NOT_POSSIBLE
+        return 0
+
+    return with_rig(options.namespace, stop, work)

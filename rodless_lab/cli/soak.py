@@ -1,0 +1,95 @@
+"""`rodless soak`: long runs of the nodes, with a report on memory, losses and balance."""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rodless_base.atomic_write import atomic_write
+from rodless_base.start import Stop
+
+if TYPE_CHECKING:
+    from rodless_lab.soak.ros.soak import Soak
+
+
+class _InterruptedError(Exception):
+    """The user has asked to stop."""
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Run, print and write the report; return 1 where something is not as it should be."""
+    options = _options(arguments)
+    # They load numba and ROS: not for help.
+    from rodless_lab.soak.report import complaints, summary  # noqa: PLC0415
+    from rodless_lab.soak.ros.soak import soak_lockstep, soak_realtime  # noqa: PLC0415
+
+    stop.from_now_on_wait()
+
+    def check() -> None:
+        if stop.requested:
+            raise _InterruptedError
+
+    runs: list[Callable[[Callable[[str], None], Callable[[], object]], Soak]] = []
+    if options.seconds:
+        runs.append(partial(soak_realtime, options.seconds))
+    if options.steps:
+        runs.append(partial(soak_lockstep, options.steps))
+    texts, wrong = [], []
+    try:
+        options.output.parent.mkdir(parents=True, exist_ok=True)
+        for run in runs:
+            found = run(lambda line: print(line, file=sys.stderr, flush=True), check)
+            texts.append(summary(found))
+            wrong += complaints(found)
+            print(texts[-1], flush=True)
+            atomic_write(options.output, "\n\n".join([*texts, *wrong]) + "\n")
+    except _InterruptedError:
+        print("interrupted", file=sys.stderr)
+        return 1
+    except (RuntimeError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    print("\n".join(wrong), end="\n" if wrong else "", file=sys.stderr)
+    return int(bool(wrong))
+
+
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="rodless soak",
+        description="Run plant and controller for long: in real time, then in lock-step, where "
+        "each sample is compared with the run without nodes.",
+        epilog="Exit code: 0 nothing lost, memory flat, balance closed; 1 anything else; see "
+        "docs/reliability.md.",
+    )
+    parser.add_argument(
+        "--seconds", type=_seconds, default=3600.0, help="real time (default: %(default)g); 0: none"
+    )
+    parser.add_argument(
+        "--steps", type=_count, default=10_000_000, help="lock-step (default: %(default)d); 0: none"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("results/soak/soak.md"),
+        help="the report (default: %(default)s)",
+    )
+    return parser.parse_args(arguments)
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds")
+    return value
+
+
+def _count(text: str) -> int:
+    if not (text.isascii() and text.isdecimal()):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number")
+    return int(text)

@@ -1,0 +1,1 @@
+"""Long runs: whether the nodes stay as they are, lose nothing and keep their balance."""

@@ -1,0 +1,28 @@
+"""How much memory processes keep: readings over time, and whether they grow."""
+
+from pathlib import Path
+
+import numpy as np
+
+# The first part of a run, in which caches fill, tells nothing of leaks.
+SETTLING = 0.25
+
+PAGE = 4096  # bytes, of /proc/<pid>/statm on every machine that this runs on
+MEGA = 1e6
+
+
+def resident(pid: int) -> float:
+    """Return the memory of a process in MB; raises OSError for one that has ended."""
+    return int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1]) * PAGE / MEGA
+
+
+def growth(readings: list[tuple[float, float]]) -> float:
+    """Return how fast memory grows, in MB/h, from readings of time (s) and memory (MB).
+
+    The slope of a straight line through all but the first quarter; NaN for too few.
+    """
+    settled = readings[int(SETTLING * len(readings)) :]
+    if len(settled) < 3:
+        return float("nan")
+    times, sizes = np.array(settled).T
+    return float(np.polyfit(times - times[0], sizes, 1)[0] * 3600.0)

@@ -1,0 +1,1 @@
+"""The long runs themselves, with nodes over DDS."""

@@ -1,0 +1,162 @@
+"""Rigs of the product's own stay on this machine, unless the user has settled it otherwise."""
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from running import StartProcess, until_it_says
+
+from rodless_lab.session import network
+from rodless_lab.session.network import (
+    PROFILE_VARIABLES,
+    RANGE,
+    SETTLED_BY,
+    leave_out_own_endpoints,
+    stay_on_this_machine,
+    this_machine,
+)
+
+FOLDER = Path(network.__file__).parent
+LOOPBACK = "127.0.0.1"
+
+# Of a start that compiles, on a crowded machine, in wall-clock s.
+FIRST_START = 240.0
+
+
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """Leave nothing in the environment that says how far nodes reach."""
+    for name in (*SETTLED_BY, "RMW_IMPLEMENTATION", "FASTDDS_BUILTIN_TRANSPORTS"):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    return monkeypatch
+
+
+def profile(environment: dict[str, str]) -> str:
+    """Return the name of the profile that an environment names."""
+    (path,) = (value for name, value in environment.items() if name in PROFILE_VARIABLES.values())
+    assert Path(path).is_file()
+    return Path(path).name
+
+
+def test_a_profile_binds_to_loopback(bare: pytest.MonkeyPatch) -> None:
+    """With it ROS adds no transports of its own; without shared memory where that is asked for."""
+    environment = this_machine()
+    assert environment[RANGE] == "SYSTEM_DEFAULT"
+    assert profile(environment) in ("fast_dds_2.xml", "fast_dds_3.xml")
+    bare.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+    assert profile(this_machine()).endswith("_udp.xml")
+
+
+def test_settings_of_the_user_stand(bare: pytest.MonkeyPatch) -> None:
+    """A profile of their own and another middleware get ROS's LOCALHOST, and no file of ours."""
+    with bare.context() as patch:
+        patch.setenv("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
+        assert this_machine() == {RANGE: "LOCALHOST"}
+    for variable in PROFILE_VARIABLES.values():
+        bare.setenv(variable, "/home/me/mine.xml")
+    assert this_machine() == {RANGE: "LOCALHOST"}
+    before = dict(os.environ)
+    leave_out_own_endpoints()
+    assert dict(os.environ) == before
+
+
+@pytest.mark.parametrize("name", SETTLED_BY)
+def test_whoever_has_settled_it_is_left_alone(bare: pytest.MonkeyPatch, name: str) -> None:
+    """`rodless rig` changes nothing of an environment that says how far its nodes reach."""
+    bare.setenv(name, "SUBNET")
+    before = dict(os.environ)
+    stay_on_this_machine()
+    assert dict(os.environ) == before
+
+
+def test_nodes_in_one_process_reach_as_far_as_before(bare: pytest.MonkeyPatch) -> None:
+    """What `ros2 run` starts goes on to the network, what stays here stays here."""
+    leave_out_own_endpoints()
+    assert profile(dict(os.environ)).endswith("_one_process.xml")
+    for variable in PROFILE_VARIABLES.values():
+        bare.delenv(variable, raising=False)
+    stay_on_this_machine()
+    leave_out_own_endpoints()
+    assert profile(dict(os.environ)).endswith("_one_process_here.xml")
+
+
+def lines(name: str) -> list[str]:
+    """Return a profile without its comments."""
+    text = (FOLDER / name).read_text(encoding="utf-8")
+    return [line for line in text.splitlines() if "<!--" not in line]
+
+
+def without(some: list[str], first: str, last: str) -> list[str]:
+    """Leave out what stands between two lines, these included."""
+    texts = [line.strip() for line in some]
+    return some[: texts.index(first)] + some[texts.index(last) + 1 :]
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_profiles_differ_in_nothing_but_their_purpose(version: int) -> None:
+    """Shared memory, delivery inside a process, loopback; and one word between the versions."""
+    udp = lines(f"fast_dds_{version}_udp.xml")
+    shared = [line for line in lines(f"fast_dds_{version}.xml") if "shared_memory" not in line]
+    kinds = [line.strip() for line in shared]
+    shm = kinds.index("<type>SHM</type>")
+    assert shared[: shm - 1] + shared[shm + 2 :] == udp
+    inside = lines(f"fast_dds_{version}_one_process_here.xml")
+    assert without(inside, "<propertiesPolicy>", "</propertiesPolicy>") == udp
+    here = without(inside, "<transport_descriptors>", "</transport_descriptors>")
+    here = without(here, "<useBuiltinTransports>false</useBuiltinTransports>", "</userTransports>")
+    here = without(here, "<metatrafficUnicastLocatorList>", "</initialPeersList>")
+    assert here == lines(f"fast_dds_{version}_one_process.xml")
+    if version == 3:
+        two = [
+            line.replace("heartbeatPeriod", "heartbeat_period") for line in lines("fast_dds_2.xml")
+        ]
+        assert two == lines("fast_dds_3.xml")
+
+
+def bound_to(pid: int) -> set[str]:
+    """Return the addresses that the UDP sockets of a process are bound to, as the kernel has it."""
+    links = []
+    for link in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(OSError):  # one that is closed meanwhile
+            links.append(str(link.readlink()))
+    inodes = {link[len("socket:[") : -1] for link in links if link.startswith("socket:[")}
+    found = set()
+    for table, size in (("udp", 8), ("udp6", 32)):
+        for line in Path(f"/proc/{pid}/net/{table}").read_text(encoding="ascii").splitlines()[1:]:
+            fields = line.split()
+            if fields[9] in inodes:
+                address = fields[1].partition(":")[0]
+                assert len(address) == size
+                found.add(".".join(str(byte) for byte in reversed(bytes.fromhex(address))))
+    return found
+
+
+@pytest.fixture
+def rig_on_its_own(start_process: StartProcess) -> Iterator[int]:
+    """Run `rodless rig` where nobody has settled how far it reaches; return its process group."""
+    command = "from rodless_lab.cli.main import main; main()"
+    unsettled = dict.fromkeys(SETTLED_BY, "")
+    with start_process([sys.executable, "-c", command, "rig"], "rig", environment=unsettled) as rig:
+        until_it_says(rig, "ready: preset paper", FIRST_START)
+        yield rig.pid
+        rig.signal(signal.SIGINT)
+        assert rig.wait() == 0
+
+
+def children(pid: int) -> list[int]:
+    """Return the processes that a process has started."""
+    tasks = Path(f"/proc/{pid}/task").iterdir()
+    return [int(one) for task in tasks for one in (task / "children").read_text().split()]
+
+
+def test_a_rig_listens_on_loopback_alone(rig_on_its_own: int) -> None:
+    """The kernel's own list of the sockets of plant, controller and the verb itself."""
+    addresses = {pid: bound_to(pid) for pid in [rig_on_its_own, *children(rig_on_its_own)]}
+    talking = {pid: where for pid, where in addresses.items() if where}
+    assert len(talking) >= 2, addresses
+    assert set().union(*talking.values()) == {LOOPBACK}

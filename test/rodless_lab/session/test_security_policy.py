@@ -1,0 +1,67 @@
+"""The SROS2 policy in config/sros2 against the nodes themselves."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from running import StartRig
+
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.running_rig import NODES
+from rodless_lab.session.security_policy import policy
+
+ROOT = Path(__file__).resolve().parents[3]
+FILE = ROOT / "config" / "sros2" / "rig.policy.xml"
+
+# For discovery on a crowded machine, in wall-clock s.
+TIMEOUT = 120.0
+
+
+@pytest.fixture
+def rig(start_rig: StartRig) -> Iterator[None]:
+    """Run a rig as `rodless rig` does."""
+    with start_rig():
+        yield
+
+
+@pytest.mark.usefixtures("rig")
+def test_the_policy_is_what_the_nodes_use(observer: Observer) -> None:
+    """Each topic and service of the graph is allowed to its node, and no other."""
+    expected = FILE.read_text(encoding="utf-8")
+    observer.wait(lambda: set(NODES) <= set(observer.node.get_node_names()), "both nodes", TIMEOUT)
+    observer.wait(
+        lambda: policy(observer.node, list(NODES)) == expected,
+        "the graph of `rodless policy -o config/sros2/rig.policy.xml`",
+        TIMEOUT,
+    )
+
+
+def test_the_policy_has_the_form_of_sros2() -> None:
+    """A policy of enclaves, a profile for each node, rules that allow; names that are not empty."""
+    root = ElementTree.parse(FILE).getroot()
+    assert (root.tag, root.get("version")) == ("policy", "0.2.0")
+    profiles = root.findall("enclaves/enclave/profiles/profile")
+    assert [(one.get("ns"), one.get("node")) for one in profiles] == [("/", n) for n in NODES]
+    kinds = {"topics": {"publish", "subscribe"}, "services": {"reply", "request"}}
+    for profile in profiles:
+        assert len(profile)
+        for rule in profile:
+            ((action, qualifier),) = rule.attrib.items()
+            assert action in kinds[rule.tag]
+            assert qualifier == "ALLOW"
+            assert len(rule)
+            assert all(one.tag == rule.tag[:-1] and one.text for one in rule)
+
+
+def test_nobody_else_may_command_the_valve() -> None:
+    """The controller alone publishes on valve/voltage, the plant alone samples."""
+    root = ElementTree.parse(FILE).getroot()
+    publishers = {
+        (profile.get("node"), topic.text)
+        for profile in root.iter("profile")
+        for topics in profile.findall("topics[@publish]")
+        for topic in topics
+    }
+    for topic, node in (("valve/voltage", "controller"), ("joint_states", "plant")):
+        assert [who for who, what in publishers if what == topic] == [node]

@@ -1,0 +1,89 @@
+"""A soak in small: the nodes run, and what would be wrong in a long one is seen."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rodless_control import PidParameters, references
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
+from rodless_lab.soak.balance import balance
+from rodless_lab.soak.memory import growth
+from rodless_lab.soak.report import complaints, summary
+from rodless_sim import RigParameters
+
+PERIOD = 1e-3
+
+
+@pytest.fixture(scope="module")
+def run() -> ClosedLoopTrace:
+    """Ten seconds of a sine."""
+    sine = references.sine(0.1, 0.02, 0.5, at=0.5)
+    return closed_loop(RigParameters(), PidParameters(), sine, 10.0, PERIOD)
+
+
+def test_a_balance_closes(run: ClosedLoopTrace) -> None:
+    """To 1e-6 of what went through the chambers; less energy stays than has come in."""
+    found = balance(RigParameters(), run, PERIOD)
+    assert found.gap < 1e-6 * (1.0 + 5.0)
+    assert found.turnover > 1000.0
+    assert 0.0 < found.inflow < found.turnover
+
+
+@pytest.mark.parametrize("name", ["pressure_a", "position", "voltage"])
+def test_a_balance_of_a_wrong_run_does_not_close(run: ClosedLoopTrace, name: str) -> None:
+    """A hundredth more pressure, motion or voltage than there was."""
+    columns = ("position", "pressure_a", "pressure_b", "voltage")
+    wrong = SimpleNamespace(**{one: getattr(run, one) for one in columns})
+    setattr(wrong, name, 1.01 * getattr(run, name))
+    assert balance(RigParameters(), wrong, PERIOD).gap > 1e-4
+
+
+def test_growth_is_that_of_the_settled_part() -> None:
+    """What fills in the first quarter is none; 1 MB in 100 s is 36 MB/h; three readings tell."""
+    settled = [(float(k), 200.0) for k in range(300)]
+    fills = [(float(k), 50.0 + k) for k in range(75)]
+    assert growth(fills + settled[75:]) == pytest.approx(0.0, abs=1e-6)
+    assert growth([(float(k), 0.01 * k) for k in range(300)]) == pytest.approx(36.0)
+    assert math.isnan(growth([(0.0, 1.0), (5.0, 1.0)]))
+
+
+@pytest.mark.ros
+@pytest.mark.slow
+def test_a_short_soak_finds_nothing_wrong() -> None:
+    """Both modes over DDS: no sample lost, and in lock-step none other than without nodes."""
+    from rodless_lab.soak.ros.soak import soak_lockstep, soak_realtime  # noqa: PLC0415  needs ROS
+
+    said: list[str] = []
+    realtime = soak_realtime(3.0, said.append, lambda: None)
+    lockstep = soak_lockstep(2000, said.append, lambda: None)
+    assert realtime.samples > 50
+    assert lockstep.samples + lockstep.lost >= 1900
+    assert lockstep.differing == 0
+    for found in (realtime, lockstep):
+        assert found.memory.keys() == {"plant", "controller"}
+        assert f"| samples | {found.samples} |" in summary(found)
+    assert said
+
+
+def test_what_is_wrong_is_named(run: ClosedLoopTrace) -> None:
+    """Losses, other numbers, an open balance and growing memory: a line each."""
+    from rodless_lab.soak.ros.soak import Soak  # noqa: PLC0415  needs ROS
+
+    good = balance(RigParameters(), run, PERIOD)
+    flat = {"plant": [(10.0 * k, 200.0) for k in range(100)]}
+    grows = {"plant": [(10.0 * k, 200.0 + 0.1 * k) for k in range(100)]}
+    assert complaints(Soak("lockstep", 1000.0, 10, memory=flat, balance=good)) == []
+    bad = Soak(
+        "lockstep",
+        1000.0,
+        10,
+        lost=3,
+        differing=7,
+        memory=grows,
+        balance=good._replace(gained=good.gained + np.nan),
+    )
+    text = " ".join(complaints(bad))
+    for word in ("3 of 10 samples lost", "7 samples differ", "does not close", "36.0 MB/h"):
+        assert word in text

@@ -1,0 +1,42 @@
+"""The time that a lock-step plant waits by is that in which it could have heard an answer."""
+
+from outgoing import Outgoing
+
+from rodless_sim import RigParameters
+from rodless_sim.node.awake_clock import STALL, AwakeClock
+from rodless_sim.node.engine import Engine
+from rodless_sim.node.lockstep import Lockstep
+
+
+def test_it_goes_with_the_clock_and_leaves_out_stops() -> None:
+    """Read every 20 ms it adds up; of 12 s between two readings it counts half a second."""
+    wall = 100.0
+    clock = AwakeClock(lambda: wall)
+    for _ in range(50):
+        wall += 0.02
+        last = clock()
+    assert abs(last - 1.0) < 1e-9
+    wall += 12.0
+    assert abs(clock() - (1.0 + STALL)) < 1e-9
+
+
+def test_a_plant_that_was_stopped_blames_nobody() -> None:
+    """SIGSTOP for longer than time.command_timeout; a controller that is silent is still found."""
+    wall, samples = 0.0, []
+    engine = Engine(
+        RigParameters({"time.mode": "lockstep"}), lambda seen, _: samples.append(seen.stamp)
+    )
+    clock = AwakeClock(lambda: wall)
+    one = {b"1": "/controller"}
+    plant = Lockstep(engine, 2.0, lambda: True, lambda: one, Outgoing(), clock)
+    plant.poll()
+    wall += 12.0
+    assert plant.problem is None
+    plant.poll()
+    assert samples == [0]
+    for _ in range(120):
+        wall += 0.02
+        plant.poll()
+    assert plant.problem is not None
+    assert "/controller" in plant.problem
+    assert samples == [0, 0]
