@@ -173,7 +173,7 @@ def tried(checkout: Checkout, module: str, settings: dict, sample: int, seed: in
             print(f"  {module}:{mutant.line}: {mutant.change}", flush=True)
     output.unlink(missing_ok=True)
     of = len(list(_places(source)))
-    print(f"{module}: {sum(killed)} found of {len(killed)} (out of {of}; tests take {needed:.1f} s)", flush=True)
+    print(f"{module}: {sum(killed)} of {len(killed)} found, out of {of} ({needed:.1f} s each)", flush=True)
     return killed
 
 
