@@ -10,6 +10,7 @@ Where a module has more faults than the sample, some are drawn. Ends with 1 wher
 
 import argparse
 import ast
+import compileall
 import difflib
 import itertools
 import os
@@ -21,8 +22,9 @@ import signal
 import sys
 import tempfile
 from collections.abc import Iterator
-from importlib.util import find_spec
+from importlib.util import cache_from_source, find_spec
 from pathlib import Path
+from py_compile import PycInvalidationMode
 from typing import NamedTuple
 
 os.environ["NUMBA_DISABLE_JIT"] = "1"
@@ -46,10 +48,11 @@ else:
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("rodless_base", "rodless_sim", "rodless_control", "rodless_lab", "rodless_pytest")
 
-# What is not tried: bit operators, which floats do not have (and `|` in annotations); decorators,
-# as uncompiled kernels are the same without theirs; names of variables.
+# What is not tried: bit operators, which floats do not have (and `|` in annotations); `is` for
+# `==`, which often is the same; decorators, as uncompiled kernels are the same without; names.
 LEFT_OUT = re.compile(
-    r"(RShift|LShift|BitOr|BitAnd|BitXor)|RemoveDecorator|NoOp|VariableReplacer|VariableInserter"
+    r"RShift|LShift|BitOr|BitAnd|BitXor|(Eq|Lt|LtE|Gt|GtE)_Is|RemoveDecorator|NoOp"
+    r"|VariableReplacer|VariableInserter"
 )
 
 # A mutant may run for ever. Its tests have this much processor time, s, or five times what they
@@ -115,6 +118,10 @@ class Checkout:
                 folder / package,
                 ignore=shutil.ignore_patterns("__pycache__"),
             )
+        # Once for all forks, which need not look whether it is fresh.
+        compileall.compile_dir(
+            folder, quiet=1, invalidation_mode=PycInvalidationMode.UNCHECKED_HASH
+        )
         sys.path.insert(0, str(folder))
 
     def source(self, module: str) -> str:
@@ -128,7 +135,7 @@ class Checkout:
         path = self._folder / module
         original = path.read_text(encoding="utf-8")
         path.write_text(code, encoding="utf-8")
-        shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
+        Path(cache_from_source(str(path))).unlink(missing_ok=True)
         try:
             process = os.fork()
             if process == 0:
@@ -173,7 +180,10 @@ def tried(checkout: Checkout, module: str, settings: dict, sample: int, seed: in
             print(f"  {module}:{mutant.line}: {mutant.change}", flush=True)
     output.unlink(missing_ok=True)
     of = len(list(_places(source)))
-    print(f"{module}: {sum(killed)} of {len(killed)} found, out of {of} ({needed:.1f} s each)", flush=True)
+    print(
+        f"{module}: {sum(killed)} of {len(killed)} found, out of {of} ({needed:.1f} s each)",
+        flush=True,
+    )
     return killed
 
 

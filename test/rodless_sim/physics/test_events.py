@@ -85,7 +85,9 @@ def test_plain_cases_of_a_stop() -> None:
     assert not stops_within(0.1, 10.0, 0.2, 10.0, 0.01)
 
 
-def event_of(state: Motion, direction: int, step: float, stops: bool, plant: Plant = PLANT) -> Event:
+def event_of(
+    state: Motion, direction: int, step: float, stops: bool, plant: Plant = PLANT
+) -> Event:
     """Return what the package finds in one step with the valve closed."""
     first = sliding_rates(plant, state, inflows(plant, CLOSED, state), direction)
     after, _ = sliding_step(plant, CLOSED, state, direction, first, step)

@@ -1,4 +1,4 @@
-"""Which edge joins which pressures: flows that must be equal, or must vanish, whatever the valve."""
+"""Which edge joins which pressures: flows that must be equal, or vanish, whatever the valve."""
 
 import pytest
 
@@ -60,7 +60,9 @@ def test_the_reconciled_valve_is_the_same_both_ways_but_for_its_area(
     even = (1e-6, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0)
     # A sine's minimum at the centre of the curve: 0.5 · 5.2416 + phase = -π/2.
     phase = -1.5707963267948966 - 0.5 * 5.2416
-    plant = Plant.of(RigParameters({"valve.area_coefficients": (even[0], even[1], phase, *even[3:])}))
+    plant = Plant.of(
+        RigParameters({"valve.area_coefficients": (even[0], even[1], phase, *even[3:])})
+    )
     there, back = openings(plant, 5.08 + one), openings(plant, 5.08 + other)
     for pressure in (1.2e5, 3.6e5, 6e5):
         assert flow_into_a(plant, there, pressure) == pytest.approx(
