@@ -104,6 +104,25 @@ def test_the_next_step_follows_the_error_and_the_tolerance() -> None:
     assert coarse.step / fine.step == pytest.approx(2.0, rel=1e-9)  # type: ignore[attr-defined]
 
 
+def test_no_tolerance_lets_a_step_jump_the_fall() -> None:
+    """However coarse, a step that changes the speed by Stribeck velocities is made shorter."""
+    attempt = sliding(2e-4, 1.2 * STRIBECK, 1e9)
+    assert attempt.elapsed == 0.0  # type: ignore[attr-defined]
+    assert 1e-6 < attempt.step < 2e-4  # type: ignore[attr-defined]
+    # A shorter one is taken.
+    assert sliding(1e-5, 1.2 * STRIBECK, 1e9).elapsed == 1e-5  # type: ignore[attr-defined]
+
+
+def test_a_carriage_that_stops_within_a_step_ends_it_there() -> None:
+    """Thrown at 0.1 mm/s against even pressures, it rests after 100 µm/s / 29 m/s² = 3.4 µs."""
+    state = Motion(0.1, 1e-4, 3e5, 3e5)
+    closed = openings(PLANT, 5.08)
+    flows = inflows(PLANT, closed, state)
+    attempt = sliding_attempt(PLANT, closed, state, flows, 1, 2e-5, 1e9)
+    assert attempt.elapsed == pytest.approx(1e-4 / 29.0, rel=0.02)
+    assert (attempt.direction, attempt.state.velocity) == (0, 0.0)
+
+
 @pytest.mark.parametrize(("voltage", "push"), [(7.0, 28.9), (3.0, -35.9)])
 def test_a_carriage_at_rest_waits_until_it_breaks_away(voltage: float, push: float) -> None:
     """A step that ends within F_s is taken whole; one that ends beyond ends where F_s is passed."""
