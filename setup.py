@@ -111,6 +111,7 @@ setup(
     install_requires=REQUIREMENTS + ros_requirements(),
     extras_require={
         "test": TEST_REQUIREMENTS,
+        "mutation": ["cosmic-ray", "tomli; python_version < '3.11'"],  # make mutation
         "data": ["pandas", "pyarrow"],  # runs as data frames and as Parquet; CSV needs neither
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.

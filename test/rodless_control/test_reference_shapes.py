@@ -106,6 +106,26 @@ def test_sine_has_the_named_frequency_and_amplitude() -> None:
     assert np.ptp(positions) == pytest.approx(0.04, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("centre", "amplitude", "frequency", "at"),
+    [
+        (0.1, 1e300, 1e9, 0.0),  # its speed
+        (0.1, 0.02, 1e299, 0.0),  # its angle after the longest run, 1e10 s
+        (0.1, 0.02, 1e9, -1e300),  # its angle at the start of the run
+        (1e308, 1e308, 1.0, 0.0),  # its top
+        (-1e308, -1e308, 1.0, 0.0),
+    ],
+)
+def test_a_sine_that_overflows_is_refused(
+    centre: float, amplitude: float, frequency: float, at: float
+) -> None:
+    """Whichever of its numbers would; ten or more powers of ten less and it is computed."""
+    with pytest.raises(ValueError, match="refused: too large for a sine that can be computed"):
+        references.sine(centre, amplitude, frequency, at)
+    small = references.sine(0.1, 1e290, 1e8, -1e280)
+    assert all(map(math.isfinite, small.sample(1e10)))
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_no_reference_leads_nowhere(value: float) -> None:
     """A number that is not finite is refused when the reference is made, by name and value."""

@@ -66,6 +66,18 @@ def test_a_wild_set_point_passes(kind: str) -> None:
     assert pid.update(Measurement(0, 0.0), ReferencePoint(0.0), 1e-3).voltage == 5.08
 
 
+@pytest.mark.parametrize("beyond", [1000.5, 1e9, LARGEST])
+def test_lengths_and_speeds_past_a_thousand_count_as_a_thousand(bare: Make, beyond: float) -> None:
+    """A kilometre and 1000 m/s, either way: reference, position and feed-forward; 999 stays 999."""
+    pid = Pid(bare(kp=1.0, feedforward=1.0))
+    for side in (1.0, -1.0):
+        far = pid.update(Measurement(0, 0.0), ReferencePoint(side * beyond, side * beyond), 1e-3)
+        assert (far.p, far.feedforward) == (side * 1000.0, side * 1000.0)
+        assert pid.update(Measurement(0, side * beyond), ReferencePoint(0.0), 1e-3).p == -far.p
+        near = pid.update(Measurement(0, 0.0), ReferencePoint(side * 999.0, side * 999.0), 1e-3)
+        assert (near.p, near.feedforward) == (side * 999.0, side * 999.0)
+
+
 @pytest.mark.parametrize(("low", "high"), [(0.0, 10.0), (2.0, 8.0), (4.9, 5.2)])
 def test_the_limits_are_reached_and_kept(bare: Make, low: float, high: float) -> None:
     """Errors that ask for more than the limits get the limits, others what they ask for."""

@@ -280,6 +280,30 @@ def test_a_reset_takes_back_what_a_reader_holds_back() -> None:
     assert bench.times == [0, 1, 0, 1]
 
 
+def test_of_two_offers_a_reset_takes_back_the_one_held_back() -> None:
+    """The answer to the other is still under way, and is not taken for that to sample 0."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    bench.outgoing.obstacle = "a subscriber has stopped reading"
+    bench.plant.reset()
+    assert bench.times == [0, 0, 0]
+    bench.plant.receive(9.0)
+    assert bench.times == [0, 0, 0]
+    bench.plant.receive(5.08)
+    assert bench.times == [0, 0, 0, 1]
+    assert bench.samples[-1][1].voltage == 5.08
+
+
+def test_a_step_before_the_run_has_begun_is_refused() -> None:
+    """Nobody has been asked for a command yet, so none has come."""
+    bench = Bench()
+    bench.plant.pause(True)
+    assert "no command" in str(bench.plant.step())
+    assert bench.samples == []
+
+
 def killed_and_started_again() -> Bench:
     """Return a run whose controller was killed and started again, the dead one still listed."""
     bench = Bench()

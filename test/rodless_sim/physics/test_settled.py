@@ -1,0 +1,37 @@
+"""The pressures at which the flows through the valve balance, without a run in time."""
+
+import pytest
+
+from rodless_sim import RigParameters
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.settled import settled_pressures
+
+SUPPLY, AMBIENT = 621325.0, 101325.0
+
+
+@pytest.mark.parametrize("voltage", [0.0, 4.9, 5.08, 5.2, 10.0])
+def test_nothing_flows_into_a_settled_chamber(voltage: float) -> None:
+    """At both pressures the net flow is a millionth of what passes at half the supply, or less.
+
+    The chamber that the valve fills is the fuller one.
+    """
+    plant = Plant.of(RigParameters())
+    lands = openings(plant, voltage)
+    a, b = settled_pressures(plant, voltage)
+    assert AMBIENT < a < SUPPLY
+    assert AMBIENT < b < SUPPLY
+    # The flow grows by some 1e-12 kg/s for each pascal at the least.
+    assert flow_into_a(plant, lands, a + 0.01) < 0.0 < flow_into_a(plant, lands, a - 0.01)
+    assert flow_into_b(plant, lands, b + 0.01) < 0.0 < flow_into_b(plant, lands, b - 0.01)
+    if voltage != 5.08:
+        assert (a > b) == (voltage > 5.08)
+
+
+@pytest.mark.parametrize("voltage", [2.0, 5.08, 8.0])
+def test_a_valve_without_gaps_leaves_what_it_does_not_fill_at_ambient(voltage: float) -> None:
+    """Closed it seals both chambers; open it fills one to the supply's pressure."""
+    plant = Plant.of(RigParameters({"valve.gap_height": 0.0}))
+    a, b = settled_pressures(plant, voltage)
+    expected = {2.0: (AMBIENT, SUPPLY), 5.08: (AMBIENT, AMBIENT), 8.0: (SUPPLY, AMBIENT)}
+    assert (a, b) == pytest.approx(expected[voltage], abs=1e-3)

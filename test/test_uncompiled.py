@@ -1,0 +1,60 @@
+"""The tests of the compiled functions once more, on the same functions as plain Python.
+
+A fault that only compiled or only plain code has would show here, and coverage sees the lines of a
+function only where they run as Python.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+
+# Tests that call the functions themselves: those that simulate for seconds would take minutes.
+QUICK = (
+    "rodless_sim/physics/test_breakaway_limit.py",
+    "rodless_sim/physics/test_cylinder.py",
+    "rodless_sim/physics/test_derivatives.py",
+    "rodless_sim/physics/test_equations.py",
+    "rodless_sim/physics/test_events.py",
+    "rodless_sim/physics/test_faults.py",
+    "rodless_sim/physics/test_flow.py",
+    "rodless_sim/physics/test_friction.py",
+    "rodless_sim/physics/test_integrator.py",
+    "rodless_sim/physics/test_ports.py",
+    "rodless_sim/physics/test_settled.py",
+    "rodless_sim/physics/test_step_control.py",
+    "rodless_sim/physics/test_valve.py",
+    "rodless_sim/instruments/test_instruments.py",
+    "rodless_sim/instruments/test_sampling.py",
+    "rodless_sim/test_rig.py",
+    "rodless_control/laws",
+    "rodless_control/test_reference_shapes.py",
+)
+
+
+@pytest.mark.slow
+def test_they_pass_uncompiled() -> None:
+    """With NUMBA_DISABLE_JIT=1 all of them pass, in a process of their own."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:cov"]
+    environment = {
+        **os.environ,
+        "NUMBA_DISABLE_JIT": "1",
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+    }
+    done = subprocess.run(
+        [*command, "-m", "not ros and not slow", *(f"test/{name}" for name in QUICK)],
+        cwd=HERE.parent,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    passed = re.search(r"(\d+) passed", done.stdout)
+    assert passed is not None
+    assert int(passed[1]) > 400
