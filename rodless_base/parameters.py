@@ -107,8 +107,15 @@ class Parameter:
         if value != whole:
             raise self._refuse(value, "a whole number")
         if not SMALLEST_INTEGER <= whole <= LARGEST_INTEGER:
-            raise self._refuse(value, f"from {SMALLEST_INTEGER} to {LARGEST_INTEGER}")
+            raise self._refuse(value, self._range())
         return whole
+
+    def _range(self) -> str:
+        if not isinstance(self.default, int):
+            return f"from {self.minimum:g} to {self.maximum:g}"
+        low = max(self.minimum, SMALLEST_INTEGER)
+        high = min(self.maximum, LARGEST_INTEGER)
+        return f"from {int(low)} to {int(high)}"
 
     def _checked_number(self, value: object) -> float:
         # numpy's numbers are Real too.
@@ -119,7 +126,7 @@ class Parameter:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
-            raise self._refuse(value, f"from {self.minimum:g} to {self.maximum:g}")
+            raise self._refuse(value, self._range())
         return number
 
     def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:

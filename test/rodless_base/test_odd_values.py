@@ -27,6 +27,22 @@ class Own(ParameterSet):
     DECLARATIONS = declare(COUNT)
 
 
+@pytest.mark.parametrize(
+    "value", [10**5000, -(10**5000), 2**63, 1e30, np.uint64(2**64 - 1), math.inf]
+)
+def test_a_whole_number_out_of_range_is_refused_with_the_range(value: object) -> None:
+    """In whole numbers: of its own, or of 64 bits where it has none."""
+    with pytest.raises(ParameterError) as refused:
+        COUNT.check(value)
+    assert str(refused.value).endswith(f"must be from {-(2**63)} to {2**63 - 1}")
+    assert (
+        str(refused.value)
+        == f"mine.count: {shown(value)} refused, must be from {-(2**63)} to {2**63 - 1}"
+    )
+    with pytest.raises(ParameterError, match=r"refused, must be from 0 to 2147483647$"):
+        RigParameters({"sensors.seed": value})
+
+
 @pytest.mark.parametrize("name", [1, None, ("a", 1), 2.5])
 def test_a_name_that_is_no_text_is_refused_by_name(name: object) -> None:
     """In a new set and in a changed one."""
