@@ -13,6 +13,13 @@ _short.maxstring = _short.maxother = _short.maxlong = 80
 _short.maxlist = _short.maxtuple = _short.maxdict = 8
 
 
+class OneLineError(ValueError):
+    """An error whose text is one line, whatever file or value it names."""
+
+    def __str__(self) -> str:
+        return " ".join(super().__str__().splitlines())
+
+
 def shown(value: object) -> str:
     """Return ``repr(value)`` in one line of at most ``LONGEST`` characters; never raises."""
     try:
@@ -39,7 +46,8 @@ def traced(error: BaseException) -> str:
         f" ({Path(frame.f_code.co_filename).name}, line {line})"
         for frame, line in list(walk_tb(error.__traceback__))[-1:]
     )
-    return f"{type(error).__name__}: {described(error)}{where}"
+    text = described(error)
+    return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
 
 
 def in_one_line(text: str) -> str:

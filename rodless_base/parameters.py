@@ -10,14 +10,14 @@ from numbers import Real
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
-from rodless_base.one_line import in_one_line, shown
+from rodless_base.one_line import OneLineError, in_one_line, shown
 from rodless_base.owners import owner
 from rodless_base.parameter_file import preset_file, read_parameter_file
 
 Value = bool | int | float | str | tuple[float, ...]
 
 
-class ParameterError(ValueError):
+class ParameterError(OneLineError):
     """A value, name or combination of values that the rig cannot have; the text names it.
 
     Examples
@@ -330,7 +330,7 @@ class ParameterSet(Mapping[str, Value]):
     def __getitem__(self, name: str) -> Value:
         try:
             return self._values[name]
-        except KeyError:
+        except (KeyError, TypeError):  # what cannot be a key of a dict
             raise KeyError(self.unknown(name)) from None
 
     def __contains__(self, name: object) -> bool:

@@ -26,6 +26,9 @@ from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
 from rodless_sim.trace import Trace, run_open_loop, trace
 
+# Flows at much more than this (Pa) overflow.
+LARGEST_PRESSURE = 1e12
+
 
 def applied_voltage(voltage: float) -> float:
     """Return the command as the valve takes it, within 0-10 V.
@@ -111,6 +114,11 @@ def _two_pressures(pressures: object) -> tuple[float, float]:
         ) from error
     if not (0.0 < a < math.inf and 0.0 < b < math.inf):
         raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
+    if max(a, b) > LARGEST_PRESSURE:
+        raise ValueError(
+            f"pressures {a!r} and {b!r} Pa refused: no chamber holds more than "
+            f"{LARGEST_PRESSURE:g} Pa"
+        )
     return a, b
 
 
