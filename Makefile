@@ -38,7 +38,11 @@ SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmar
 # Per cent. Not in pyproject.toml: `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85
 
-.PHONY: demo experiments test test-fast bench lint headers release-check clean
+# How long `make fuzz` takes, in s, and the seed it draws from.
+SECONDS ?= 60
+SEED ?= 1
+
+.PHONY: demo experiments test test-fast fuzz bench lint headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -56,6 +60,10 @@ test: test-tools
 # For the edit-run loop: no nodes, nothing slow, no coverage.
 test-fast: test-tools
 	@$(VENV)/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
+
+# Odd inputs to everything public; fails if one ends in anything but success or a refusal.
+fuzz: test-tools
+	@$(VENV)/bin/python test/fuzz --seconds $(SECONDS) --seed $(SEED)
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench

@@ -51,6 +51,15 @@ def test_a_name_that_is_no_text_is_refused_by_name(name: object) -> None:
             make({name: 2})  # type: ignore[dict-item]
 
 
+@pytest.mark.parametrize("name", [[], {}, np.zeros(2), 5, None])
+def test_what_cannot_be_a_name_is_no_name(name: object) -> None:
+    """Of a parameter, and of a preset: lists and arrays too, which no dict has as keys."""
+    with pytest.raises(KeyError, match="no such parameter; names are texts"):
+        RigParameters().number(name)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match=r"no preset .*; there are calibrated, paper"):
+        RigParameters.preset(name)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("values", [5, [1, 2], "abc"])
 def test_what_holds_no_values_by_name_is_refused(values: object) -> None:
     """The text says what to give."""
