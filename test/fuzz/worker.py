@@ -105,6 +105,8 @@ class Work:
             with bounded():
                 self._report["accepted"] += accepted(lambda: self.target.run(changes))
         except Exception as error:
+            if error.__cause__ is None and isinstance(error, FoundError):
+                return str(error), f"{in_one_line(str(error))[:40]} {changes[0]!s:.60}"
             cause = error.__cause__ or error
             *_, last = format_exception(cause, limit=-2)
             return f"{error}: {in_one_line(last)}; {_place(cause)}", _place(cause)
