@@ -25,7 +25,7 @@ SHARES = {
 }
 
 # How many inputs --smoke takes of each: the same in each run, within a minute.
-SMOKE = {"python": 3000, "files": 200, "bags": 100, "nodes": 400, "dds": 40}
+SMOKE = {"python": 3000, "files": 200, "bags": 100, "nodes": 100, "dds": 40}
 
 # Wall-clock s that a process may take beyond its time: importing, compiling, one last input.
 ALLOWANCE = 300.0

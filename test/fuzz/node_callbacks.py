@@ -29,7 +29,7 @@ TEXTS = (
 )  # fmt: skip
 
 # Events of one input.
-LONGEST = 20
+LONGEST = 100
 
 
 class NodeCallbacks(Target):
