@@ -360,13 +360,14 @@ class ParameterSet(Mapping[str, Value]):
         """Say that ``name`` is no parameter, and which one may have been meant."""
         if not isinstance(name, str):
             return f"{shown(name)}: no such parameter; names are texts"
+        line = in_one_line(name)
         if name in cls.REPLACED:
             return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
         if cls.foreign(name):
-            return f"{name}: no such parameter of the {cls.NODE}, it is the {owner(name)}'s"
+            return f"{line}: no such parameter of the {cls.NODE}, it is the {owner(name)}'s"
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        return f"{in_one_line(name)}: no such parameter{hint}"
+        return f"{line}: no such parameter{hint}"
 
 
 def declare(*parameters: Parameter) -> dict[str, Parameter]:

@@ -27,7 +27,7 @@ from rodless_sim.timing import nanoseconds
 from rodless_sim.trace import Trace, run_open_loop, trace
 
 # Flows at much more than this (Pa) overflow.
-LARGEST_PRESSURE = 1e12
+LARGEST_PRESSURE = 1e150
 
 
 def applied_voltage(voltage: float) -> float:

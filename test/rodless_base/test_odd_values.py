@@ -50,6 +50,22 @@ def test_a_name_that_is_no_text_is_refused_by_name(name: object) -> None:
             make({name: 2})  # type: ignore[dict-item]
 
 
+@pytest.mark.parametrize("name", ["two\nlines", "reference.\nat", "x" * 1_000_000])
+def test_a_name_is_refused_in_one_short_line(name: str) -> None:
+    """What is nobody's, and what looks like another node's; in the node's own words too."""
+    for text in (RigParameters.unknown(name), refusal_of(name)):
+        assert "no such parameter" in text
+        assert "\n" not in text
+        assert len(text) < 700
+
+
+def refusal_of(name: str) -> str:
+    """Return what is said of a set with that name."""
+    with pytest.raises(ParameterError) as refused:
+        RigParameters({name: 1.0})
+    return str(refused.value)
+
+
 @pytest.mark.parametrize("name", [[], {}, np.zeros(2), 5, None])
 def test_what_cannot_be_a_name_is_no_name(name: object) -> None:
     """Of a parameter, and of a preset: lists and arrays too, which no dict has as keys."""
