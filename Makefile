@@ -43,7 +43,11 @@ COVERAGE_FLOOR_CORE := 95
 # What `make mutation` is to try: modules, such as rodless_sim/physics/flow.py; all without it.
 MODULES ?=
 
-.PHONY: demo experiments test test-fast mutation reliability bench lint headers release-check clean
+# How long `make fuzz` takes, in s, and the seed it draws from.
+SECONDS ?= 60
+SEED ?= 1
+
+.PHONY: demo experiments test test-fast fuzz mutation reliability bench lint headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -77,6 +81,10 @@ reliability: test-tools
 # Small faults put into the code: do the quick tests find them? Takes an hour or two.
 mutation: test-tools mutation-tools
 	@$(VENV)/bin/python .ci/mutation.py $(MODULES)
+
+# Odd inputs to everything public; fails if one ends in anything but success or a refusal.
+fuzz: test-tools
+	@$(VENV)/bin/python test/fuzz --seconds $(SECONDS) --seed $(SEED)
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench

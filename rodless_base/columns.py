@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.atomic_write import atomic_write
+from rodless_base.one_line import OneLineError, shown
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -93,12 +94,13 @@ class Columns:
             Where the file cannot be written.
         """
         file = Path(path)
-        if file.suffix == ".csv":
-            atomic_write(file, self._csv())
-        elif file.suffix == ".parquet":
-            atomic_write(file, self._parquet())
-        else:
-            raise ValueError(f"{path}: cannot be saved in this format; use .csv or .parquet")
+        if file.suffix not in (".csv", ".parquet"):
+            raise OneLineError(f"{path}: cannot be saved in this format; use .csv or .parquet")
+        content = self._csv() if file.suffix == ".csv" else self._parquet()
+        try:
+            atomic_write(file, content)
+        except ValueError as error:  # a NUL, or half a character
+            raise OneLineError(f"{shown(str(path))}: no name of a file: {error}") from error
 
     def _csv(self) -> str:
         columns, units = self.columns(), self.units()

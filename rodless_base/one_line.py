@@ -1,6 +1,9 @@
 """What others have made, shown in one line of bounded length: values, exceptions, names."""
 
+import math
 import reprlib
+from pathlib import Path
+from traceback import walk_tb
 
 # Long enough for a path and a sentence; a log that repeats it stays readable.
 LONGEST = 500
@@ -10,9 +13,19 @@ _short.maxstring = _short.maxother = _short.maxlong = 80
 _short.maxlist = _short.maxtuple = _short.maxdict = 8
 
 
+class OneLineError(ValueError):
+    """An error whose text is one line, whatever file or value it names."""
+
+    def __str__(self) -> str:
+        return " ".join(super().__str__().splitlines())
+
+
 def shown(value: object) -> str:
     """Return ``repr(value)`` in one line of at most ``LONGEST`` characters; never raises."""
     try:
+        if isinstance(value, int) and value.bit_length() > LONGEST:
+            # Python writes none of more than some thousand digits.
+            return f"a whole number of some {round(value.bit_length() * math.log10(2))} digits"
         # Shortens long texts and deep containers before it spells them out.
         return in_one_line(_short.repr(value))
     except Exception:
@@ -25,6 +38,16 @@ def described(error: BaseException) -> str:
         return in_one_line(str(error))
     except Exception:
         return "(its text cannot be shown)"
+
+
+def traced(error: BaseException) -> str:
+    """Return kind and text of an exception, with file and line it comes from; never raises."""
+    where = "".join(
+        f" ({Path(frame.f_code.co_filename).name}, line {line})"
+        for frame, line in list(walk_tb(error.__traceback__))[-1:]
+    )
+    text = described(error)
+    return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
 
 
 def in_one_line(text: str) -> str:

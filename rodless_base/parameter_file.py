@@ -18,6 +18,13 @@ LARGEST_FILE = 1_000_000  # bytes
 DEEPEST_NESTING = 20  # levels
 
 
+class _LineError(ValueError):
+    """What is wrong with a line of a file."""
+
+    def __init__(self, node: Any, what: str) -> None:
+        super().__init__(f"line {node.start_mark.line + 1}: {what}")
+
+
 class _Loader(yaml.SafeLoader):
     """Reads what ROS reads: ``1e-5`` is a number, and nothing stands for something elsewhere."""
 
@@ -26,11 +33,10 @@ class _Loader(yaml.SafeLoader):
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Refuse aliases, as ROS does, and what is nested beyond reason."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
-        line = event.start_mark.line + 1
         if self.check_event(yaml.AliasEvent):
-            raise ValueError(f"line {line}: aliases (*name) are not for ROS; write the values out")
+            raise _LineError(event, "aliases (*name) are not for ROS; write the values out")
         if self._depth == DEEPEST_NESTING:
-            raise ValueError(f"line {line}: nested more than {DEEPEST_NESTING} levels deep")
+            raise _LineError(event, f"nested more than {DEEPEST_NESTING} levels deep")
         self._depth += 1
         node = super().compose_node(parent, index)
         self._depth -= 1
@@ -42,10 +48,19 @@ class _Loader(yaml.SafeLoader):
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode):
                 if key.value in names:
-                    line = key.start_mark.line + 1
-                    raise ValueError(f"line {line}: {shown(key.value)} stands twice; keep one")
+                    raise _LineError(key, f"{shown(key.value)} stands twice; keep one")
                 names.add(key.value)
         return super().construct_mapping(node, deep)
+
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        """Say where the value stands that is not of the type that its tag or its form says."""
+        try:
+            return super().construct_object(node, deep)
+        except (yaml.YAMLError, _LineError):
+            raise
+        except Exception as error:
+            kind = node.tag.rpartition(":")[2]
+            raise _LineError(node, f"{shown(node.value)} cannot be read as {kind}") from error
 
 
 _Loader.add_implicit_resolver(
@@ -80,7 +95,7 @@ def preset_names() -> list[str]:
 
 def preset_file(name: str) -> Path:
     """Return the file of preset ``name``; raises FileNotFoundError listing what there is."""
-    if name not in preset_names():
+    if not isinstance(name, str) or name not in preset_names():
         raise FileNotFoundError(f"no preset {shown(name)}; there are {', '.join(preset_names())}")
     return preset_directory() / f"{name}.yaml"
 
@@ -198,7 +213,7 @@ def number_meant(text: str) -> object:
     """
     try:
         value = yaml.load(text, _Loader)
-    except yaml.YAMLError:
+    except (yaml.YAMLError, ValueError):
         return text
     numbers = value if isinstance(value, list) else [value]
     return value if all(type(number) in (int, float) for number in numbers) else text

@@ -10,14 +10,14 @@ from numbers import Real
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
-from rodless_base.one_line import in_one_line, shown
+from rodless_base.one_line import OneLineError, in_one_line, shown
 from rodless_base.owners import owner
 from rodless_base.parameter_file import preset_file, read_parameter_file
 
 Value = bool | int | float | str | tuple[float, ...]
 
 
-class ParameterError(ValueError):
+class ParameterError(OneLineError):
     """A value, name or combination of values that the rig cannot have; the text names it.
 
     Examples
@@ -107,8 +107,15 @@ class Parameter:
         if value != whole:
             raise self._refuse(value, "a whole number")
         if not SMALLEST_INTEGER <= whole <= LARGEST_INTEGER:
-            raise self._refuse(value, f"from {SMALLEST_INTEGER} to {LARGEST_INTEGER}")
+            raise self._refuse(value, self._range())
         return whole
+
+    def _range(self) -> str:
+        if not isinstance(self.default, int):
+            return f"from {self.minimum:g} to {self.maximum:g}"
+        low = max(self.minimum, SMALLEST_INTEGER)
+        high = min(self.maximum, LARGEST_INTEGER)
+        return f"from {int(low)} to {int(high)}"
 
     def _checked_number(self, value: object) -> float:
         # numpy's numbers are Real too.
@@ -119,7 +126,7 @@ class Parameter:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
-            raise self._refuse(value, f"from {self.minimum:g} to {self.maximum:g}")
+            raise self._refuse(value, self._range())
         return number
 
     def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:
@@ -323,7 +330,7 @@ class ParameterSet(Mapping[str, Value]):
     def __getitem__(self, name: str) -> Value:
         try:
             return self._values[name]
-        except KeyError:
+        except (KeyError, TypeError):  # what cannot be a key of a dict
             raise KeyError(self.unknown(name)) from None
 
     def __contains__(self, name: object) -> bool:
@@ -353,13 +360,14 @@ class ParameterSet(Mapping[str, Value]):
         """Say that ``name`` is no parameter, and which one may have been meant."""
         if not isinstance(name, str):
             return f"{shown(name)}: no such parameter; names are texts"
+        line = in_one_line(name)
         if name in cls.REPLACED:
             return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
         if cls.foreign(name):
-            return f"{name}: no such parameter of the {cls.NODE}, it is the {owner(name)}'s"
+            return f"{line}: no such parameter of the {cls.NODE}, it is the {owner(name)}'s"
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        return f"{in_one_line(name)}: no such parameter{hint}"
+        return f"{line}: no such parameter{hint}"
 
 
 def declare(*parameters: Parameter) -> dict[str, Parameter]:

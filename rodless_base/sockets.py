@@ -5,11 +5,36 @@ from importlib import import_module
 from types import ModuleType
 
 from rodless_base.kernels import is_kernel
+from rodless_base.one_line import shown
 
 
 def modules(package: str, names: Sequence[str]) -> tuple[ModuleType, ...]:
     """Return the modules ``names`` of ``package``, in this order."""
     return tuple(import_module(f"{package}.{name}") for name in names)
+
+
+def check_kernel(module: ModuleType, name: str, example: object, *arguments: object) -> None:
+    """Raise TypeError, with the module, where its kernel ``name`` returns other types than example.
+
+    The compiler would name neither.
+    """
+    kernel = getattr(module, name)
+    try:
+        found = getattr(kernel, "py_func", kernel)(*arguments)
+    except (ArithmeticError, ValueError):  # compiled code goes on with infinity, or NaN
+        return
+    if not _alike(found, example):
+        raise TypeError(
+            f"{module.__name__}: {name} returns {shown(found)}, but must return a "
+            f"{type(example).__name__}, such as {example!r}; write 0.0 for 0"
+        )
+
+
+def _alike(found: object, example: object) -> bool:
+    """Whether both are of one type, and so are their fields."""
+    if isinstance(found, tuple) and isinstance(example, tuple) and len(found) == len(example):
+        return type(found) is type(example) and all(map(_alike, found, example))
+    return isinstance(found, type(example))
 
 
 def choices(package: str, names: Sequence[str], kernels: Sequence[str]) -> tuple[ModuleType, ...]:

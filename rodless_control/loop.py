@@ -3,13 +3,11 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from traceback import extract_tb
 from typing import TypeVar
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
-from rodless_base.one_line import described
+from rodless_base.one_line import described, traced
 from rodless_control.controller import LawError, checked_answer, law_name, output_limits
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.laws import make_law
@@ -127,19 +125,16 @@ class ControlLoop:
             return action()
         except LawError as error:
             self._fail(described(error))
-        except (Exception, SystemExit) as error:
-            self._fail(
-                f"{law_name(self.law)} failed: {type(error).__name__}: {described(error)} "
-                f"({_place(error)})"
-            )
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            self._fail(f"{law_name(self.law)} failed: {traced(error)}")
         return None
 
     def _fail(self, failure: str) -> None:
         self.failures += 1
-        self.failure = failure
+        self.stop(failure)
 
-
-def _place(error: BaseException) -> str:
-    """Return file and line that an error comes from."""
-    *_, place = extract_tb(error.__traceback__)
-    return f"{Path(place.filename).name}, line {place.lineno}"
+    def stop(self, reason: str) -> None:
+        """Answer no sample any more until :meth:`reset`."""
+        self.failure = reason

@@ -45,9 +45,10 @@ class Reference(Protocol):
 def sampled(reference: Reference, times: Array) -> Array:
     """Return position (m) and velocity (m/s) at ``times`` (s), shape (n,), as shape (n, 2).
 
-    Raises TypeError for what is no reference, and ValueError, with the time, for an answer that is
-    not two finite numbers.
+    Raises TypeError for what is no reference, and ValueError for times that are no finite numbers
+    in a row, and, with the time, for an answer that is not two finite numbers.
     """
+    times = _checked_times(times)
     at_once = getattr(reference, "samples", None)
     if at_once is not None:
         points = _array(reference, at_once(times), len(times))
@@ -65,6 +66,16 @@ def sampled(reference: Reference, times: Array) -> Array:
     if bad.size:
         raise _no_point(reference, float(times[bad[0]]), tuple(points[bad[0]].tolist()))
     return points
+
+
+def _checked_times(times: object) -> Array:
+    try:
+        found = np.asarray(times, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = np.empty((0, 0))
+    if found.ndim != 1 or not np.isfinite(found).all():
+        raise ValueError(f"times {shown(times)} refused: must be finite numbers of s, shape (n,)")
+    return found
 
 
 def _array(reference: object, answer: object, count: int) -> Array:
@@ -126,15 +137,20 @@ def _sine_samples(centre: float, amplitude: float, rate: float, at: float, times
 
 @dataclass(frozen=True)
 class _Finite:
-    """What has numbers only, none of them NaN or infinite: with one, the valve would close."""
+    """What has numbers only, none of them NaN or infinite: with one, the valve would close.
+
+    They are kept as floats, whatever kind of number they were.
+    """
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            if not (_is_number(value) or isinstance(value, np.ndarray)):
-                raise TypeError(f"{field.name} {shown(value)} refused: must be a number")
+            given = getattr(self, field.name)
+            value = given.item() if isinstance(given, np.ndarray) and given.size == 1 else given
+            if not _is_number(value):
+                raise TypeError(f"{field.name} {shown(given)} refused: must be a number")
             if not _is_finite(value):
-                raise ValueError(f"{field.name} {shown(value)} refused: must be finite")
+                raise ValueError(f"{field.name} {shown(given)} refused: must be finite")
+            object.__setattr__(self, field.name, float(value))
 
 
 def _is_number(value: object) -> TypeGuard[float]:
@@ -353,7 +369,8 @@ class Move(_Finite):
         position, velocity = np.zeros(len(times)), np.zeros(len(times))
         acceleration = np.zeros(len(times))
         for jerk, duration in self._phases():
-            t = np.clip(elapsed, 0.0, duration)
+            # A cruise that rounds to less than nothing must not draw those back who have arrived.
+            t = np.where(elapsed > 0.0, np.minimum(elapsed, duration), 0.0)
             position += t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0))
             velocity += t * (acceleration + t * jerk / 2.0)
             acceleration += t * jerk

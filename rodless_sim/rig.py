@@ -1,7 +1,7 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from decimal import Decimal
 from numbers import Real
 
@@ -25,6 +25,9 @@ from rodless_sim.physics.state import Motion, State
 from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
 from rodless_sim.trace import Trace, run_open_loop, trace
+
+# Flows at much more than this (Pa) overflow.
+LARGEST_PRESSURE = 1e150
 
 
 def applied_voltage(voltage: float) -> float:
@@ -102,13 +105,20 @@ def starting_motion(
 def _two_pressures(pressures: object) -> tuple[float, float]:
     """Return the pressures (Pa) of chambers A and B as floats; raises ValueError."""
     try:
-        a, b = map(float, pressures)  # type: ignore[call-overload]
-    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(pressures, str | bytes | bytearray):
+            raise TypeError("a text")
+        a, b = (single_number(one, "pressure", "pascals") for one in pressures)  # type: ignore[attr-defined]
+    except (TypeError, ValueError) as error:
         raise ValueError(
             f"pressures {shown(pressures)} refused: must be two numbers of Pa, for A and B"
         ) from error
     if not (0.0 < a < math.inf and 0.0 < b < math.inf):
         raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
+    if max(a, b) > LARGEST_PRESSURE:
+        raise ValueError(
+            f"pressures {a!r} and {b!r} Pa refused: no chamber holds more than "
+            f"{LARGEST_PRESSURE:g} Pa"
+        )
     return a, b
 
 
@@ -117,6 +127,10 @@ def rig_parameters(parameters: object) -> RigParameters:
     if not isinstance(parameters, RigParameters):
         raise TypeError(f"{shown(parameters)} are no RigParameters: give RigParameters({{...}})")
     return parameters
+
+
+def _specialised_for(plant: Plant) -> Callable[..., tuple[Motion, float, float, int]]:
+    return specialise(advance_at_voltage, plant, 0.0, Motion(0.0, 0.0, 0.0, 0.0), 0.0, 1.0)
 
 
 class Rig:
@@ -154,8 +168,7 @@ class Rig:
         self._parameters = RigParameters() if parameters is None else rig_parameters(parameters)
         self._plant = Plant.of(self._parameters)
         self._sampling: Sampling | None = None
-        rest = Motion(0.0, 0.0, 0.0, 0.0)
-        self._advance = specialise(advance_at_voltage, self._plant, 0.0, rest, 0.0, 1.0)
+        self._advance = _specialised_for(self._plant)
         self._nanoseconds = 0
         self.reset()
 
@@ -166,6 +179,15 @@ class Rig:
             f"{self._motion.position * 1e3:.3f} mm, {self._motion.velocity * 1e3:.3f} mm/s, "
             f"{self._voltage:g} V; {self._parameters!r}>"
         )
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave the compiled function out: :mod:`pickle` cannot have it."""
+        return {name: value for name, value in vars(self).items() if name != "_advance"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Compile again."""
+        vars(self).update(state)
+        self._advance = _specialised_for(self._plant)
 
     @property
     def parameters(self) -> RigParameters:

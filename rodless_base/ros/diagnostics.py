@@ -8,6 +8,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from rodless_base.fault_counts import FaultCounts
+from rodless_base.ros.guarded_node import CALLBACK_ERRORS, GuardedNode
 from rodless_base.ros.namesakes import Namesakes
 from rodless_base.ros.topics import set_stamp
 
@@ -32,7 +33,7 @@ NAMESAKES = "nodes of this name"
 class Diagnostics:
     """Publishes the state of one node, with its faults and its namesakes."""
 
-    def __init__(self, node: Node, faults: Callable[[], dict[str, int]]) -> None:
+    def __init__(self, node: GuardedNode, faults: Callable[[], dict[str, int]]) -> None:
         """Count the ``faults`` since the start: how often each has happened, never falling."""
         self._node = node
         self._publisher = diagnostics_publisher(node)
@@ -42,16 +43,19 @@ class Diagnostics:
 
     def clear(self) -> None:
         """Count faults from now on."""
-        self._counts.clear(self._faults())
+        self._counts.clear(self._totals())
 
     def count(self) -> dict[str, int]:
         """Count namesakes, and faults up to now; return the faults since the last clear."""
         self.namesakes.check()
-        return self._counts.update(self._faults())
+        return self._counts.update(self._totals())
 
     def lately(self) -> dict[str, int]:
         """Return the faults of the seconds before the last count."""
         return self._counts.lately()
+
+    def _totals(self) -> dict[str, int]:
+        return {**self._faults(), CALLBACK_ERRORS: self._node.callback_errors}
 
     def publish(
         self,

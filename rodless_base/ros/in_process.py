@@ -19,6 +19,7 @@ from rclpy.qos import HistoryPolicy, QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 from std_msgs.msg import Float64
 
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.message_info import delivered_now, wants_info
 from rodless_base.start import Stop
 
@@ -156,7 +157,7 @@ class DirectDelivery:
                 self._ask_for_a_turn()
 
 
-class DirectNode(Node):  # type: ignore[misc]
+class DirectNode(GuardedNode):
     """A node whose publishers and subscriptions use the delivery of its context, if any."""
 
     def create_publisher(self, *arguments: Any, **options: Any) -> Publisher:
@@ -170,19 +171,12 @@ class DirectNode(Node):  # type: ignore[misc]
         delivery.add_publisher(publisher)
         return publisher
 
-    def create_subscription(
-        self,
-        msg_type: Any,
-        topic: str,
-        callback: Callable[[Any], None],
-        *arguments: Any,
-        **options: Any,
-    ) -> Subscription:
+    def create_subscription(self, *arguments: Any, **options: Any) -> Subscription:
         """As rclpy's."""
-        subscription = super().create_subscription(msg_type, topic, callback, *arguments, **options)
+        subscription = super().create_subscription(*arguments, **options)
         delivery = _deliveries.get(self.context)
         if delivery is not None:
-            delivery.add_subscription(subscription, callback)
+            delivery.add_subscription(subscription, subscription.callback)
         return subscription
 
     def destroy_subscription(self, subscription: Subscription) -> bool:

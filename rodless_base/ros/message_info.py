@@ -28,8 +28,8 @@ def with_info(receive: Callable[[Any, Info], None]) -> Callable[..., None]:
 
 
 def wants_info(callback: Callable[..., None]) -> bool:
-    """Whether ``callback`` was made by :func:`with_info`."""
-    return callback in _with_info
+    """Whether ``callback`` was made by :func:`with_info`, or wraps such a one."""
+    return callback in _with_info or getattr(callback, "__wrapped__", None) in _with_info
 
 
 def delivered_now() -> Info:

@@ -10,11 +10,11 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.logging import get_logger
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from rodless_base.parameters import ParameterError
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
 from rodless_base.start import Stop
 
@@ -29,7 +29,7 @@ class RunningNode(Protocol):
     names (``_parameters``, ``_clock``), which a subclass would overwrite.
     """
 
-    node: Node
+    node: GuardedNode
 
     def close(self) -> None:
         """Stop that work and destroy the node."""
@@ -46,12 +46,24 @@ def make_executor(context: Context | None = None) -> Executor:
         return SingleThreadedExecutor(context=context)
 
 
-def spin(executor: Executor, stop: Stop) -> None:
-    """Run callbacks until ``stop`` is requested."""
+def spin(executor: Executor, stop: Stop, nodes: Sequence[GuardedNode] = ()) -> None:
+    """Run callbacks until ``stop`` is requested, or a callback raises KeyboardInterrupt.
+
+    All of ``nodes`` are told what else comes out of the executor: a message that it cannot read
+    belongs to none of their callbacks.
+    """
     while not stop.requested:
-        # Without a timeout the events executor of jazzy burns a core and runs nothing. A new
-        # future each time: other executors leave a callback in it that nobody takes out again.
-        executor.spin_until_future_complete(Future(), SPIN_SECONDS)
+        try:
+            # Without a timeout the events executor of jazzy burns a core and runs nothing. A new
+            # future each time: other executors leave a callback in it that nobody takes out again.
+            executor.spin_until_future_complete(Future(), SPIN_SECONDS)
+        except KeyboardInterrupt:
+            stop.requested = True
+        except Exception as error:
+            if not nodes:
+                raise
+            for node in nodes:
+                node.take_error(error)
 
 
 def _settle_memory() -> None:
@@ -115,7 +127,7 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
         for member in running:
             executor.add_node(member.node)
         try:
-            spin(executor, stop)
+            spin(executor, stop, [member.node for member in running])
         finally:
             for member in running:
                 executor.remove_node(member.node)

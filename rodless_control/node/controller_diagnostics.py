@@ -1,9 +1,8 @@
 """What the controller reports of itself: whether it controls, and what went wrong."""
 
-from rclpy.node import Node
-
 from rodless_base.fault_counts import lately_text
 from rodless_base.ros.diagnostics import PERIOD, Diagnostics, judge, steady_clock
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.publish import LOST
 from rodless_control.controller import law_name
 from rodless_control.loop import ControlLoop
@@ -21,7 +20,7 @@ class ControllerDiagnostics:
 
     def __init__(
         self,
-        node: Node,
+        node: GuardedNode,
         loop: ControlLoop,
         inputs: Inputs,
         references: ReferenceInputs,

@@ -60,6 +60,7 @@ class ControllerNode:
         self._readiness = Readiness(self.node, self._watchdog)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
+        self.node.make_safe = self._loop.stop
         self.node.create_timer(WATCH_PERIOD, self._poll, clock=steady_clock())
         self.node.get_logger().info(started_line(self.node, self._parameters.values))
 

@@ -11,6 +11,7 @@ import yaml
 from mcap.records import Channel
 
 from rodless_base.atomic_write import atomic_write
+from rodless_base.one_line import OneLineError, shown
 from rodless_lab.bags.mcap_file.index import McapIndex
 
 METADATA_FILE = "metadata.yaml"
@@ -30,7 +31,7 @@ _VERSION = 9
 _NO_TIME = 2**63 - 1
 
 
-class BagError(ValueError):
+class BagError(OneLineError):
     """A bag that cannot be read or written; the text names the bag and what is wrong with it."""
 
 
@@ -216,9 +217,13 @@ def listed_messages(bag: Path) -> int | None:
 def _reading(bag: Path) -> Iterator[None]:
     try:
         yield
+    except BagError:
+        raise
     except OSError as error:
         path = error.filename or bag
         raise BagError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:  # a NUL, or half a character
+        raise BagError(f"{shown(str(bag))}: no name of a bag: {error}") from error
 
 
 def _listed(bag: Path, entry: str) -> Any:

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
+from rodless_base.one_line import OneLineError, shown
 from rodless_sim import Trace
 
 Array = npt.NDArray[np.float64]
@@ -18,7 +19,7 @@ FEWEST_SAMPLES = 20
 LOWEST_PRESSURE = 5e4
 
 
-class RunError(ValueError):
+class RunError(OneLineError):
     """A run that cannot be used; the text says what is wrong and where."""
 
 
@@ -54,7 +55,14 @@ class MeasuredRun(Columns):
     doubt: str = ""
 
     def __post_init__(self) -> None:
-        """Raise :class:`RunError` for a run too short, not finite, or with time going backwards."""
+        """Raise :class:`RunError` for a run too short, not finite, or with time going backwards.
+
+        And for columns that are no arrays of numbers.
+        """
+        for name, values in self.columns().items():
+            kind = values.dtype.kind if isinstance(values, np.ndarray) else ""
+            if not kind or kind not in "fiu" or values.ndim != 1:
+                raise RunError(f"{name}: {shown(values)} refused, must be an array of numbers")
         if len(self.time) < FEWEST_SAMPLES:
             raise RunError(f"only {len(self.time)} samples, too few for a run")
         for name, values in self.columns().items():

@@ -3,14 +3,13 @@
 Also: whether the domain and the namespace that a user names are valid.
 """
 
-import fcntl
+import errno
 import os
 import re
-import tempfile
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
 
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.network import this_machine
@@ -18,6 +17,13 @@ from rodless_lab.session.network import this_machine
 # Domain IDs above 101 run into the ephemeral ports of Linux (ROS 2 documentation, "The ROS
 # domain ID"); 0 is everybody's default.
 DOMAINS = range(1, 102)
+
+# A claim holds one TCP port, which nobody can connect to: no two processes can, whoever runs them,
+# and the kernel takes it back however a process ends. It belongs to the network that DDS sees, so
+# that containers with networks of their own have domains of their own. DDS leaves it free: of a
+# domain's 250 ports it takes the first two, and those from the eleventh on (DDSI-RTPS, 9.6.1.1).
+LOOPBACK = "127.0.0.1"
+FIRST_PORT, PORTS_OF_A_DOMAIN, CLAIMED_PORT = 7400, 250, 5
 
 # The greatest ID whose ports exist: they are numbered up to 65535.
 GREATEST_DOMAIN = 232
@@ -58,25 +64,29 @@ def full_namespace(namespace: str) -> str:
 def own_domain() -> Iterator[dict[str, str]]:
     """Claim a domain that no other such block on this machine holds; yield its environment.
 
-    The claim is a file lock, which the kernel drops when the process ends, however it ends.
-    Raises RuntimeError when all are taken.
+    Whoever runs them; the claim ends with the process, however that ends. Raises RuntimeError when
+    all are taken, HarnessError where this machine has no loopback.
     """
     for domain in DOMAINS:
-        lock = _claim(domain)
-        if lock is not None:
-            with lock:
+        claim = _claim(domain)
+        if claim is not None:
+            with claim:
                 yield domain_environment(domain)
             return
     raise RuntimeError(f"all ROS domains {DOMAINS.start}-{DOMAINS.stop - 1} are in use")
 
 
-def _claim(domain: int) -> TextIO | None:
-    folder = Path(tempfile.gettempdir())
-    path = folder / f"rodless_sim-{os.getuid()}-domain-{domain}.lock"
-    lock = path.open("w", encoding="utf-8")
+def _claim(domain: int) -> socket.socket | None:
+    claim = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    port = FIRST_PORT + PORTS_OF_A_DOMAIN * domain + CLAIMED_PORT
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        lock.close()
-        return None
-    return lock
+        claim.bind((LOOPBACK, port))
+    except OSError as error:
+        claim.close()
+        if error.errno == errno.EADDRINUSE:
+            return None
+        raise HarnessError(
+            f"{LOOPBACK} port {port}: cannot be claimed for a ROS domain: {error.strerror}; nodes "
+            "need the loopback interface too"
+        ) from error
+    return claim

@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 from rclpy.duration import Duration
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
@@ -40,7 +40,7 @@ class Driver:
         Listens to samples once the rig and ``recorders`` hear it, so that no command is lost.
         ``show`` is told each whole second (s, plant time) of the run.
         """
-        self.node = Node("driver")
+        self.node = GuardedNode("driver")
         self._voltages = voltages
         self._period = round(period * NANOSECONDS_PER_SECOND)
         self._listeners = 1 + recorders

@@ -29,11 +29,23 @@ class Sampling:
     def __init__(self, parameters: ParameterSet) -> None:
         """Take the instruments of ``parameters``."""
         self._take(parameters)
+        self._compile()
+        self.start()
+
+    def _compile(self) -> None:
         example = Measurement(0, 0.0, 0.0, 0.0, 0.0)
         self._read = specialise(
             read_rig, self._instruments, Lags(example, example), example, np.zeros(NOISE_CHANNELS)
         )
-        self.start()
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave the compiled function out: :mod:`pickle` cannot have it."""
+        return {name: value for name, value in vars(self).items() if name != "_read"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Compile again."""
+        vars(self).update(state)
+        self._compile()
 
     def configure(self, parameters: ParameterSet) -> None:
         """Change the instruments; their noise goes on, unless the seed is another."""

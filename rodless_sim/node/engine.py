@@ -83,10 +83,15 @@ class Engine:
             try:
                 self.rig.advance(voltage, self._period)
             except SimulationError as error:
-                self._failure = f"{error}; valve closed, reset to go on"
-                self.command.reset()
+                self.fail(str(error))
                 return
             self._hand_out()
+
+    def fail(self, reason: str) -> None:
+        """Close the valve; no step from now on until a reset."""
+        with self._lock:
+            self._failure = f"{reason}; valve closed, reset to go on"
+            self.command.reset()
 
     def reset(self) -> None:
         """Return to the start, forget the command, hand out sample 0."""

@@ -1,7 +1,5 @@
 """What the plant reports of itself: how well it keeps up, whom it waits for, what went wrong."""
 
-from rclpy.node import Node
-
 from rodless_base.fault_counts import WINDOW, lately_text
 from rodless_base.ros.diagnostics import (
     ACTUAL_RATE,
@@ -13,6 +11,7 @@ from rodless_base.ros.diagnostics import (
     judge,
     steady_clock,
 )
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.publish import LOST
 from rodless_sim.node.engine import Engine
@@ -35,7 +34,7 @@ class PlantDiagnostics:
 
     def __init__(
         self,
-        node: Node,
+        node: GuardedNode,
         parameters: RosParameters[RigParameters],
         engine: Engine,
         time: TimeKeeper,

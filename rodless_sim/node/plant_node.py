@@ -48,6 +48,7 @@ class PlantNode:
             self.node, self._parameters, self._engine, self._time, self._publishers
         )
         PlantServices(self.node, self._time, self._diagnostics.clear, self._diagnostics.announce)
+        self.node.make_safe = self._engine.fail
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
         line = ready_line(values, self._publishers.topic, self._commands.topic_name)
         self.node.get_logger().info(line)

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable
 
+from rodless_base.one_line import traced
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.pacing import Pacer
 from rodless_sim.node.time_keeper import Outgoing, TimeKeeper
@@ -73,9 +74,10 @@ class Realtime(TimeKeeper):
         return "done"
 
     def poll(self) -> None:
-        """Raise what has ended the thread: a node without it must not look alive."""
-        if self._failure is not None:
-            raise self._failure
+        """Raise what has come out of the thread, once: the node is to know, as of a callback."""
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
 
     def close(self) -> None:
         """End the thread."""
@@ -83,10 +85,13 @@ class Realtime(TimeKeeper):
         self._thread.join()
 
     def _run(self) -> None:
-        try:
-            self._keep_time()
-        except Exception as failure:
-            self._failure = failure
+        while not self._closing.is_set():
+            try:
+                self._keep_time()
+            except Exception as failure:
+                self._engine.fail(traced(failure))
+                self._failure = failure
+                self._closing.wait(POLL_PERIOD)
 
     def _keep_time(self) -> None:
         while not self._ready():

@@ -42,7 +42,7 @@ class SimulationError(RuntimeError):
     --------
     >>> from rodless_sim import Rig, SimulationError
     >>> rig = Rig()
-    >>> state = rig.reset(pressures=(1e-300, 1e300))
+    >>> state = rig.reset(pressures=(1e-100, 1e100))
     >>> try:
     ...     rig.advance(voltage=10.0, duration=1.0)
     ... except SimulationError as error:

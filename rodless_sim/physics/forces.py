@@ -10,8 +10,9 @@ from typing import Any
 
 from rodless_base.kernels import total
 from rodless_base.parameters import ParameterSet, collect
-from rodless_base.sockets import modules
+from rodless_base.sockets import check_kernel, modules
 from rodless_sim.physics.force import NO_FORCE, Force, together
+from rodless_sim.physics.state import Motion
 
 FORCES = modules(
     "rodless_sim.physics",
@@ -26,4 +27,7 @@ other_forces: Callable[..., Force] = total([member.force for member in FORCES], 
 
 def of(parameters: ParameterSet) -> tuple[Any, ...]:
     """Return the constants of each of ``FORCES``."""
-    return tuple(member.of(parameters) for member in FORCES)
+    constants = tuple(member.of(parameters) for member in FORCES)
+    for member, own in zip(FORCES, constants, strict=True):
+        check_kernel(member, "force", NO_FORCE, own, Motion(0.1, 0.01, 3e5, 3e5))
+    return constants

@@ -12,9 +12,14 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch, kernel
-from rodless_base.one_line import shown
-from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_base.sockets import choices
+from rodless_base.parameters import (
+    Parameter,
+    ParameterError,
+    ParameterSet,
+    collect,
+    declare,
+)
+from rodless_base.sockets import check_kernel, choices
 from rodless_sim.physics.friction_forms.direction import (
     Direction,
     Drag,
@@ -74,7 +79,7 @@ class Friction(NamedTuple):
         """Return the constants for ``parameters``."""
         forward = Direction.of(parameters, "forward")
         for form in FORMS:
-            check_drag(form, form.of(parameters), forward)
+            check_kernel(form, "force", Drag(12.0, 0.0), form.of(parameters), forward, 0.01)
         return cls(
             form=parameters.choice("friction.form"),
             own=tuple(form.of(parameters) for form in FORMS),
@@ -84,23 +89,31 @@ class Friction(NamedTuple):
         )
 
 
-def check_drag(form: ModuleType, constants: Any, side: Direction) -> None:
-    """Raise TypeError, with the form, where its force is no Drag; the compiler names none."""
-    try:
-        found = getattr(form.force, "py_func", form.force)(constants, side, side.stribeck_velocity)
-    except ArithmeticError:  # compiled code goes on with infinity
-        return
-    if not (isinstance(found, Drag) and all(isinstance(value, float) for value in found)):
-        raise TypeError(
-            f"{form.__name__} ({form.NAME}): force returns {shown(found)}, but must return a Drag "
-            "of two floats; write 0.0 for 0"
-        )
+# Speeds in m/s at which friction is looked at before a rig is made.
+SPEEDS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
 def check(parameters: ParameterSet) -> None:
-    """Refuse a breakaway force below the Coulomb force, in either direction."""
-    check_direction(parameters, "forward")
-    check_direction(parameters, "reverse")
+    """Refuse a breakaway force below the Coulomb force, and friction that drives the carriage."""
+    for name in ("forward", "reverse"):
+        check_direction(parameters, name)
+        check_drag(FORMS[parameters.choice("friction.form")], parameters, name)
+
+
+def check_drag(form: ModuleType, parameters: ParameterSet, direction: str) -> None:
+    """Raise ParameterError where a form's friction has the direction of the motion."""
+    constants, side = form.of(parameters), Direction.of(parameters, direction)
+    force = getattr(form.force, "py_func", form.force)
+    for speed in SPEEDS:
+        try:
+            found = float(force(constants, side, speed)[0])
+        except (ArithmeticError, ValueError, TypeError, LookupError):  # for those who call it
+            continue
+        if found < 0.0:
+            raise ParameterError(
+                f"friction.form: {form.NAME} refused, its friction is {found:g} N at {speed:g} m/s "
+                f"{direction} and would drive the carriage; must be 0 or more, check friction.*"
+            )
 
 
 form_force: Callable[..., Drag] = dispatch([form.force for form in FORMS])

@@ -28,10 +28,11 @@ class Plant(NamedTuple):
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
         """Return the constants for ``parameters``, those of a rig."""
+        air, valve = Air.of(parameters), Valve.of(parameters)
         return cls(
-            air=Air.of(parameters),
-            valve=Valve.of(parameters),
-            assembly=Assembly.of(parameters),
+            air=air,
+            valve=valve,
+            assembly=Assembly.of(parameters, air, valve),
             cylinder=Cylinder.of(parameters),
             friction=Friction.of(parameters),
             end_stop=EndStop.of(parameters),

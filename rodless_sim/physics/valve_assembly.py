@@ -13,9 +13,11 @@ from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_base.sockets import choices
+from rodless_base.sockets import check_kernel, choices
+from rodless_sim.physics.air import Air
 from rodless_sim.physics.flow import Flow
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import Edge, Lands
+from rodless_sim.physics.valve import Valve
 
 ASSEMBLIES = choices(
     "rodless_sim.physics.valve_assemblies",
@@ -49,12 +51,14 @@ class Assembly(NamedTuple):
     own: tuple[Any, ...]  # each assembly's own constants
 
     @classmethod
-    def of(cls, parameters: ParameterSet) -> "Assembly":
+    def of(cls, parameters: ParameterSet, air: Air, valve: Valve) -> "Assembly":
         """Return the constants for ``parameters``."""
-        return cls(
-            code=parameters.choice("valve.assembly"),
-            own=tuple(assembly.of(parameters) for assembly in ASSEMBLIES),
-        )
+        own = tuple(assembly.of(parameters) for assembly in ASSEMBLIES)
+        edge = Edge(1e-6, 0.0)
+        for assembly, constants in zip(ASSEMBLIES, own, strict=True):
+            check_kernel(assembly, "lands", Lands(True, edge, edge), constants, air, valve, 6.0)
+            check_kernel(assembly, "gap", Flow(0.0, 0.0, 0.0), constants, air, edge, 6e5, 1e5)
+        return cls(code=parameters.choice("valve.assembly"), own=own)
 
 
 lands: Callable[..., Lands] = dispatch([assembly.lands for assembly in ASSEMBLIES])

@@ -145,3 +145,16 @@ def test_a_symbolic_link_stays_and_its_target_is_written(run: LongerRun, tmp_pat
     assert link.is_symlink()
     assert target.read_text(encoding="utf-8").startswith("# units: ")
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["data", "link.csv", "target.csv"]
+
+
+@pytest.mark.parametrize("name", ["a\nb", "half \ud800.csv", "nul \0.csv", "half \ud800.parquet"])
+def test_what_names_no_file_is_refused_in_one_line(
+    run: LongerRun, tmp_path: Path, name: str
+) -> None:
+    """Another ending, half a character, a NUL; nothing is written."""
+    with pytest.raises(
+        ValueError, match=r"cannot be saved in this format|no name of a file"
+    ) as one:
+        run.save(f"{tmp_path}/{name}")
+    assert "\n" not in str(one.value)
+    assert list(tmp_path.iterdir()) == []

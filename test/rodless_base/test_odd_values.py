@@ -27,12 +27,52 @@ class Own(ParameterSet):
     DECLARATIONS = declare(COUNT)
 
 
+@pytest.mark.parametrize(
+    "value",
+    [10**5000, -(10**5000), 2**63, 1e30, np.uint64(2**64 - 1), math.inf],
+    ids=["long", "long, negative", "65 bits", "real", "unsigned", "infinite"],
+)
+def test_a_whole_number_out_of_range_is_refused_with_the_range(value: object) -> None:
+    """In whole numbers: of its own, or of 64 bits where it has none."""
+    with pytest.raises(ParameterError) as refused:
+        COUNT.check(value)
+    wanted = f"from {-(2**63)} to {2**63 - 1}"
+    assert str(refused.value) == f"mine.count: {shown(value)} refused, must be {wanted}"
+    with pytest.raises(ParameterError, match=r"refused, must be from 0 to 2147483647$"):
+        RigParameters({"sensors.seed": value})
+
+
 @pytest.mark.parametrize("name", [1, None, ("a", 1), 2.5])
 def test_a_name_that_is_no_text_is_refused_by_name(name: object) -> None:
     """In a new set and in a changed one."""
     for make in (RigParameters, RigParameters().with_values):
         with pytest.raises(ParameterError, match="no such parameter; names are texts"):
             make({name: 2})  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "reference.\nat", "x" * 1_000_000])
+def test_a_name_is_refused_in_one_short_line(name: str) -> None:
+    """What is nobody's, and what looks like another node's; in the node's own words too."""
+    for text in (RigParameters.unknown(name), refusal_of(name)):
+        assert "no such parameter" in text
+        assert "\n" not in text
+        assert len(text) < 700
+
+
+def refusal_of(name: str) -> str:
+    """Return what is said of a set with that name."""
+    with pytest.raises(ParameterError) as refused:
+        RigParameters({name: 1.0})
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("name", [[], {}, np.zeros(2), 5, None])
+def test_what_cannot_be_a_name_is_no_name(name: object) -> None:
+    """Of a parameter, and of a preset: lists and arrays too, which no dict has as keys."""
+    with pytest.raises(KeyError, match="no such parameter; names are texts"):
+        RigParameters().number(name)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match=r"no preset .*; there are calibrated, paper"):
+        RigParameters.preset(name)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("values", [5, [1, 2], "abc"])

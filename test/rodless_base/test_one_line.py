@@ -34,6 +34,12 @@ def test_any_value_is_shown_in_one_short_line(value: object) -> None:
     assert "\n" not in text
 
 
+def test_a_whole_number_too_long_to_write_is_shown_by_its_length() -> None:
+    """Python itself refuses to write it."""
+    assert shown(10**5000) == "a whole number of some 5000 digits"
+    assert shown(-(10**99)) == repr(-(10**99))[:38] + "..." + repr(-(10**99))[-39:]
+
+
 def test_short_values_are_shown_as_python_shows_them() -> None:
     """Nothing is lost of what fits."""
     for value in (1.5, "text", (1, 2), [0.1], None, {"a": 1}):

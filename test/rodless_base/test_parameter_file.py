@@ -238,6 +238,9 @@ BOMB = "a: &a [1, 1]\n" + "".join(
         (section("plant") + section("plant"), "line 4: 'plant' stands twice"),
         (section("plant", "{a.b: 1, a: {b: 2}}"), "a.b: stands twice, nested and dotted"),
         ("plant: \udcff", "UTF-8"),
+        (section("plant", "a: !!float abc"), "line 3: 'abc' cannot be read as float"),
+        (section("plant", f"a: {'9' * 5000}"), "cannot be read as int"),
+        (section("plant", "a: !!timestamp soon"), "line 3: 'soon' cannot be read as timestamp"),
     ],
 )
 def test_hostile_files_are_refused_in_one_line(tmp_path: Path, text: str, complaint: str) -> None:
@@ -248,6 +251,19 @@ def test_hostile_files_are_refused_in_one_line(tmp_path: Path, text: str, compla
         RigParameters.from_file(path)
     assert "\n" not in str(refusal.value)
     assert len(str(refusal.value)) < 700
+
+
+@pytest.mark.parametrize("text", ["*a", "&a [*a]", "[" * 100, "!!float abc", "9" * 5000, "{a"])
+def test_a_text_that_is_no_yaml_stays_a_text(text: str) -> None:
+    """It comes from a parameter request; the parameter that is no text refuses it then."""
+    assert number_meant(text) == text
+
+
+def test_a_file_name_with_a_line_break_is_refused_in_one_line(tmp_path: Path) -> None:
+    """As any other that is not there."""
+    with pytest.raises(ParameterError, match="cannot be read") as refusal:
+        RigParameters.from_file(tmp_path / "two\nlines.yaml")
+    assert "\n" not in str(refusal.value)
 
 
 @pytest.mark.parametrize("spelling", ["190:20:30", "1:30", "190:20:30.15"])

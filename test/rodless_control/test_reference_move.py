@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import bisect, linprog
 
-from rodless_control.references import Move
+from rodless_control.references import Move, sampled
 
 DISTANCES = (1e-9, 1e-6, 1e-4, 1e-3, 0.01, 0.058, 0.2, 1.0)
 # m/s, m/s², m/s³: the defaults, soft, stiff, no room for the speed, none for the acceleration.
@@ -180,3 +180,13 @@ def test_the_tiniest_distances_are_finite(distance: float) -> None:
         assert -1e-9 * distance <= position <= distance * (1.0 + 1e-9)
         assert math.isfinite(velocity)
     assert move.sample(move.duration + 1e-12) == (distance, 0.0)
+
+
+@pytest.mark.parametrize("acceleration", [2.2e-308, 1e-300, 1e-200, 1e-30, 1e-3, 1e3, 1e30])
+def test_one_by_one_and_all_at_once_agree_for_any_limit(acceleration: float) -> None:
+    """Where the cruise rounds to less than nothing too: all the numbers are the same."""
+    move = Move(0.0, 0.1, 0.1, acceleration, 10.0, at=0.1)
+    times = np.concatenate([np.linspace(0.0, 1.0, 50), np.geomspace(1e-3, 1e160, 300)])
+    points = sampled(move, times)
+    assert points.tolist() == [list(move.sample(time)) for time in times.tolist()]
+    assert points[:, 0].min() >= 0.0

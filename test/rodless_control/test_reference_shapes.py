@@ -1,6 +1,7 @@
 """Constant, step, ramp, sine: position, velocity, and what happens at their corners."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -142,6 +143,33 @@ def test_no_reference_leads_nowhere(value: float) -> None:
             assert kind(**good).sample(0.0) is not None
             with pytest.raises(ValueError, match=f"{name} {value!r} refused"):
                 kind(**{**good, name: value})
+
+
+@pytest.mark.parametrize("number", [Fraction(1, 4), 1, 10**30, np.float32(0.25), np.array(0.25)])
+def test_any_kind_of_number_gives_the_samples_of_the_float(number: float) -> None:
+    """One by one and all at once, to the last bit; what is kept is the float."""
+    times = np.linspace(0.0, 2.0, 9)
+    for make in (references.constant, lambda n: references.step(0.0, n, n), references.sine):
+        arguments = (number, number, 1.0, number) if make is references.sine else (number,)
+        reference = make(*arguments)
+        assert repr(reference) == repr(make(*map(float, arguments)))
+        points = references.sampled(reference, times)
+        assert points.tolist() == [list(reference.sample(time)) for time in times.tolist()]
+
+
+@pytest.mark.parametrize("value", [np.zeros(2), np.array([[1.0, 2.0]]), "1", True, None])
+def test_what_is_no_single_number_is_refused(value: object) -> None:
+    """By the name of the argument."""
+    with pytest.raises(TypeError, match=r"^before .* refused: must be a number$"):
+        references.step(value, 1.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("times", [0.5, "ab", [[0.1]], [0.1, math.nan], [None], (0.1, "x"), None])
+def test_times_must_be_finite_numbers_in_a_row(times: object) -> None:
+    """What is no array of times is refused, before any reference is asked."""
+    with pytest.raises(ValueError, match=r"^times .* refused: must be finite numbers of s, shape"):
+        references.sampled(references.constant(0.1), times)  # type: ignore[arg-type]
+    assert references.sampled(references.constant(0.1), [0, 1]).tolist() == [[0.1, 0.0]] * 2  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan])

@@ -1,6 +1,7 @@
 """The rig as its users drive it: advance, reset, configure, simulate."""
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -87,6 +88,21 @@ def test_reset_takes_pressures_as_any_pair_of_numbers() -> None:
     starts = [Rig().reset(0.1, pair) for pair in ((300_000, 200_000), np.array([3e5, 2e5]))]
     assert starts[0] == starts[1]
     assert (starts[0].pressure_a, starts[0].pressure_b) == (3e5, 2e5)
+
+
+def test_a_pickled_rig_goes_on_bit_for_bit() -> None:
+    """With its noise, its parameters and its state; a copy goes its own way."""
+    rig = Rig(RigParameters({"sensors.position_noise": 20e-6, "friction.form": "saturating"}))
+    rig.advance(7.0, 0.2)
+    rig.read()
+    twin = pickle.loads(pickle.dumps(rig))
+    for one in (rig, twin):
+        one.advance(6.0, 0.1)
+    assert repr(twin) == repr(rig)
+    assert twin.state == rig.state
+    assert twin.read() == rig.read()
+    twin.advance(4.0, 0.1)
+    assert twin.state != rig.state
 
 
 def test_a_rig_of_no_parameters_is_refused() -> None:

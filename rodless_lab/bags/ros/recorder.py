@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from rodless_base.ros.diagnostics import steady_clock
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.message_info import Info, with_info
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
@@ -51,7 +51,7 @@ class Recorder:
         then on those that join them. ``on_failure`` is called when the
         bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
         """
-        self.node = Node(
+        self.node = GuardedNode(
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
         )
         self._writer = writer

@@ -4,21 +4,21 @@ from collections.abc import Iterator
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.node import Node
 
 from rodless_base.ros.diagnostics import Diagnostics, judge
+from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.namesakes import Namesakes
 from rodless_lab.session.observer import Observer
 
 
-def nodes(observer: Observer, *namespaces: str) -> list[Node]:
+def nodes(observer: Observer, *namespaces: str) -> list[GuardedNode]:
     """Make a node ``plant`` in each of ``namespaces``."""
     options = {"context": observer.context, "use_global_arguments": False}
-    return [Node("plant", namespace=namespace, **options) for namespace in namespaces]
+    return [GuardedNode("plant", namespace=namespace, **options) for namespace in namespaces]
 
 
 @pytest.fixture
-def plant(observer: Observer) -> Iterator[Node]:
+def plant(observer: Observer) -> Iterator[GuardedNode]:
     """Run one ``plant`` in /here, and another one elsewhere."""
     here, there = nodes(observer, "here", "there")
     yield here
@@ -27,7 +27,7 @@ def plant(observer: Observer) -> Iterator[Node]:
 
 
 def test_a_namesake_is_counted_and_said_once(
-    observer: Observer, plant: Node, capfd: pytest.CaptureFixture[str]
+    observer: Observer, plant: GuardedNode, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """As long as it is there; one that comes back is said again."""
     namesakes = Namesakes(plant)
@@ -46,7 +46,7 @@ def test_a_namesake_is_counted_and_said_once(
     assert capfd.readouterr().err.count("2 nodes named plant") == 2
 
 
-def test_their_number_is_in_the_report(observer: Observer, plant: Node) -> None:
+def test_their_number_is_in_the_report(observer: Observer, plant: GuardedNode) -> None:
     """Counted when the report is made, for whoever has just joined."""
     diagnostics = Diagnostics(plant, lambda: {"faults": 3})
     reports = observer.diagnostics

@@ -5,10 +5,13 @@ from collections.abc import Iterator
 
 import pytest
 from paused_plant import PausedPlant, positions
-from rcl_interfaces.msg import ParameterType, SetParametersResult
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType, ParameterValue, SetParametersResult
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from running import StartProcess
 from sensor_msgs.msg import FluidPressure
+from std_srvs.srv import Trigger
 
 from rodless_base.parameters import ParameterSet
 from rodless_control import ControllerParameters
@@ -250,6 +253,24 @@ def test_a_bad_value_is_refused_by_name_and_changes_nothing(
         assert words in result.reason
         assert name in result.reason
     assert repr(observer.get_parameters(node, SETS[node].DECLARATIONS)) == repr(before)
+
+
+@NODES
+def test_a_value_of_an_unknown_type_is_refused_and_counted(observer: Observer, node: str) -> None:
+    """The node goes on as it was: its own services, its diagnostics and its topics."""
+    before = observer.counter(node, "errors in callbacks", fresh=True)
+    unknown = ParameterMessage(name="supply.pressure", value=ParameterValue(type=10))
+    for service, kind in (
+        ("set_parameters", SetParameters),
+        ("set_parameters_atomically", SetParametersAtomically),
+    ):
+        answer = observer.call(kind, f"{node}/{service}", parameters=[unknown])
+        (result,) = answer.results if service == "set_parameters" else [answer.result]
+        assert not result.successful
+        assert "10" in result.reason
+    assert observer.counter(node, "errors in callbacks", fresh=True) == before + 2
+    assert observer.call(Trigger, f"{node}/reset").success
+    assert "valve closed, reset" not in observer.diagnostic(node, fresh=True).message
 
 
 def test_a_stroke_that_ends_before_the_carriage_is_refused(observer: Observer) -> None:

@@ -79,6 +79,13 @@ class Failing(Law):
         if measurement.time > 0.02 and not self.parameters["mine.healthy"]:
             return {}["no such key"]
         return 5.2
+
+
+class Interrupting(Law):
+    USES_PRESSURES = False
+
+    def update(self, measurement, reference, interval):
+        raise KeyboardInterrupt
 """
 
 
@@ -196,6 +203,25 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
     assert output.count("KeyError") == 2
     assert output.count(text) == 2
     assert "Traceback" not in output
+
+
+def test_a_law_that_raises_keyboard_interrupt_ends_its_node_cleanly(
+    own_laws: dict[str, str], observer: Observer, start_process: StartProcess, tmp_path: Path
+) -> None:
+    """As Ctrl-C does: exit code 0, no traceback."""
+    from sensor_msgs.msg import JointState  # noqa: PLC0415
+    from std_msgs.msg import Float64  # noqa: PLC0415
+
+    parameters = {"controller": {"controller.law": "own_laws:Interrupting"}}
+    file = write_parameters(tmp_path / "law.yaml", parameters)
+    command = node_command("controller", [file], "interrupted")
+    with start_process(command, environment=own_laws) as controller:
+        # The controller listens to samples once somebody listens to its commands.
+        observer.collect(Float64, "/interrupted/valve/voltage")
+        samples = observer.publisher(JointState, "/interrupted/joint_states")
+        samples.publish(JointState(name=["carriage"], position=[0.05]))
+        assert controller.wait() == 0
+        assert "Traceback" not in controller.output
 
 
 def test_a_law_that_there_is_not_stops_the_node_with_one_line(

@@ -19,6 +19,7 @@ from rodless_lab.bags.metadata import METADATA_FILE, BagError
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.cli import recover, replay
 from rodless_lab.runs.from_bag import read_commands, read_run
+from rodless_lab.runs.measured_run import RunError
 
 FLOAT = "std_msgs/msg/Float64"
 NUMBER = serialize_message(Float64(data=1.0))
@@ -348,3 +349,14 @@ def test_what_is_no_database(
 def test_the_folder_of_these_tests_can_be_read_at_all(tmp_path: Path) -> None:
     """A bag written the same way, without anything hostile in it, is read."""
     assert list(read_bag(file_of(tmp_path / "bag", records()))["/joint_states"].payloads)
+
+
+@pytest.mark.parametrize("read", [read_bag, read_run, read_commands])
+@pytest.mark.parametrize("name", ["two\nlines", "nul\0", "half \ud800"])
+def test_what_names_no_bag_is_refused_in_one_line(
+    tmp_path: Path, read: Callable[[str], object], name: str
+) -> None:
+    """A line break, a NUL, half a character: errors of our own, as for any bag that is missing."""
+    with pytest.raises((BagError, RunError)) as refused:
+        read(f"{tmp_path}/{name}")
+    assert "\n" not in str(refused.value)

@@ -1,10 +1,11 @@
 """ROS domains of one's own: never shared, never left behind."""
 
+import errno
 import os
 import re
+import socket
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -13,13 +14,15 @@ import pytest
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
+from rodless_lab.session import domain as domain_module
 from rodless_lab.session.domain import DOMAINS, full_namespace, named_domain, own_domain
 from rodless_lab.session.errors import HarnessError
 
 HOLD = """
 import sys
-from rodless_lab.session.domain import own_domain
-with own_domain() as environment:
+from rodless_lab.session import domain
+domain.LOOPBACK = sys.argv[1]
+with domain.own_domain() as environment:
     print(environment["ROS_DOMAIN_ID"], flush=True)
     sys.stdin.readline()
 """
@@ -33,17 +36,24 @@ rclpy.shutdown()
 
 
 @pytest.fixture(autouse=True)
-def own_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the claims of these tests apart from those of real runs on this machine."""
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
+def own_claims(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the claims of these tests apart from those of real runs on this machine.
+
+    All of 127.0.0.0/8 is loopback; this address is of this process.
+    """
+    number = os.getpid()
+    address = f"127.{1 + (number >> 16) % 254}.{(number >> 8) & 255}.{number & 255}"
+    monkeypatch.setattr(domain_module, "LOOPBACK", address)
 
 
 @contextmanager
 def other_process() -> Iterator[tuple[subprocess.Popen[str], int]]:
     """Another process that holds a domain, and which."""
     process = subprocess.Popen(
-        [sys.executable, "-c", HOLD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", HOLD, domain_module.LOOPBACK],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None
     try:
@@ -145,10 +155,53 @@ def test_when_all_are_taken_it_says_so() -> None:
         assert claimed(environment) == 1
 
 
-def test_lock_files_belong_to_their_user(tmp_path: Path) -> None:
-    """Their names carry the user: nobody's lock file, closed to others, is in another's way."""
-    with own_domain():
-        assert [f"-{os.getuid()}-" in path.name for path in tmp_path.iterdir()] == [True]
+def test_a_claim_is_of_the_machine_and_needs_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever holds the domain's port has it: a process of another user and another home too."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    with socket.socket() as somebody:
+        somebody.bind((domain_module.LOOPBACK, 7400 + 250 * 1 + 5))
+        with own_domain() as environment:
+            assert claimed(environment) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.ros
+def test_the_claimed_port_is_none_of_dds(domain: dict[str, str]) -> None:
+    """A node in a claimed domain starts beside the claim, on the ports of its participant."""
+    number = int(domain["ROS_DOMAIN_ID"])
+    done = subprocess.run(
+        [sys.executable, "-c", NODE], env=domain, capture_output=True, text=True, check=True
+    )
+    assert done.stdout + done.stderr == ""
+    first = 7400 + 250 * number
+    of_dds = {first, first + 1} | {first + 10 + 2 * p + k for p in range(119) for k in (0, 1)}
+    assert first + 5 not in of_dds
+    assert max(of_dds) < first + 250
+
+
+def test_a_claim_cannot_be_connected_to_nor_inherited() -> None:
+    """It listens to nobody, and a child process that outlives the block does not keep it."""
+    with own_domain() as environment:
+        port = 7400 + 250 * claimed(environment) + 5
+        with socket.socket() as stranger:
+            assert stranger.connect_ex((domain_module.LOOPBACK, port)) == errno.ECONNREFUSED
+        child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    with own_domain() as again:
+        assert claimed(again) == claimed(environment)
+    child.communicate(b"\n")
+
+
+def test_without_loopback_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one line with the address, and not as if all domains were taken."""
+    monkeypatch.setattr(domain_module, "LOOPBACK", "192.0.2.1")
+    with (
+        pytest.raises(HarnessError, match=r"^192\.0\.2\.1 port 7655: cannot be claimed"),
+        own_domain(),
+    ):
+        pass
 
 
 @pytest.mark.parametrize(("text", "domain"), [("", None), ("0", 0), ("232", 232)])

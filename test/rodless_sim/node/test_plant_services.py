@@ -76,9 +76,14 @@ class Steps:
 
     def __init__(self, step: Callable[[], None]) -> None:
         self.step = step
+        self.failure: str | None = None
 
     def offer(self) -> None:
         """Hand out nothing."""
+
+    def fail(self, reason: str) -> None:
+        """Take note of it."""
+        self.failure = reason
 
 
 def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
@@ -105,19 +110,27 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
     assert events == ["step", "paused"]
 
 
-def test_a_plant_that_fails_does_not_look_alive() -> None:
-    """What ends the thread that steps comes out where the node looks after it, and ends it."""
-    failed = threading.Event()
+def test_a_plant_whose_step_breaks_off_fails_until_a_reset() -> None:
+    """The valve closes at once, the node is told where it looks, and the thread goes on."""
+    steps: list[str | None] = []
+    again = threading.Event()
 
     def step() -> None:
-        failed.set()
-        raise ArithmeticError("of the test's own")
+        steps.append(engine.failure)
+        if len(steps) == 1:
+            raise ArithmeticError("of the test's own")
+        again.set()
 
-    realtime = Realtime(cast(Engine, Steps(step)), 1_000_000, lambda: True, Outgoing())
-    assert failed.wait(TIMEOUT)
-    realtime.close()
+    engine = Steps(step)
+    realtime = Realtime(cast(Engine, engine), 1_000_000, lambda: True, Outgoing())
+    assert again.wait(TIMEOUT)
     with pytest.raises(ArithmeticError, match="of the test's own"):
         realtime.poll()
+    realtime.poll()
+    realtime.close()
+    assert steps[0] is None
+    assert steps[1] is not None
+    assert steps[1].startswith("ArithmeticError: of the test's own (test_plant_services.py, line")
 
 
 def test_a_step_is_one_period(observer: Observer, samples: list[JointState]) -> None:

@@ -1,14 +1,16 @@
 """Friction of eqs. (28)-(29) against hand-computed points of Table 2."""
 
 import math
+from collections.abc import Callable
 from types import ModuleType
 
 import numpy as np
 import pytest
 
-from rodless_sim import RigParameters
+from rodless_base.sockets import check_kernel
+from rodless_sim import ParameterError, RigParameters
 from rodless_sim.physics.equations import breakaway_limits
-from rodless_sim.physics.friction import FORMS, Friction, check_drag, sliding_friction
+from rodless_sim.physics.friction import Friction, check_drag, sliding_friction
 from rodless_sim.physics.friction_forms.direction import Drag
 from rodless_sim.physics.plant import Plant
 
@@ -79,10 +81,25 @@ def viscous_slope(friction: Friction, speed: float, step: float) -> float:
 
 @pytest.mark.parametrize("answer", [3.0, None, Drag(3, 0.0), (3.0, 0.0)])
 def test_a_form_that_returns_no_drag_is_named(answer: object) -> None:
-    """Form and answer, instead of the compiler's pages; what the package has passes."""
+    """Form and answer, instead of the compiler's pages."""
+    odd = form_of(lambda *_: answer)
+    with pytest.raises(TypeError, match=r"^own\.odd: force returns .*must return a Drag, such as"):
+        check_kernel(odd, "force", Drag(12.0, 0.0), None, STRIBECK.forward, 0.01)
+
+
+def test_a_form_that_drives_the_carriage_is_refused() -> None:
+    """Friction below zero at some speed is named, with speed and direction; zero is none."""
+    driving = form_of(lambda _own, side, speed: Drag(side.coulomb - 5e3 * speed, -5e3))
+    expected = (
+        r"^friction\.form: odd refused, its friction is -38 N at 0\.01 m/s forward and would drive "
+    )
+    with pytest.raises(ParameterError, match=expected):
+        check_drag(driving, RigParameters(), "forward")
+    check_drag(form_of(lambda *_: Drag(0.0, 0.0)), RigParameters(), "reverse")
+
+
+def form_of(force: Callable[..., object]) -> ModuleType:
+    """Return a form of the test's own."""
     odd = ModuleType("own.odd")
-    vars(odd).update(NAME="odd", force=lambda *_: answer)
-    with pytest.raises(TypeError, match=r"^own\.odd \(odd\): force returns .*must return a Drag"):
-        check_drag(odd, None, STRIBECK.forward)
-    for form in FORMS:
-        check_drag(form, form.of(RigParameters()), STRIBECK.forward)
+    vars(odd).update(NAME="odd", force=force, of=lambda _: None)
+    return odd

@@ -1,11 +1,14 @@
 """The valve's openings: eqs. (5), (24), (25) at hand-computed points, and their assembly."""
 
 import math
+from types import ModuleType
 
 import numpy as np
 import pytest
 
-from rodless_sim import RigParameters
+from rodless_sim import Rig, RigParameters
+from rodless_sim.physics import valve_assembly
+from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.valve import (
@@ -14,6 +17,7 @@ from rodless_sim.physics.valve import (
     flow_coefficient,
     spool_displacement,
 )
+from rodless_sim.physics.valve_assemblies import reconciled
 
 PLANT = Plant.of(RigParameters())
 DEFLECTIONS = np.linspace(-5.08, 4.92, 1001)
@@ -147,3 +151,26 @@ def test_closed_valve_gap_conductance_by_hand() -> None:
     # denominator 24*1.83e-5*2e-3*287.05*297 = 8.784e-7*85253.85 = 0.0748870
     assert openings(PLANT, 5.08).closing.gap == pytest.approx(4.0715e-18 / 0.0748870, rel=2e-5)
     assert math.isclose(PLANT.valve.gap_height, 6e-6)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "answer", "wanted"),
+    [
+        ("lands", 3.0, "lands returns 3.0, but must return a Lands, such as Lands("),
+        ("lands", Lands(True, Edge(0, 0.0), Edge(0.0, 0.0)), "lands returns Lands(forward=True"),
+        ("lands", Lands(1.0, Edge(0.0, 0.0), Edge(0.0, 0.0)), "lands returns Lands(forward=1.0"),
+        ("gap", (0.0, 0.0, 0.0), "gap returns (0.0, 0.0, 0.0), but must return a Flow, such as"),
+        ("gap", None, "gap returns None, but must return a Flow, such as"),
+    ],
+)
+def test_an_assembly_that_returns_something_else_is_named(
+    monkeypatch: pytest.MonkeyPatch, kernel: str, answer: object, wanted: str
+) -> None:
+    """Module, kernel and answer, in one line, instead of the compiler's pages."""
+    odd = ModuleType("own.odd")
+    vars(odd).update({**vars(reconciled), "__name__": "own.odd", kernel: lambda *_: answer})
+    monkeypatch.setattr(valve_assembly, "ASSEMBLIES", (reconciled, odd))
+    with pytest.raises(TypeError) as refused:
+        Rig()
+    assert str(refused.value).startswith(f"own.odd: {wanted}")
+    assert "\n" not in str(refused.value)

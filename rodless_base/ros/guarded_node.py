@@ -1,0 +1,104 @@
+"""Nodes that go on when a callback fails, whatever message or request it was given."""
+
+from collections.abc import Callable
+from functools import wraps
+from traceback import walk_tb
+from types import TracebackType
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.node import Node
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+from rclpy.timer import Timer
+
+from rodless_base.one_line import traced
+
+# What /diagnostics calls them.
+CALLBACK_ERRORS = "errors in callbacks"
+
+# Errors that could come with every message: say one in this time (s). Diagnostics count them all.
+LOG_PERIOD = 10.0
+
+
+class GuardedNode(Node):  # type: ignore[misc]
+    """A node that no error out of a callback ends: its own callbacks, and those rclpy gives it.
+
+    The error is logged and counted, and a service answers with it. Where code of this project broke
+    off half-way, the node's state is in doubt: ``make_safe`` is called with the reason.
+
+    An executor would end its spinning, and the messages that have come together with the one that
+    failed would stay behind, to be taken one message too late from then on.
+    """
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        """Make the node as rclpy's."""
+        # First: rclpy creates the parameter services in its own __init__.
+        self.callback_errors = 0
+        self.make_safe: Callable[[str], None] = lambda _reason: None
+        super().__init__(*arguments, **options)
+
+    def take_error(self, error: BaseException) -> str:
+        """Take what a callback, or the executor on its way there, has raised; return its text."""
+        text = f"error in a callback: {traced(error)}"
+        self.callback_errors += 1
+        self.get_logger().error(text, throttle_duration_sec=LOG_PERIOD)
+        if _passed_our_code(error.__traceback__):
+            self.make_safe(text)
+        return text
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Callable[..., None], *others: Any, **options: Any
+    ) -> Subscription:
+        """As rclpy's."""
+        guarded = self._guarded(callback, lambda _text, *_: None)
+        return super().create_subscription(msg_type, topic, guarded, *others, **options)
+
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[..., None], *others: Any, **options: Any
+    ) -> Timer:
+        """As rclpy's."""
+        guarded = self._guarded(callback, lambda _text, *_: None)
+        return super().create_timer(timer_period_sec, guarded, *others, **options)
+
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: Callable[..., Any], **options: Any
+    ) -> Service:
+        """As rclpy's."""
+        guarded = self._guarded(callback, _failed_answer)
+        return super().create_service(srv_type, srv_name, guarded, **options)
+
+    def _guarded(
+        self, callback: Callable[..., Any], instead: Callable[..., Any]
+    ) -> Callable[..., Any]:
+        @wraps(callback)
+        def guarded(*arguments: Any) -> Any:
+            try:
+                return callback(*arguments)
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:
+                return instead(self.take_error(error), *arguments)
+
+        return guarded
+
+
+def _failed_answer(text: str, request: Any, response: Any) -> Any:
+    """Return the answer to a request on which the service has failed."""
+    refused = SetParametersResult(successful=False, reason=text)
+    if isinstance(request, SetParameters.Request):
+        # Those before the one that failed have their results.
+        missing = len(request.parameters) - len(response.results)
+        response.results = [*response.results, *[refused] * missing]
+    elif isinstance(request, SetParametersAtomically.Request):
+        response.result = refused
+    elif hasattr(response, "success"):
+        response.success, response.message = False, text
+    return response
+
+
+def _passed_our_code(traceback: TracebackType | None) -> bool:
+    """Whether an error came through code of this project, below what has called the callback."""
+    modules = [str(frame.f_globals.get("__name__")) for frame, _ in walk_tb(traceback)]
+    return any(name.startswith("rodless_") for name in modules[1:])

@@ -1,0 +1,103 @@
+"""Bags: bytes of a good one changed, and messages that a sound file holds."""
+
+import shutil
+from pathlib import Path
+
+import rig_bag
+from draw import Draw
+from target import Change, Target
+
+from rodless_lab import read_bag, read_commands, read_run
+from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.writer import BagWriter
+from rodless_lab.runs.measured_run import run_of_trace
+from rodless_sim import RigParameters, simulate
+
+TYPES = (
+    "std_msgs/msg/Float64", "sensor_msgs/msg/JointState", "sensor_msgs/msg/FluidPressure",
+    "rosgraph_msgs/msg/Clock", "std_msgs/msg/String", "no_such/msg/Type", "std_msgs/Float64",
+    "../x", "", "std_msgs/msg/Float64Array", "os/path/join", "a/b/c/d",
+)  # fmt: skip
+
+
+class BagFiles(Target):
+    """A change is (a file, bytes that replace others there), or (a topic, what its messages are).
+
+    The bytes of a file are changed as they lie; what a checksum would give away is changed before
+    the file is written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Write the good bag."""
+        super().__init__(folder)
+        run = simulate(RigParameters(), [6.0] * 40, 1e-3)
+        self._good = rig_bag.write(folder / "good", run_of_trace(run, 6e5), setpoint=(0.0, 0.05))
+        self._files = {file.name: file.read_bytes() for file in sorted(self._good.iterdir())}
+        self._topics = {
+            topic: (
+                found.topic.type_name,
+                [rig_bag.payload(topic, k * 1e-3, 0.1) for k in range(9)],
+            )
+            for topic, found in ((t, read_bag(self._good)[t]) for t in read_bag(self._good).topics)
+        }
+        self._bag = folder / "bag"
+
+    def draw(self, draw: Draw) -> list[Change]:
+        """Return changes of the files, or of the messages."""
+        recover = ("recover", draw.random() < 0.5)
+        if draw.random() < 0.5:
+            return [recover, *(self._of_file(draw) for _ in range(draw.choice((1, 1, 2, 4))))]
+        return [recover, *(self._of_message(draw) for _ in range(draw.choice((1, 1, 2, 4))))]
+
+    def _of_file(self, draw: Draw) -> Change:
+        name = draw.choice(list(self._files))
+        content = self._files[name]
+        at = draw.randrange(len(content) + 1)
+        size = draw.choice((0, 1, 2, 8, 100, len(content)))
+        new = draw.choice((b"", draw.text().encode("utf-8", "surrogatepass"), draw.randbytes(size)))
+        return "file", name, at, size, new
+
+    def _of_message(self, draw: Draw) -> Change:
+        topic = draw.choice(list(self._topics))
+        what = draw.randrange(4)
+        if what == 0:
+            return "type", topic, draw.choice(TYPES)
+        if what == 1:
+            # Names come out of DDS, or out of files, and both give texts alone.
+            name = draw.text(list(self._topics)).encode("utf-8", "replace").decode("utf-8")
+            return "name", topic, name
+        number = draw.randrange(9)
+        if what == 2:
+            return "time", topic, number, draw.integer(0, 2**63 - 1)
+        return "data", topic, number, draw.spoilt(self._topics[topic][1][number])
+
+    def run(self, changes: list[Change]) -> object:
+        """Read the bag in every way there is."""
+        shutil.rmtree(self._bag, ignore_errors=True)
+        if any(change[0] in ("type", "name", "time", "data") for change in changes):
+            self._write(changes)
+        else:
+            shutil.copytree(self._good, self._bag)
+        for _, name, at, size, new in (change for change in changes if change[0] == "file"):
+            file = self._bag / name
+            content = file.read_bytes()
+            file.write_bytes(content[:at] + new + content[at + size :])
+        # Without its description where that is as it was: reading that takes most of the time.
+        described = any("metadata.yaml" in change for change in changes) or not changes
+        path = self._bag if described else next(self._bag.glob("*.mcap"))
+        bag = read_bag(path, recover=("recover", True) in changes)
+        for topic in bag.topics:
+            bag[topic].columns()
+            bag[topic].units()
+        read_commands(path)
+        return read_run(path).columns()
+
+    def _write(self, changes: list[Change]) -> None:
+        new = {(kind, *where): value for kind, *where, value in changes if where}
+        with BagWriter(self._bag) as writer:
+            for topic, (type_name, messages) in self._topics.items():
+                name = new.get(("name", topic), topic)
+                writer.add_topic(BagTopic(name, new.get(("type", topic), type_name)))
+                for number, message in enumerate(messages):
+                    time = new.get(("time", topic, number), number * 1_000_000)
+                    writer.write(name, new.get(("data", topic, number), message), time, time)

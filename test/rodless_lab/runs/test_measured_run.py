@@ -1,0 +1,23 @@
+"""A run made by hand: what cannot be its columns is refused by name."""
+
+import numpy as np
+import pytest
+
+from rodless_lab import MeasuredRun
+from rodless_lab.runs.measured_run import RunError
+
+TIME = np.arange(100) * 1e-3
+STILL = np.full(100, 4e5)
+
+
+@pytest.mark.parametrize("name", ["time", "position", "voltage"])
+@pytest.mark.parametrize(
+    "values", [TIME.tolist(), None, 1.0, np.array(1.0), np.array(["a"] * 100), STILL[None]]
+)
+def test_a_column_that_is_no_array_of_numbers_is_refused(name: str, values: object) -> None:
+    """Lists, single numbers, texts and tables: one line that names the column."""
+    columns = dict.fromkeys(("time", "position", "pressure_a", "pressure_b"), STILL)
+    columns |= {"time": TIME, "supply_pressure": STILL, "voltage": STILL / 1e5}
+    assert MeasuredRun(**columns).period == pytest.approx(1e-3)
+    with pytest.raises(RunError, match=f"^{name}: .* refused, must be an array of numbers$"):
+        MeasuredRun(**{**columns, name: values})  # type: ignore[arg-type]
