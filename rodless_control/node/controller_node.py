@@ -9,6 +9,7 @@ from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
 from rodless_base.ros.message_info import Info
+from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
@@ -36,6 +37,7 @@ class ControllerNode:
         self.node = DirectNode(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
+        self._clock = without_clock_topic(self.node)
         kind, given = parameters_of_law(self.node)
         self._parameters = RosParameters(self.node, kind, self._configure, given)
         self._loop = ControlLoop(self._parameters.values)
@@ -86,6 +88,7 @@ class ControllerNode:
         self._answers.take(measurement, info)
 
     def _poll(self) -> None:
+        tell_time(self._clock, self._answers.stamp)
         self._answers.poll()
         self._subscribe_once_matched()
         self._watchdog.poll()

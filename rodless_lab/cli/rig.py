@@ -79,7 +79,16 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
     parser.add_argument("--without-controller", action="store_true", help="the plant alone")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
+    parser.add_argument(
+        "--record",
+        nargs="?",
+        const="",
+        metavar="BAG",
+        help="record both, in one process, into a new bag (without BAG: named after the time)",
+    )
     options = parser.parse_args(arguments)
+    if options.record is not None and options.without_controller:
+        parser.error("--record is for both nodes in one process; use `rodless record` here")
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")
     return options
@@ -99,5 +108,7 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
         None if options.without_controller else {},
         parameter_file=options.parameters,
         namespace=options.namespace,
-        one_process=options.one_process and not options.without_controller,
+        one_process=(options.one_process or options.record is not None)
+        and not options.without_controller,
+        record=options.record,
     )

@@ -156,6 +156,6 @@ def test_two_rigs_start_side_by_side(clock: str, owners: list[bool]) -> None:
     published = [parameters(rig, "plant")["time.publish_clock"] for rig in (left, right)]
     assert published == owners
     for rig, owner in zip((left, right), owners, strict=True):
-        assert ("controller:/clock:=clock" in rig[1].command) is not owner
+        assert ("recorder:/clock:=clock" in rig[1].command) is not owner
     presets = [rig[0].parameters[0].stem for rig in (left, right)]
     assert presets == ["paper", "calibrated"]
