@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from traceback import extract_tb
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
@@ -18,8 +17,7 @@ from rodless_control.setpoint import SetpointFollower
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(NamedTuple):
     """The answer to one sample."""
 
     reference: float  # m

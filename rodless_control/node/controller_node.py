@@ -1,8 +1,11 @@
 """The controller as a ROS node: each sample of the rig triggers one valve command."""
 
 from rclpy.logging import get_logger
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.constants import CARRIAGE
 from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import steady_clock
@@ -12,6 +15,7 @@ from rodless_base.ros.message_info import Info
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
+from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
@@ -124,6 +128,7 @@ def load() -> None:
     log_through("controller")
     get_logger("controller").info("loading the compiled control law")
     ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
+    PositionReader().read(serialize_message(JointState()), CARRIAGE)
 
 
 def main(stop: Stop) -> int:

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 # How often the processes are polled, in wall-clock s.
 POLL_SECONDS = 0.2
 
-# What Ctrl-C promises, in wall-clock s; after it a process is killed.
+# What Ctrl-C promises, in wall-clock s; after it a process is killed. One that has a bag to close
+# is given longer.
 STOP_TIMEOUT = 2.0
+CLOSE_TIMEOUT = 30.0
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -40,7 +42,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     plan = _plan(options)
     stop.from_now_on_wait()
     try:
-        with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
+        timeout = STOP_TIMEOUT if plan.record is None else CLOSE_TIMEOUT
+        with run_rig(plan, stop_timeout=timeout) as processes:
             _watch(processes, plan, stop)
     except ParameterError as error:
         print(error, file=sys.stderr)

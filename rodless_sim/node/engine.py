@@ -81,12 +81,12 @@ class Engine:
                 return
             voltage = self.command.voltage(self.rig.nanoseconds)
             try:
-                self.rig.advance(voltage, self._period)
+                state = self.rig.advance(voltage, self._period)
             except SimulationError as error:
                 self._failure = f"{error}; valve closed, reset to go on"
                 self.command.reset()
                 return
-            self._hand_out()
+            self._publish(self.rig.read(), state)
 
     def reset(self) -> None:
         """Return to the start, forget the command, hand out sample 0."""
