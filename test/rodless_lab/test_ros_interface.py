@@ -140,8 +140,9 @@ def test_events_of_the_controller_are_dated_in_plant_time(observer: Observer) ->
     stamps: list[int] = []
 
     def dated() -> bool:
+        known = len(events)
         observer.set_parameters("/controller", {"controller.kd": 60.0 + len(stamps)})
-        observer.more(events, 1)
+        observer.wait(lambda: len(events) > known, "the event")
         stamps.append(stamp_nanoseconds(events[-1].stamp))
         return stamps[-1] > 0
 
