@@ -24,12 +24,12 @@ class Telemetry:
             )
             for name in (REFERENCE, *law.TERMS)
         }
-        self._heard = False
 
     def poll(self) -> None:
         """Look up which signals have subscribers, and send what was held back."""
         self._outbox.flush()
-        self._heard = sum(publisher.poll() for publisher in self._publishers.values()) > 0
+        for publisher in self._publishers.values():
+            publisher.poll()
 
     @property
     def lost(self) -> int:
@@ -38,8 +38,6 @@ class Telemetry:
 
     def publish(self, output: Output) -> None:
         """Publish what has subscribers."""
-        if not self._heard:
-            return
         self._publishers[REFERENCE].publish(output.reference)
         for name, value in output.terms.items():
             self._publishers[name].publish(value)
