@@ -64,14 +64,14 @@ def start_rig(context: LaunchContext) -> list[Node]:
         "ros_arguments": ["--log-level", chosen["log_level"], *clock_of_its_own(chosen)],
     }
     with_controller = chosen["controller"] == "true"
+    recorded = chosen["record"] == "true"
     if with_controller and chosen["use_composition"] == "true":
-        nodes = [Node(executable="rig", parameters=parameters, **common)]
-    else:
-        names = ["plant", "controller"] if with_controller else ["plant"]
-        nodes = [
-            Node(executable=name, name=name, parameters=parameters, **common) for name in names
-        ]
-    if chosen["record"] == "true":
+        # One process records itself, at a fraction of what it costs from beside it.
+        record = ["--record", *filter(None, [chosen["bag"]])] if recorded else []
+        return [Node(executable="rig", arguments=record, parameters=parameters, **common)]
+    names = ["plant", "controller"] if with_controller else ["plant"]
+    nodes = [Node(executable=name, name=name, parameters=parameters, **common) for name in names]
+    if recorded:
         # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
         # bags lack the first samples; this recorder writes the same format and has them.
         output = ["--output", chosen["bag"]] if chosen["bag"] else []
@@ -158,11 +158,10 @@ def publishes_on_ros_clock(chosen: dict[str, str]) -> bool:
 
 
 def clock_of_its_own(chosen: dict[str, str]) -> list[str]:
-    """Return what lets the nodes live on the clock of their own rig, where that is not /clock."""
+    """Return what dates a bag by the clock of its own rig, where that is not /clock."""
     if publishes_on_ros_clock(chosen) or not chosen["namespace"].strip("/"):
         return []
-    rules = [f"{node}:{ROS_CLOCK}:={RIG_CLOCK}" for node in ("controller", "recorder")]
-    return [word for rule in rules for word in ("--remap", rule)]
+    return ["--remap", f"recorder:{ROS_CLOCK}:={RIG_CLOCK}"]
 
 
 def end_with_it(event: ProcessExited, context: LaunchContext) -> Shutdown:

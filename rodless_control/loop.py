@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
@@ -16,8 +15,7 @@ from rodless_control.setpoint import SetpointFollower
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(NamedTuple):
     """The answer to one sample."""
 
     reference: float  # m

@@ -16,11 +16,12 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import HistoryPolicy, QoSCompatibility, qos_check_compatible
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.subscription import Subscription
 from std_msgs.msg import Float64
 
 from rodless_base.ros.guarded_node import GuardedNode
-from rodless_base.ros.message_info import delivered_now, wants_info
+from rodless_base.ros.message_info import Info, delivered_now, wants_info
 from rodless_base.start import Stop
 
 # How long (s) messages are delivered before timers and services have their turn: in lock-step each
@@ -33,17 +34,30 @@ _deliveries: "WeakKeyDictionary[Context, DirectDelivery]" = WeakKeyDictionary()
 class DirectPublisher(Publisher):  # type: ignore[misc]
     """A publisher that hands its messages to subscriptions in the same process.
 
-    They get the message itself, not a copy: neither side may change it afterwards.
+    They get the message itself, not a copy: neither side may change it afterwards. A subscription
+    to raw messages gets it serialised; one that is given so is deserialised for the others.
     """
 
     readers: "tuple[Reader, ...]" = ()
+    _sequence = 0
 
     def publish(self, msg: object) -> None:
         """Publish to whoever listens; raises RCLError, and then nobody has the message."""
         if not self.readers or super().get_subscription_count():
             super().publish(msg)
+        if not self.readers:
+            return
+        self._sequence += 1
+        info = delivered_now(self._sequence)
+        data = msg if isinstance(msg, bytes) else None
+        message = None if isinstance(msg, bytes) else msg
         for reader in self.readers:
-            reader.put(msg)
+            if reader.raw:
+                data = serialize_message(message) if data is None else data
+                reader.put(data, info)
+            else:
+                message = deserialize_message(data, self.msg_type) if message is None else message
+                reader.put(message, info)
 
     def get_subscription_count(self) -> int:
         """Return the number of subscriptions, those in the same process included."""
@@ -61,6 +75,7 @@ class Reader:
     ) -> None:
         """Give what is put to ``callback`` in the turn for which ``ready`` asks."""
         self.subscription = subscription
+        self.raw = bool(subscription.raw)
         self._callback = callback
         self._wants_info = wants_info(callback)
         self._ready = ready
@@ -78,15 +93,21 @@ class Reader:
             and fits != QoSCompatibility.ERROR
         )
 
-    def put(self, message: object) -> None:
+    def put(self, message: object, info: Info) -> None:
         """Take a message; the oldest is lost where there is no room."""
-        self._messages.append((message, delivered_now()) if self._wants_info else message)
+        self._messages.append((message, info) if self._wants_info else message)
         self._ready(self)
 
-    def deliver(self) -> None:
-        """Call back with the oldest message, if it has not been lost."""
-        if self._messages:
-            self._callback(self._messages.popleft())
+    def deliver(self) -> bool:
+        """Call back with the oldest message, if it has not been lost; return whether it was there.
+
+        A callback that wants information takes both as one pair, see
+        :func:`~rodless_base.ros.message_info.with_info`.
+        """
+        if not self._messages:
+            return False
+        self._callback(self._messages.popleft())
+        return True
 
 
 class DirectDelivery:
@@ -127,6 +148,17 @@ class DirectDelivery:
         for publisher in self._publishers:
             if reader.matches(publisher):
                 publisher.readers += (reader,)
+
+    def count_publishers(self, subscription: Subscription) -> int:
+        """Return how many publishers a subscription is connected with."""
+        found = [one for one in self._readers if one.subscription is subscription]
+        return sum(one in publisher.readers for one in found for publisher in self._publishers)
+
+    def deliver_waiting(self, subscription: Subscription) -> None:
+        """Call back with all that waits for a subscription, in whatever thread this is called."""
+        for reader in self._readers:
+            while reader.subscription is subscription and reader.deliver():
+                pass
 
     def remove(self, subscription: Subscription) -> None:
         """Disconnect a subscription."""
@@ -178,6 +210,18 @@ class DirectNode(GuardedNode):
         if delivery is not None:
             delivery.add_subscription(subscription, subscription.callback)
         return subscription
+
+    def count_matched(self, subscription: Subscription) -> int:
+        """Return how many publishers a subscription has, those in the same process included."""
+        delivery = _deliveries.get(self.context)
+        direct = 0 if delivery is None else delivery.count_publishers(subscription)
+        return int(subscription.get_publisher_count()) + direct
+
+    def deliver_waiting(self, subscription: Subscription) -> None:
+        """Call back with all that publishers in the same process have sent already."""
+        delivery = _deliveries.get(self.context)
+        if delivery is not None:
+            delivery.deliver_waiting(subscription)
 
     def destroy_subscription(self, subscription: Subscription) -> bool:
         """As rclpy's."""

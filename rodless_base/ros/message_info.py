@@ -32,7 +32,11 @@ def wants_info(callback: Callable[..., None]) -> bool:
     return callback in _with_info or getattr(callback, "__wrapped__", None) in _with_info
 
 
-def delivered_now() -> Info:
-    """Return the information of a message that is sent and received at this moment."""
+def delivered_now(sequence: int) -> Info:
+    """Return the information of a publisher's message that is sent and received at this moment."""
     now = time_ns()
-    return {"source_timestamp": now, "received_timestamp": now}
+    return {
+        "source_timestamp": now,
+        "received_timestamp": now,
+        "publication_sequence_number": sequence,
+    }

@@ -10,6 +10,7 @@ from std_msgs.msg import Float64
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
+from rodless_base.ros.cdr import pack_float64
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.publish import Outbox
 from rodless_base.topics import VALVE_VOLTAGE
@@ -133,4 +134,4 @@ class Answers:
         self._voltage.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
 
     def _command(self, voltage: float) -> None:
-        self._outbox.send(self._voltage, Float64(data=voltage))
+        self._outbox.send(self._voltage, pack_float64(voltage))

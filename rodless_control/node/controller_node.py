@@ -1,16 +1,21 @@
 """The controller as a ROS node: each sample of the rig triggers one valve command."""
 
 from rclpy.logging import get_logger
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.constants import CARRIAGE
 from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
 from rodless_base.ros.message_info import Info
+from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
+from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
@@ -36,6 +41,7 @@ class ControllerNode:
         self.node = DirectNode(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
+        self._clock = without_clock_topic(self.node)
         kind, given = parameters_of_law(self.node)
         self._parameters = RosParameters(self.node, kind, self._configure, given)
         self._loop = ControlLoop(self._parameters.values)
@@ -87,6 +93,7 @@ class ControllerNode:
         self._answers.take(measurement, info)
 
     def _poll(self) -> None:
+        tell_time(self._clock, self._answers.stamp)
         self._answers.poll()
         self._subscribe_once_matched()
         self._watchdog.poll()
@@ -122,6 +129,7 @@ def load() -> None:
     log_through("controller")
     get_logger("controller").info("loading the compiled control law")
     ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
+    PositionReader().read(serialize_message(JointState()), CARRIAGE)
 
 
 def main(stop: Stop) -> int:

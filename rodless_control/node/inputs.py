@@ -6,9 +6,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.measurement import Measurement
-from rodless_base.ros.joint import joint_position
 from rodless_base.ros.message_info import Info, with_info
-from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
+from rodless_base.ros.readings import PositionReader, PressureReader, Reading
+from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.topics import JOINT_STATES, PRESSURES
 from rodless_control.stamp_synchronizer import StampSynchronizer
 
@@ -28,6 +28,7 @@ class Inputs:
         self._take = take
         self._pressures = PRESSURES if pressures else {}
         self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
+        self._position_reader = PositionReader()
         self.without_joint = 0
         self.subscribed = False
 
@@ -41,30 +42,31 @@ class Inputs:
         self.subscribed = True
         for field, topic in self._pressures.items():
             self._node.create_subscription(
-                FluidPressure, topic, self._pressure_taker(field), QUEUE_DEPTH
+                FluidPressure, topic, self._pressure_taker(field), QUEUE_DEPTH, raw=True
             )
         self._node.create_subscription(
-            JointState, JOINT_STATES, with_info(self._take_joint), QUEUE_DEPTH
+            JointState, JOINT_STATES, with_info(self._take_joint), QUEUE_DEPTH, raw=True
         )
 
     def _pressure_taker(self, field: str) -> Callable[..., None]:
-        def take(message: FluidPressure, info: Info) -> None:
-            self._put(field, message, float(message.fluid_pressure), info)
+        reader = PressureReader()
+
+        def take(message: bytes, info: Info) -> None:
+            self._put(field, reader.read(message), info)
 
         return with_info(take)
 
-    def _take_joint(self, message: JointState, info: Info) -> None:
+    def _take_joint(self, message: bytes, info: Info) -> None:
         """Take the carriage's position; a message without it counts as no sample at all."""
-        position = joint_position(message, self._joint())
+        position = self._position_reader.read(message, self._joint())
         if position is None:
             self.without_joint += 1
+        elif self._pressures:
+            self._put("position", position, info)
         else:
-            self._put("position", message, position, info)
+            self._take(Measurement(*position), info)
 
-    def _put(
-        self, field: str, message: FluidPressure | JointState, value: float, info: Info
-    ) -> None:
-        stamp = stamp_nanoseconds(message.header.stamp)
-        measurement: Measurement | None = self._synchronizer.put(field, stamp, value)
+    def _put(self, field: str, reading: Reading, info: Info) -> None:
+        measurement: Measurement | None = self._synchronizer.put(field, *reading)
         if measurement is not None:
             self._take(measurement, info)

@@ -4,6 +4,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
+from rodless_base.ros.cdr import pack_float64
 from rodless_base.ros.publish import OnDemand, Outbox
 from rodless_control.controller import Law
 from rodless_control.loop import Output
@@ -18,7 +19,9 @@ class Telemetry:
         """Make the publishers, with the quality of service of the commands."""
         self._outbox = Outbox(node)
         self._publishers = {
-            name: OnDemand(node.create_publisher(Float64, f"~/{name}", qos), _message, self._outbox)
+            name: OnDemand(
+                node.create_publisher(Float64, f"~/{name}", qos), pack_float64, self._outbox
+            )
             for name in (REFERENCE, *law.TERMS)
         }
 
@@ -38,7 +41,3 @@ class Telemetry:
         self._publishers[REFERENCE].publish(output.reference)
         for name, value in output.terms.items():
             self._publishers[name].publish(value)
-
-
-def _message(value: float) -> Float64:
-    return Float64(data=value)

@@ -1,7 +1,8 @@
 """Write a rosbag2 bag in MCAP storage, without rosbag2."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 
 from rodless_base.closing import Closing
@@ -24,6 +25,11 @@ from rodless_lab.bags.metadata import (
 
 # Where rosbag2 looks in the storage file for its own description of the bag.
 _METADATA_RECORD = "rosbag2"
+
+
+def default_bag() -> Path:
+    """Return a folder named after the time, as `ros2 bag record` does."""
+    return Path(f"rosbag2_{datetime.now():%Y_%m_%d-%H_%M_%S}")
 
 
 class BagWriter(Closing):
@@ -67,21 +73,19 @@ class BagWriter(Closing):
         self, topic: str, data: bytes, log_time: int, publish_time: int, sequence: int = 0
     ) -> None:
         """Add a message in CDR, times in ns; raises :class:`BagError` when the disk is full."""
-        with self._stopping():
-            self._file.add_message(self._channels[topic], log_time, publish_time, data, sequence)
+        channel = self._channels[topic]
+        self._attempt(self._file.add_message, channel, log_time, publish_time, data, sequence)
 
     def flush(self) -> None:
         """Put all messages so far out of a crash's reach; raises :class:`BagError`."""
-        with self._stopping():
-            self._file.flush()
+        self._attempt(self._file.flush)
 
-    @contextmanager
-    def _stopping(self) -> Iterator[None]:
+    def _attempt(self, action: Callable[..., None], *arguments: object) -> None:
         """Turn a failure to write into the end of writing."""
         if self.failure is not None:
             raise self.failure
         try:
-            yield
+            action(*arguments)
         except OSError as error:
             self.failure = BagError(f"{self.path}: cannot be written any more: {error.strerror}")
             raise self.failure from error

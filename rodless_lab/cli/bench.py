@@ -79,8 +79,7 @@ def _nodes(check: Callable[[], None]) -> dict[str, float]:
     figures: dict[str, float] = {}
     for rate in (100.0, 500.0, 1000.0):
         figures |= bench_realtime(rate, check)
-    for one_process in (False, True):
-        figures |= bench_lockstep(one_process, check)
+    figures |= bench_lockstep(check)
     for name, value in figures.items():
         print(f"{name:66} {value:10.4g}")
     return figures

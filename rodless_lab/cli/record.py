@@ -1,13 +1,11 @@
 """`rodless record` and `ros2 run rodless_sim recorder`: topics into a rosbag2 bag (MCAP)."""
 
 import argparse
-import sys
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 
 from rodless_base.start import Stop, split_ros_arguments
-from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.writer import default_bag
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -15,29 +13,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
-    from rodless_lab.bags.writer import BagWriter  # noqa: PLC0415
 
-    # From here on there is a bag to close, whenever the request to stop comes.
-    stop.from_now_on_wait()
-    try:
-        writer = BagWriter(options.output)
-    except BagError as error:
-        print(error, file=sys.stderr)
-        return 2
-    result = record(writer, options.topics, options.wall_time, stop, _tell_topics)
-    print(f"{sum(writer.counts.values())} messages in {writer.path}")
-    for topic in result.missing:
-        print(f"{topic}: nobody published it", file=sys.stderr)
-    for topic, count in result.lost.items():
-        print(f"{topic}: {count} messages lost on the way", file=sys.stderr)
-    if writer.failure is not None:
-        print(writer.failure, file=sys.stderr)
-        return 1
-    return result.exit_code
-
-
-def _tell_topics(new: list[str]) -> None:
-    print(f"recording {', '.join(new)}", flush=True)
+    return record(options.output, options.topics, stop, options.wall_time)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -53,7 +30,7 @@ def _parser() -> argparse.ArgumentParser:
         "-o",
         "--output",
         type=Path,
-        default=Path(f"rosbag2_{datetime.now():%Y_%m_%d-%H_%M_%S}"),
+        default=default_bag(),
         help="folder to create (default: named after the time, as ros2 bag record does)",
     )
     parser.add_argument(

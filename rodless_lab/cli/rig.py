@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 # How often the processes are polled, in wall-clock s.
 POLL_SECONDS = 0.2
 
-# What Ctrl-C promises, in wall-clock s; after it a process is killed.
+# What Ctrl-C promises, in wall-clock s; after it a process is killed. One that has a bag to close
+# is given longer.
 STOP_TIMEOUT = 2.0
+CLOSE_TIMEOUT = 30.0
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -43,7 +45,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     plan = _plan(options)
     stop.from_now_on_wait()
     try:
-        with run_rig(plan, stop_timeout=STOP_TIMEOUT) as processes:
+        timeout = STOP_TIMEOUT if plan.record is None else CLOSE_TIMEOUT
+        with run_rig(plan, stop_timeout=timeout) as processes:
             _watch(processes, plan, stop)
     except ParameterError as error:
         print(error, file=sys.stderr)
@@ -88,7 +91,16 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         help="let other machines find the rig, as ros2 run does; without it, it stays on this one, "
         "unless the environment says how far it reaches (such as ROS_AUTOMATIC_DISCOVERY_RANGE)",
     )
+    parser.add_argument(
+        "--record",
+        nargs="?",
+        const="",
+        metavar="BAG",
+        help="record both, in one process, into a new bag (without BAG: named after the time)",
+    )
     options = parser.parse_args(arguments)
+    if options.record is not None and options.without_controller:
+        parser.error("--record is for both nodes in one process; use `rodless record` here")
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")
     return options
@@ -108,5 +120,7 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
         None if options.without_controller else {},
         parameter_file=options.parameters,
         namespace=options.namespace,
-        one_process=options.one_process and not options.without_controller,
+        one_process=(options.one_process or options.record is not None)
+        and not options.without_controller,
+        record=options.record,
     )

@@ -9,7 +9,6 @@ import re
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.network import this_machine

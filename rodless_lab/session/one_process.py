@@ -1,15 +1,54 @@
 """Plant and controller in one process, one executor, for machines where two are too many."""
 
+import argparse
+import sys
+from functools import partial
+from pathlib import Path
+
+from rclpy.parameter import Parameter
+
 from rodless_base.ros.process import run_nodes
-from rodless_base.start import Stop
+from rodless_base.start import Stop, split_ros_arguments
+from rodless_base.topics import RIG_TOPICS, ROS_CLOCK
 from rodless_control.node import controller_node
 from rodless_lab.session.network import leave_out_own_endpoints
 from rodless_sim.node import plant_node
 
 
 def main(stop: Stop) -> int:
-    """Run both until ``stop``."""
+    """Run both until ``stop``; with ``--record BAG`` record them into a new bag besides."""
+    folder = _options().record
     leave_out_own_endpoints()
     plant_node.load()
     controller_node.load()
-    return run_nodes([plant_node.PlantNode, controller_node.ControllerNode], stop)
+    if folder is None:
+        return run_nodes([plant_node.PlantNode, controller_node.ControllerNode], stop)
+    # Here, so that the nodes run without what bags need.
+    from rodless_lab.bags.ros.record import record  # noqa: PLC0415
+    from rodless_lab.bags.writer import default_bag  # noqa: PLC0415
+
+    # Both wait for the recorder, so that the bag has all from sample 0 on.
+    plant, controller = (
+        [Parameter(name, value=1)] for name in ("time.recorders", "controller.recorders")
+    )
+    return record(
+        Path(folder) if folder else default_bag(),
+        [ROS_CLOCK, *RIG_TOPICS],
+        stop,
+        beside=[
+            partial(plant_node.PlantNode, parameter_overrides=plant),
+            partial(controller_node.ControllerNode, parameter_overrides=controller),
+        ],
+    )
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="rig", description=__doc__)
+    parser.add_argument(
+        "--record",
+        nargs="?",
+        const="",
+        metavar="BAG",
+        help="folder of a new bag (without one: named after the time)",
+    )
+    return parser.parse_args(split_ros_arguments(sys.argv[1:])[0])

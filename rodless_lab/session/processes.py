@@ -30,13 +30,17 @@ SHOWN_LINES = 30
 
 
 def node_command(
-    process: str, parameter_files: Iterable[str | Path] = (), namespace: str = ""
+    process: str,
+    parameter_files: Iterable[str | Path] = (),
+    namespace: str = "",
+    arguments: Sequence[str] = (),
 ) -> list[str]:
     """Return the command line of ``plant``, ``controller``, or ``rig`` (both in one process).
 
-    Later parameter files win.
+    Later parameter files win; ``arguments`` are the process's own.
     """
-    command = [sys.executable, "-m", "rodless_base.start", MODULES[process], "--ros-args"]
+    start = [sys.executable, "-m", "rodless_base.start", MODULES[process]]
+    command = [*start, *arguments, "--ros-args"]
     for path in parameter_files:
         command += ["--params-file", str(path)]
     return command + _in_namespace(namespace)
@@ -67,8 +71,9 @@ class ProcessPlan:
     ``plant`` are parameters on top of ``preset`` and ``parameter_file``. ``controller`` are those
     of the PID node, or the command line of another controller, or None for no controller. The PID
     does not take a paused plant for lost. With
-    ``one_process`` plant and PID share a process; with ``relay_commands`` the controller publishes
-    on ``WANTED_VOLTAGE``.
+    ``one_process`` plant and PID share a process, and record themselves into a new bag at
+    ``record``, if any (empty: named after the time). With ``relay_commands`` the controller
+    publishes on ``WANTED_VOLTAGE``.
 
     Raises ValueError for options that contradict each other and FileNotFoundError for a preset
     that does not exist.
@@ -81,11 +86,14 @@ class ProcessPlan:
     namespace: str = ""
     one_process: bool = False
     relay_commands: bool = False
+    record: str | None = None
 
     def __post_init__(self) -> None:
         preset_file(self.preset)
         if self.one_process and not self.runs_controller_node:
             raise ValueError("one_process: only the PID of this package can share the process")
+        if self.record is not None and not self.one_process:
+            raise ValueError("record: only both nodes in one process record themselves")
         if self.relay_commands and self.controller is None:
             raise ValueError("relay_commands: there is no controller whose commands to relay")
 
@@ -98,7 +106,8 @@ class ProcessPlan:
         """Return command lines by process name; their parameters are written into ``folder``."""
         files = self._parameter_files(folder)
         if self.one_process:
-            command = node_command("rig", files, self.namespace)
+            record = [] if self.record is None else ["--record", *filter(None, [self.record])]
+            command = node_command("rig", files, self.namespace, record)
             return {"rig": command + self._remapping("controller:")}
         commands = {"plant": node_command("plant", files, self.namespace)}
         if self.runs_controller_node:
@@ -113,7 +122,8 @@ class ProcessPlan:
     def _parameter_files(self, folder: Path) -> list[Path]:
         given = {"plant": self.plant}
         if isinstance(self.controller, Mapping):
-            given["controller"] = {**self._controller_time, **self.controller}
+            # A controller on plant time does not take a paused plant for lost.
+            given["controller"] = {"use_sim_time": True, **self.controller}
         files = [preset_file(self.preset)]
         if self.parameter_file:
             # Here, because launch files load this module and need no compiler.
@@ -124,16 +134,6 @@ class ProcessPlan:
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))
         return files
-
-    @property
-    def _controller_time(self) -> dict[str, object]:
-        """What keeps the PID from taking a paused plant for lost.
-
-        In lock-step it does without ``/clock``, whose messages would cost a third of the speed.
-        """
-        if self.plant.get("time.mode") == "lockstep":
-            return {"use_sim_time": False, "controller.position_timeout": 0.0}
-        return {"use_sim_time": True}
 
     def _remapping(self, node: str = "") -> list[str]:
         return ["-r", f"{node}{VALVE_VOLTAGE}:={WANTED_VOLTAGE}"] if self.relay_commands else []

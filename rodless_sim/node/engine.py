@@ -81,11 +81,11 @@ class Engine:
                 return
             voltage = self.command.voltage(self.rig.nanoseconds)
             try:
-                self.rig.advance(voltage, self._period)
+                state = self.rig.advance(voltage, self._period)
             except SimulationError as error:
                 self.fail(str(error))
                 return
-            self._hand_out()
+            self._publish(self.rig.read(), state)
 
     def fail(self, reason: str) -> None:
         """Close the valve; no step from now on until a reset."""

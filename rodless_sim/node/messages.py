@@ -1,11 +1,13 @@
-"""What the plant's instruments read as ROS messages; pure functions."""
+"""What the plant's instruments read as ROS messages; pure functions.
 
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import FluidPressure, JointState
+Each returns what makes messages of one layout, as :mod:`rodless_base.ros.cdr` has them.
+"""
 
-from rodless_base.constants import CARRIAGE, SPOOL
+from collections.abc import Callable
+
+from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
 from rodless_base.measurement import Measurement
-from rodless_base.ros.topics import set_stamp
+from rodless_base.ros.cdr import Field, Layout
 from rodless_base.topics import PRESSURES
 from rodless_sim.physics.valve import spool_displacement
 
@@ -15,49 +17,56 @@ PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.
 # Uncompiled: compiling it would hold up the first sample that somebody records.
 _displacement = getattr(spool_displacement, "py_func", spool_displacement)
 
-
-def clock(nanoseconds: int) -> Clock:
-    """Plant time (ns) as a clock message."""
-    message = Clock()
-    set_stamp(message.clock, nanoseconds)
-    return message
+_CLOCK = Layout(Field.STAMP)
 
 
-def joint_state(
-    measurement: Measurement, velocity: float, piston_area: float, joint: str = CARRIAGE
-) -> JointState:
-    """Position (m), velocity (m/s) and pneumatic force (N) of the carriage, as ``joint``.
+def clock(nanoseconds: int) -> bytes:
+    """Plant time (ns) as a rosgraph_msgs/Clock."""
+    return _CLOCK.pack(*divmod(nanoseconds, NANOSECONDS_PER_SECOND))
 
-    The force is A (P_a - P_b) of the pressures read. The velocity is the true one: nothing on the
-    rig measures it.
+
+def joint_states(joint: str = CARRIAGE) -> Callable[[Measurement, float, float], bytes]:
+    """Return what makes a sensor_msgs/JointState of a measurement, velocity and piston area.
+
+    Position (m), velocity (m/s) and pneumatic force (N) of the carriage, as ``joint``. The force is
+    A (P_a - P_b) of the pressures read. The velocity is the true one: nothing on the rig measures
+    it.
     """
-    force = piston_area * (measurement.pressure_a - measurement.pressure_b)
-    # Fields one by one: what is given to the constructor replaces a default made for nothing.
-    message = JointState()
-    set_stamp(message.header.stamp, measurement.stamp)
-    message.name = [joint]
-    message.position = [measurement.position]
-    message.velocity = [velocity]
-    message.effort = [force]
-    return message
+    number = Field.NUMBER
+    layout = Layout(Field.STAMP, "", 1, joint, 1, number, 1, number, 1, number)
+
+    def pack(measurement: Measurement, velocity: float, piston_area: float) -> bytes:
+        force = piston_area * (measurement.pressure_a - measurement.pressure_b)
+        stamp = divmod(measurement.stamp, NANOSECONDS_PER_SECOND)
+        return layout.pack(*stamp, measurement.position, velocity, force)
+
+    return pack
 
 
-def valve_state(voltage: float, nanoseconds: int, joint: str = SPOOL) -> JointState:
-    """What the valve held up to a sample: displacement of its spool (m), eq. (24), and voltage (V).
+def valve_states(joint: str = SPOOL) -> Callable[[float, int], bytes]:
+    """Return what makes a sensor_msgs/JointState of a voltage (V) and plant time (ns).
 
-    The voltage stands in ``effort``: it is what drives the joint.
+    What the valve held up to a sample: displacement of its spool (m), eq. (24), and voltage. That
+    stands in ``effort``: it is what drives the joint.
     """
-    message = JointState()
-    set_stamp(message.header.stamp, nanoseconds)
-    message.name = [joint]
-    message.position = [_displacement(voltage)]
-    message.effort = [voltage]
-    return message
+    layout = Layout(Field.STAMP, "", 1, joint, 1, Field.NUMBER, 0, 1, Field.NUMBER)
+
+    def pack(voltage: float, nanoseconds: int) -> bytes:
+        stamp = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
+        return layout.pack(*stamp, _displacement(voltage), voltage)
+
+    return pack
 
 
-def pressure(value: float, variance: float, frame: str, nanoseconds: int) -> FluidPressure:
-    """Absolute pressure in Pa and its variance in Pa²; 0 is what the message defines as unknown."""
-    message = FluidPressure(fluid_pressure=value, variance=variance)
-    set_stamp(message.header.stamp, nanoseconds)
-    message.header.frame_id = frame
-    return message
+def pressures(frame: str) -> Callable[[float, float, int], bytes]:
+    """Return what makes a sensor_msgs/FluidPressure of pressure, variance and plant time (ns).
+
+    The pressure is absolute, in Pa, its variance in Pa²; 0 is what the message defines as unknown.
+    """
+    layout = Layout(Field.STAMP, frame, Field.NUMBER, Field.NUMBER)
+
+    def pack(value: float, variance: float, nanoseconds: int) -> bytes:
+        stamp = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
+        return layout.pack(*stamp, value, variance)
+
+    return pack

@@ -3,9 +3,11 @@
 from rclpy.logging import get_logger
 from std_msgs.msg import Float64
 
+from rodless_base.ros.cdr import unpack_float64
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
+from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import UNKNOWN, nodes
@@ -34,13 +36,14 @@ class PlantNode:
         self.node = DirectNode(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
+        self._clock = without_clock_topic(self.node)
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
         self._engine = Engine(values, self._publishers.publish)
         self._failure: str | None = None
         self._commands = self.node.create_subscription(
-            Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH
+            Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH, raw=True
         )
         self._commanders: dict[bytes, str] = {}
         self._time = self._make_time_keeper(values)
@@ -86,6 +89,7 @@ class PlantNode:
         return self._commanders
 
     def _poll(self) -> None:
+        tell_time(self._clock, self._engine.rig.nanoseconds)
         self._publishers.poll()
         self._time.poll()
         if self._time.paused:
@@ -105,8 +109,8 @@ class PlantNode:
         self._engine.configure(values)
         self._publishers.configure(values)
 
-    def _take_command(self, message: Float64) -> None:
-        self._time.receive(message.data)
+    def _take_command(self, message: bytes) -> None:
+        self._time.receive(unpack_float64(message))
 
 
 def load() -> None:

@@ -36,22 +36,25 @@ class SamplePublishers:
         self.outbox = Outbox(node)
         self._joint_states = publisher(JointState, JOINT_STATES)
         pressures = {
-            field: OnDemand(publisher(FluidPressure, topic), messages.pressure, self.outbox)
+            field: OnDemand(
+                publisher(FluidPressure, topic),
+                messages.pressures(prefixed(values, messages.PRESSURE_FRAMES[field])),
+                self.outbox,
+            )
             for field, topic in PRESSURES.items()
         }
         self._valve_state = OnDemand(
-            publisher(JointState, VALVE_STATE), messages.valve_state, self.outbox
+            publisher(JointState, VALVE_STATE),
+            messages.valve_states(prefixed(values, SPOOL)),
+            self.outbox,
         )
         self.clock = ClockPublishers(
             node,
             lambda topic: OnDemand(publisher(Clock, topic), messages.clock, self.outbox),
             bool(values["time.publish_clock"]),
         )
-        self._joint, self._spool = prefixed(values, CARRIAGE), prefixed(values, SPOOL)
-        self._pressures = [
-            (field, one, prefixed(values, messages.PRESSURE_FRAMES[field]))
-            for field, one in pressures.items()
-        ]
+        self._joint_message = messages.joint_states(prefixed(values, CARRIAGE))
+        self._pressures = list(pressures.items())
         # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
         self._awaited = [*pressures.values(), *self.clock.awaited]
         self._others = [self._valve_state, *self.clock.others]
@@ -88,11 +91,10 @@ class SamplePublishers:
         """Publish a sample: what the instruments read, and what only the true state has."""
         time = measurement.stamp
         self.clock.publish(time)
-        for field, publisher, frame in self._pressures:
-            value = getattr(measurement, field)
-            publisher.publish(value, self._pressure_variance, frame, time)
-        self._valve_state.publish(state.voltage, time, self._spool)
-        message = messages.joint_state(measurement, state.velocity, self._piston_area, self._joint)
+        for field, publisher in self._pressures:
+            publisher.publish(getattr(measurement, field), self._pressure_variance, time)
+        self._valve_state.publish(state.voltage, time)
+        message = self._joint_message(measurement, state.velocity, self._piston_area)
         self.outbox.send(self._joint_states, message)
 
 

@@ -132,12 +132,21 @@ def test_in_one_process_both_nodes_run_on_their_parameters(
     assert alone.executable == "plant"
 
 
+@pytest.mark.parametrize(("bag", "arguments"), [("", []), ("run1", ["run1"])])
+def test_one_process_records_itself(bag: str, arguments: list[str]) -> None:
+    """No recorder beside it; in a namespace, on the rig's own clock."""
+    (node,) = launch_nodes(RIG, use_composition="true", record="true", bag=bag, namespace="one")
+    start = node.command.index("--record")
+    assert node.command[start + 1 : node.command.index("--ros-args")] == arguments
+    assert "recorder:/clock:=clock" in node.command
+
+
 def test_a_rig_in_a_namespace_is_recorded_on_its_own_time(
     start_process: StartProcess, tmp_path: Path
 ) -> None:
     """All that it publishes and its clock, from sample 0 on, dated in its own plant time."""
     bag = tmp_path / "bag"
-    nodes = launch_nodes(RIG, namespace="taped", record="true", bag=str(bag))
+    nodes = launch_nodes(RIG, namespace="taped", mode="lockstep", record="true", bag=str(bag))
     with running(start_process, nodes) as (_, controller, _):
         until_it_says(controller, "move it with a set-point on /taped/setpoint")
     read = read_bag(bag)
@@ -159,7 +168,7 @@ def test_two_rigs_start_side_by_side(clock: str, owners: list[bool]) -> None:
     published = [parameters(rig, "plant")["time.publish_clock"] for rig in (left, right)]
     assert published == owners
     for rig, owner in zip((left, right), owners, strict=True):
-        assert ("controller:/clock:=clock" in rig[1].command) is not owner
+        assert ("recorder:/clock:=clock" in rig[1].command) is not owner
     presets = [rig[0].parameters[0].stem for rig in (left, right)]
     assert presets == ["paper", "calibrated"]
 

@@ -15,14 +15,7 @@ from rodless_lab.session.observer import Observer
 
 CLOSED = ControllerParameters().number("controller.neutral_voltage")
 
-# On /clock and watching, as the launch file starts it; in lock-step a session does neither.
-STEP = {
-    "reference.type": "step",
-    "reference.at": 0.02,
-    "reference.target": 0.02,
-    "use_sim_time": True,
-    "controller.position_timeout": 0.1,
-}
+STEP = {"reference.type": "step", "reference.at": 0.02, "reference.target": 0.02}
 
 
 def test_a_lock_step_plant_that_is_stopped_changes_no_number(rig_session: StartSession) -> None:
@@ -56,7 +49,7 @@ def test_a_lock_step_plant_that_is_stopped_changes_no_number(rig_session: StartS
 def test_pauses_steps_and_a_stop_are_told_apart_without_a_clock(
     observer: Observer, start_rig: StartRig, use_sim_time: bool
 ) -> None:
-    """Nobody publishes /clock, and the node's own time is the wall clock's or stands at 0.
+    """Nobody publishes /clock, and the node's own time is the wall clock's or the samples'.
 
     Paused for longer than every timeout and stepped in between, the plant is not lost; stopped, it
     is, and the valve commanded closed.

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 import pytest
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from running import StartRig
@@ -50,7 +51,6 @@ SUBSCRIBED = {
         "setpoint": FLOAT,
         "joint_commands": JOINT,
         "controller/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
-        "/clock": "rosgraph_msgs/msg/Clock",  # use_sim_time
         "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",  # of its plant
     },
 }
@@ -130,6 +130,25 @@ def test_publishers_lose_nothing_and_keep_nothing_for_later(observer: Observer, 
         for info in observer.node.get_publishers_info_by_topic(topic):
             assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE, topic
             assert info.qos_profile.durability == DurabilityPolicy.VOLATILE, topic
+
+
+def test_events_of_the_controller_are_dated_in_plant_time(observer: Observer) -> None:
+    """By its samples: it does not listen to /clock."""
+    assert observer.get_parameters("/controller", ["use_sim_time"]) == {"use_sim_time": True}
+    samples = observer.collect(JointState, "/joint_states")
+    events = observer.collect(ParameterEvent, "/parameter_events")
+    stamps: list[int] = []
+
+    def dated() -> bool:
+        known = len(events)
+        observer.set_parameters("/controller", {"controller.kd": 60.0 + len(stamps)})
+        observer.wait(lambda: len(events) > known, "the event")
+        stamps.append(stamp_nanoseconds(events[-1].stamp))
+        return stamps[-1] > 0
+
+    observer.wait(dated, "a date")
+    # Of the wall clock it would be decades.
+    assert stamps[-1] <= stamp_nanoseconds(observer.more(samples, 1)[0].header.stamp)
 
 
 def test_joint_is_the_carriage_in_si_units(observer: Observer) -> None:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
 
 from rodless_base.columns import quantities
 from rodless_base.measurement import Measurement
@@ -91,7 +93,7 @@ def test_everything_that_is_read_is_published() -> None:
 def test_joint_states_hold_readings_and_the_true_velocity() -> None:
     """Effort is A (P_a - P_b) of the pressures read: 490.874 mm² times 1 bar is 49.0874 N."""
     read = Measurement(1_500_000_000, 0.1, 4e5, 3e5, 6e5)
-    message = messages.joint_state(read, 0.02, 490.874e-6)
+    message = deserialize_message(messages.joint_states()(read, 0.02, 490.874e-6), JointState)
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
     assert list(message.position) == [0.1]
     assert list(message.velocity) == [0.02]

@@ -1,24 +1,17 @@
-"""Record topics until told to stop, as a process of its own."""
+"""Record topics until told to stop, in a process of its own or beside the nodes that publish."""
 
+import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from pathlib import Path
 
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.validate_topic_name import validate_topic_name
 
-from rodless_base.ros.process import run_node
+from rodless_base.ros.process import RunningNode, run_nodes
 from rodless_base.start import Stop
+from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
-
-
-@dataclass(frozen=True)
-class RecordResult:
-    """How a recording has ended."""
-
-    exit_code: int
-    missing: list[str]  # wanted topics that nobody published
-    lost: dict[str, int]  # messages that did not arrive, by topic
 
 
 def check_topic_name(text: str) -> str:
@@ -31,16 +24,25 @@ def check_topic_name(text: str) -> str:
 
 
 def record(
-    writer: BagWriter,
+    path: Path,
     topics: Sequence[str],
-    wall_time: bool,
     stop: Stop,
-    on_topics: Callable[[list[str]], None],
-) -> RecordResult:
-    """Record ``topics`` with ``writer`` until ``stop``, and close it.
+    wall_time: bool = False,
+    beside: Sequence[Callable[[], RunningNode]] = (),
+) -> int:
+    """Record ``topics`` into a new bag at ``path`` until ``stop``, and print what comes of it.
 
-    ``on_topics`` is told what is being recorded. ``writer.failure`` says whether the bag is whole.
+    ``beside`` makes nodes that share the process: what they publish reaches the bag without the
+    middleware, where that can be kept from delivering inside the process. Returns 2 for a bag that
+    cannot be begun, 1 for one that is not whole or a node that cannot be made.
     """
+    # From here on there is a bag to close, whenever the request to stop comes.
+    stop.from_now_on_wait()
+    try:
+        writer = BagWriter(path)
+    except BagError as error:
+        print(error, file=sys.stderr)
+        return 2
     recorders: list[Recorder] = []
 
     def end() -> None:
@@ -48,12 +50,28 @@ def record(
 
     def make() -> Recorder:
         recorders.append(
-            Recorder(writer, topics, wall_time=wall_time, on_topics=on_topics, on_failure=end)
+            Recorder(writer, topics, wall_time=wall_time, on_topics=_tell_topics, on_failure=end)
         )
         return recorders[0]
 
     with writer:
-        code = run_node(make, stop)
-    if not recorders:
-        return RecordResult(code, [], {})
-    return RecordResult(code, recorders[0].missing, dict(recorders[0].lost))
+        # The recorder first: it is closed last, and has the last that the others send.
+        code = run_nodes([make, *beside], stop)
+    print(f"{sum(writer.counts.values())} messages in {writer.path}")
+    for recorder in recorders:
+        _tell_what_is_missing(recorder)
+    if writer.failure is not None:
+        print(writer.failure, file=sys.stderr)
+        return 1
+    return code
+
+
+def _tell_topics(new: list[str]) -> None:
+    print(f"recording {', '.join(new)}", flush=True)
+
+
+def _tell_what_is_missing(recorder: Recorder) -> None:
+    for topic in recorder.missing:
+        print(f"{topic}: nobody published it", file=sys.stderr)
+    for topic, count in recorder.lost.items():
+        print(f"{topic}: {count} messages lost on the way", file=sys.stderr)

@@ -2,13 +2,12 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 
 from rclpy.subscription import Subscription
 
 from rodless_base.ros.diagnostics import steady_clock
-from rodless_base.ros.guarded_node import GuardedNode
+from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.message_info import Info, with_info
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
@@ -51,7 +50,7 @@ class Recorder:
         then on those that join them. ``on_failure`` is called when the
         bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
         """
-        self.node = GuardedNode(
+        self.node = DirectNode(
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
         )
         self._writer = writer
@@ -91,8 +90,7 @@ class Recorder:
         if subscription is None:
             return False
         publishers: int = self.node.count_publishers(topic)
-        matched: int = subscription.get_publisher_count()
-        return 0 < publishers <= matched
+        return 0 < publishers <= self.node.count_matched(subscription)
 
     def close(self) -> None:
         """Record what has arrived so far and destroy the node; the bag is still to be closed.
@@ -102,6 +100,7 @@ class Recorder:
         now = time.time_ns()
         for subscription in self._subscriptions.values():
             _take_sent(subscription, now)
+            self.node.deliver_waiting(subscription)
         self._write(self._clock.finish())
         self.node.destroy_node()
 
@@ -110,8 +109,7 @@ class Recorder:
         if self._clock.base is TimeBase.UNKNOWN and self._clock_is_missing():
             self._write(self._clock.finish())
         self._write(self._clock.poll())
-        with self._stopping():
-            self._writer.flush()
+        self._attempt(self._writer.flush)
         self._tell()
 
     def _tell(self) -> None:
@@ -182,18 +180,21 @@ class Recorder:
             self.lost[topic] += sequence - before - 1
 
     def _write(self, messages: Iterable[Timed]) -> None:
-        with self._stopping():
-            for arrival, log_time, publish_time in messages:
-                self._writer.write(
-                    arrival.topic, arrival.data, log_time, publish_time, arrival.sequence
-                )
+        for arrival, log_time, publish_time in messages:
+            self._attempt(
+                self._writer.write,
+                arrival.topic,
+                arrival.data,
+                log_time,
+                publish_time,
+                arrival.sequence,
+            )
 
-    @contextmanager
-    def _stopping(self) -> Iterator[None]:
+    def _attempt(self, action: Callable[..., None], *arguments: object) -> None:
         """Report the first failure to write; the writer refuses everything after it."""
         failed_before = self._writer.failure is not None
         try:
-            yield
+            action(*arguments)
         except BagError:
             if not failed_before:
                 self._on_failure()

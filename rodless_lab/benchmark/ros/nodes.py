@@ -1,9 +1,11 @@
 """What the nodes cost and how well they keep time, measured over DDS on this machine."""
 
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import psutil
@@ -13,7 +15,7 @@ from std_msgs.msg import Float64
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.topics import QUEUE_DEPTH
+from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.benchmark.statistics import answer_times, milliseconds, statistics
 from rodless_lab.session.domain import own_domain
@@ -23,9 +25,6 @@ from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
 # Wall-clock seconds: of a measurement in real time, and of waiting for the nodes to appear.
 MEASURED_SECONDS = 8.0
 START_SECONDS = 120.0
-
-# Plant time of a lock-step measurement, long enough for several diagnostics.
-LOCKSTEP_SECONDS = 90.0
 
 STEP = {"reference.type": "step", "reference.at": 0.5, "reference.target": 0.058}
 
@@ -62,9 +61,10 @@ def bench(
     plant: Mapping[str, object],
     controller: Mapping[str, object],
     one_process: bool = False,
+    record: str | None = None,
 ) -> Iterator[Bench]:
     """Run the rig in a domain of its own; ``check`` is called all the while."""
-    plan = ProcessPlan(plant=plant, controller=controller, one_process=one_process)
+    plan = ProcessPlan(plant=plant, controller=controller, one_process=one_process, record=record)
     with own_domain() as environment, run_rig(plan, environment) as processes:
 
         def check_all() -> None:
@@ -103,23 +103,38 @@ def bench_realtime(rate: float, check: Callable[[], object]) -> dict[str, float]
     return figures
 
 
-def bench_lockstep(one_process: bool, check: Callable[[], object]) -> dict[str, float]:
-    """Plant seconds per wall-clock second in lock-step at 1 kHz."""
-    plant = {"time.mode": "lockstep", "time.duration": LOCKSTEP_SECONDS}
-    seen: list[tuple[float, float]] = []
+def bench_lockstep(check: Callable[[], object]) -> dict[str, float]:
+    """Lock-step at 1 kHz: in one process, in one that records itself, and in two."""
+    with tempfile.TemporaryDirectory(prefix="rodless_sim-") as folder:
+        bag = str(Path(folder, "bag"))
+        return {
+            **_lockstep("one process", check, one_process=True),
+            **_lockstep("one process with recorder", check, one_process=True, record=bag),
+            **_lockstep("two processes", check),
+        }
 
-    def take(message: DiagnosticArray) -> None:
-        if message.status[0].name == "/plant":
-            stamp = message.header.stamp
-            seconds = stamp.sec + stamp.nanosec * SECONDS_PER_NANOSECOND
-            seen.append((time.monotonic(), seconds))
 
-    with bench(check, plant, STEP, one_process) as rig:
+def _lockstep(
+    kind: str, check: Callable[[], object], one_process: bool = False, record: str | None = None
+) -> dict[str, float]:
+    """Plant seconds per wall-clock second and, whatever else runs, processor time."""
+    # Plant time, wall clock, processor time of all nodes, in s.
+    seen: list[tuple[float, float, float]] = []
+    with bench(check, {"time.mode": "lockstep"}, STEP, one_process, record) as rig:
+
+        def take(message: DiagnosticArray) -> None:
+            if message.status[0].name == "/plant":
+                seconds = stamp_nanoseconds(message.header.stamp) * SECONDS_PER_NANOSECOND
+                used = sum(rig.processor_seconds().values())
+                seen.append((seconds, time.monotonic(), used))
+
         rig.observer.subscribe(DiagnosticArray, "/diagnostics", take)
-        rig.observer.wait(lambda: seen and seen[-1][1] >= LOCKSTEP_SECONDS, "the end of the run")
-    under_way = [(wall, plant) for wall, plant in seen if 0.0 < plant < LOCKSTEP_SECONDS]
-    (first_wall, first), (last_wall, last) = under_way[0], under_way[-1]
-    kind = "one process" if one_process else "two processes"
+        # The first report after the start is of a run that has just begun.
+        rig.observer.wait(lambda: sum(one[0] > 0.0 for one in seen) > 1, "a run under way")
+        first, start = seen[-1], time.monotonic()
+        rig.observer.wait(lambda: time.monotonic() - start > MEASURED_SECONDS, "the measurement")
+    advanced, elapsed, used = np.subtract(seen[-1], first)
     return {
-        f"lockstep, {kind}: plant s per wall-clock s": (last - first) / (last_wall - first_wall)
+        f"lockstep, {kind}: plant s per wall-clock s": advanced / elapsed,
+        f"lockstep, {kind}: processor s per plant s": used / advanced,
     }

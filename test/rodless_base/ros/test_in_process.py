@@ -18,9 +18,11 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from std_msgs.msg import Float64
 from rodless_base.ros.in_process import DirectNode, deliver_directly
+from rodless_base.ros.message_info import with_info
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import LOSSLESS
 from rodless_lab.session.network import leave_out_own_endpoints
@@ -103,6 +105,25 @@ spin_until(lambda: arrived() and len(heard) >= 4 and len(at_other) >= 2, "the la
 facts["heard here"] = sorted(message.data for _, message in heard)
 facts["heard there"] = sorted(message.data for message in at_other)
 
+# As bytes, for who wants them so; bytes that are published are a message for the others.
+raw, cooked, told = [], [], []
+bytes_at = there.create_subscription(Float64, "/forms", raw.append, LOSSLESS, raw=True)
+there.create_subscription(Float64, "/forms", cooked.append, 10)
+there.create_subscription(Float64, "/forms", with_info(lambda _, info: told.append(info)), 10)
+forms = here.create_publisher(Float64, "/forms", 10)
+forms.publish(Float64(data=5.0))
+forms.publish(serialize_message(Float64(data=6.0)))
+spin_until(lambda: len(told) == 2, "both forms")
+facts["raw"] = [deserialize_message(one, Float64).data for one in raw]
+facts["cooked"] = [one.data for one in cooked]
+facts["numbered"] = [one["publication_sequence_number"] for one in told]
+facts["matched"] = [there.count_matched(bytes_at), there.count_matched(first)]
+forms.publish(Float64(data=7.0))
+there.deliver_waiting(bytes_at)
+facts["taken out of turn"] = [deserialize_message(raw[-1], Float64).data, len(cooked)]
+spin_until(lambda: len(told) == 3, "the others")
+facts["no second time"] = len(raw)
+
 there.destroy_subscription(first)
 facts["without readers"] = one.get_subscription_count()
 
@@ -160,6 +181,23 @@ def test_everybody_else_is_served_by_the_middleware_and_nobody_twice(facts: Any)
     """A node beside the process hears it and is heard, each message once."""
     assert facts["heard here"] == [1.0, 2.0, 3.0, 4.0]
     assert facts["heard there"] == [1.0, 3.0]
+
+
+def test_each_gets_the_message_in_the_form_it_has_asked_for(facts: Any) -> None:
+    """Bytes or a message, however it was published, and numbered as the middleware does."""
+    assert facts["raw"] == facts["cooked"] == [5.0, 6.0]
+    assert facts["numbered"] == [1, 2]
+
+
+def test_publishers_of_the_same_process_count_as_matched(facts: Any) -> None:
+    """One here; of the topic that somebody else publishes too, both."""
+    assert facts["matched"] == [1, 2]
+
+
+def test_what_waits_for_a_subscription_can_be_taken_out_of_turn(facts: Any) -> None:
+    """For this one only, and not once more when its turn comes."""
+    assert facts["taken out of turn"] == [7.0, 2]
+    assert facts["no second time"] == 3
 
 
 def test_a_subscription_that_is_gone_gets_nothing(facts: Any) -> None:

@@ -3,9 +3,12 @@
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 from running import StartProcess
+from sensor_msgs.msg import JointState
 
+from rodless_lab import read_bag
 from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
@@ -40,6 +43,31 @@ def test_the_plant_can_be_started_alone(rodless: StartProcess, observer: Observe
         assert ("controller", "/alone") not in observer.node.get_node_names_and_namespaces()
         rig.signal(signal.SIGINT)
         assert rig.wait(STOP_SECONDS) == 0
+
+
+def test_it_records_itself_until_ctrl_c(
+    rodless: StartProcess, observer: Observer, tmp_path: Path
+) -> None:
+    """In one process, from sample 0 on; the bag is closed and its messages are counted."""
+    bag = tmp_path / "bag"
+    with rodless("rig", "--namespace", "taped", "--record", str(bag)) as rig:
+        observer.more(observer.collect(JointState, "/taped/joint_states"), 10)
+        assert ("recorder", "/taped") in observer.node.get_node_names_and_namespaces()
+        rig.signal(signal.SIGINT)
+        assert rig.wait() == 0
+        assert f"messages in {bag}" in rig.output
+    read = read_bag(bag)
+    for topic in ("/taped/joint_states", "/taped/valve/state", "/taped/supply/pressure", "/clock"):
+        assert read[topic].log_time[0] == 0
+        assert np.all(np.diff(read[topic].log_time) == 1_000_000)
+    assert len(read["/taped/valve/voltage"]) > 0
+
+
+def test_a_plant_alone_does_not_record_itself(rodless: StartProcess) -> None:
+    """Exit code 2, and what to use instead."""
+    with rodless("rig", "--without-controller", "--record") as rig:
+        assert rig.wait() == 2
+        assert "use `rodless record` here" in rig.output
 
 
 @pytest.mark.parametrize("options", ["--parameters nowhere.yaml", "--preset papier"])
