@@ -244,6 +244,10 @@ def test_a_limit_must_leave_the_set_point_in_force_within(kind: str) -> None:
         with pytest.raises(ParameterError, match=re.escape(refusal)):
             found.check(parameters(kind, **change))
     found.check(parameters(kind, minimum=0.15, maximum=0.16))
+    # At a limit is within it.
+    target = found.target
+    found.check(parameters(kind, maximum=target))
+    found.check(parameters(kind, minimum=target))
     found.check(parameters("step", maximum=0.1))
     found.receive(0.05)
     found.check(parameters(kind, maximum=0.1))
