@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from running import StartProcess
-from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
 
 from rodless_lab import read_bag
 from rodless_lab.session.observer import Observer
@@ -51,8 +51,10 @@ def test_it_records_itself_until_ctrl_c(
     """In one process, from sample 0 on; the bag is closed and its messages are counted."""
     bag = tmp_path / "bag"
     with rodless("rig", "--namespace", "taped", "--record", str(bag)) as rig:
-        observer.more(observer.collect(JointState, "/taped/joint_states"), 10)
-        assert ("recorder", "/taped") in observer.node.get_node_names_and_namespaces()
+        topic = "/taped/valve/voltage"
+        listeners = observer.node.get_subscriptions_info_by_topic
+        observer.wait(lambda: "recorder" in {of.node_name for of in listeners(topic)}, "a recorder")
+        observer.more(observer.collect(Float64, topic), 10)
         rig.signal(signal.SIGINT)
         assert rig.wait() == 0
         assert f"messages in {bag}" in rig.output
