@@ -8,6 +8,9 @@ from traceback import walk_tb
 # Long enough for a path and a sentence; a log that repeats it stays readable.
 LONGEST = 500
 
+# Bits of the longest whole number whose first and last digits are shown.
+LONGEST_WRITTEN = 10_000
+
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = _short.maxlong = 80
 _short.maxlist = _short.maxtuple = _short.maxdict = 8
@@ -23,8 +26,8 @@ class OneLineError(ValueError):
 def shown(value: object) -> str:
     """Return ``repr(value)`` in one line of at most ``LONGEST`` characters; never raises."""
     try:
-        if isinstance(value, int) and value.bit_length() > LONGEST:
-            # Python writes none of more than some thousand digits.
+        if isinstance(value, int) and value.bit_length() > LONGEST_WRITTEN:
+            # Python writes none of more than 4300 digits.
             return f"a whole number of some {round(value.bit_length() * math.log10(2))} digits"
         # Shortens long texts and deep containers before it spells them out.
         return in_one_line(_short.repr(value))

@@ -28,7 +28,7 @@ SHARES = {
 SMOKE = {"python": 3000, "files": 200, "bags": 100, "nodes": 100, "dds": 40}
 
 # Wall-clock s that a process may take beyond its time: importing, compiling, one last input.
-ALLOWANCE = 300.0
+ALLOWANCE = 1800.0
 
 
 def arguments() -> argparse.Namespace:

@@ -40,7 +40,7 @@ def test_odd_inputs_end_in_success_or_in_a_refusal_of_our_own() -> None:
         [sys.executable, str(FOLDER), "--smoke"],
         capture_output=True,
         text=True,
-        timeout=1500.0,
+        timeout=3000.0,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
