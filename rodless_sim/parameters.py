@@ -9,7 +9,16 @@ from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Val
 from rodless_sim import timing
 from rodless_sim.instruments import instruments
 from rodless_sim.node import command
-from rodless_sim.physics import air, cylinder, end_stop, forces, friction, valve, valve_assembly
+from rodless_sim.physics import (
+    air,
+    cylinder,
+    end_stop,
+    forces,
+    friction,
+    heat,
+    valve,
+    valve_assembly,
+)
 
 DECLARATIONS = collect(
     air.PARAMETERS,
@@ -17,6 +26,7 @@ DECLARATIONS = collect(
     valve.PARAMETERS,
     command.PARAMETERS,
     cylinder.PARAMETERS,
+    heat.PARAMETERS,
     end_stop.PARAMETERS,
     forces.PARAMETERS,
     friction.PARAMETERS,

@@ -17,7 +17,7 @@ from rodless_sim.physics.faults import simulation_error
 from rodless_sim.physics.friction import FORMS
 from rodless_sim.physics.friction_forms import saturating
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, Motion
 from rodless_sim.physics.valve_assemblies import reconciled
 from rodless_sim.physics.valve_assembly import ASSEMBLIES
 from rodless_sim.trace import COLUMNS
@@ -80,8 +80,11 @@ class _Motion(ctypes.Structure):
 
 def _plant(plant: Plant) -> _Plant:
     """Return the constants as C has them; raises ValueError for a rig that it does not know."""
-    if ASSEMBLIES[plant.assembly.code] is not reconciled or plant.cylinder.locked:
-        raise ValueError("the C file knows the reconciled valve and a free carriage only")
+    if ASSEMBLIES[plant.assembly.code] is not reconciled or plant.cylinder.locked or plant.heat:
+        raise ValueError(
+            "the C file knows the reconciled valve, a free carriage and the paper's "
+            "thermodynamics only"
+        )
     known = {
         **plant.air._asdict(),
         **plant.valve._asdict(),
@@ -139,7 +142,7 @@ class CFile:
         plant: Plant,
         gains: Gains,
         references: Array,
-        state: Motion,
+        state: AnyMotion,
         period: float,
         tolerance: float,
     ) -> tuple[Array, Array]:
@@ -165,7 +168,7 @@ class CFile:
         return rows, commands
 
     def open_loop(
-        self, plant: Plant, voltages: Array, state: Motion, period: float, tolerance: float
+        self, plant: Plant, voltages: Array, state: AnyMotion, period: float, tolerance: float
     ) -> Array:
         """Apply ``voltages``, shape (n,): n + 1 rows. Raises SimulationError."""
         rows = np.empty((len(voltages) + 1, len(COLUMNS)))

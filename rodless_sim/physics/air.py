@@ -23,7 +23,8 @@ PARAMETERS = declare(
         "supply.temperature",
         297.0,
         "K",
-        "supply temperature T_s, which the air keeps everywhere",
+        "supply temperature T_s; the air keeps it everywhere, unless chambers.thermodynamics "
+        "gives the chambers temperatures of their own",
         f"{PAPER}, 3.5",
         200.0,
         400.0,
@@ -41,7 +42,8 @@ PARAMETERS = declare(
         "atmosphere.temperature",
         293.15,
         "K",
-        "ambient temperature, at which free-air flow is stated",
+        "ambient temperature: of air that comes from the atmosphere, and at which free-air flow is "
+        "stated",
         "ISO 8778 reference atmosphere",
         200.0,
         400.0,

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from rodless_base.kernels import kernel
+from rodless_base.kernels import kernel, kernel_by_type
 from rodless_sim.physics.cylinder import PressureRate, chamber_rate, volume_a, volume_b
 from rodless_sim.physics.force import Force
 from rodless_sim.physics.forces import other_forces
@@ -11,7 +11,7 @@ from rodless_sim.physics.friction import sliding
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import Inflow, inflow_a, inflow_b
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, Motion
 
 
 class Rates(NamedTuple):
@@ -38,7 +38,7 @@ class Inflows(NamedTuple):
 
 
 @kernel
-def applied(plant: Plant, state: Motion) -> Force:
+def applied(plant: Plant, state: AnyMotion) -> Force:
     """Applied force without friction, the F_e of eq. (28)."""
     push = plant.cylinder.piston_area * (state.pressure_a - state.pressure_b)
     others = other_forces(plant.forces, state)
@@ -46,7 +46,7 @@ def applied(plant: Plant, state: Motion) -> Force:
 
 
 @kernel
-def net_force(plant: Plant, state: Motion) -> float:
+def net_force(plant: Plant, state: AnyMotion) -> float:
     """Applied force without friction in N, the F_e of eq. (28)."""
     return applied(plant, state).force
 
@@ -66,7 +66,7 @@ def breakaway_limits(plant: Plant, position: float) -> tuple[float, float]:
 
 
 @kernel
-def sliding_direction(plant: Plant, state: Motion) -> int:
+def sliding_direction(plant: Plant, state: AnyMotion) -> int:
     """Return +1 or -1 for a sliding carriage, 0 for one that sticks, eq. (28)."""
     speed = abs(state.velocity)
     if not plant.cylinder.locked and speed > plant.friction.capture_velocity:
@@ -80,7 +80,7 @@ def sliding_direction(plant: Plant, state: Motion) -> int:
     return 1 if force > high else -1
 
 
-@kernel
+@kernel_by_type
 def inflows(plant: Plant, lands: Lands, state: Motion) -> Inflows:
     """Return what flows into both chambers."""
     return Inflows(
@@ -88,7 +88,7 @@ def inflows(plant: Plant, lands: Lands, state: Motion) -> Inflows:
     )
 
 
-@kernel
+@kernel_by_type
 def pressure_rates(
     plant: Plant, state: Motion, flows: Inflows, velocity: float
 ) -> tuple[PressureRate, PressureRate]:
@@ -105,7 +105,7 @@ def pressure_rates(
 
 
 @kernel
-def sliding_rates(plant: Plant, state: Motion, flows: Inflows, direction: int) -> Rates:
+def sliding_rates(plant: Plant, state: AnyMotion, flows: Inflows, direction: int) -> Rates:
     """Eqs. (26) and (31) for a carriage that slides in ``direction`` (+1 or -1)."""
     mass = plant.cylinder.moving_mass
     force = applied(plant, state)
@@ -122,12 +122,18 @@ def sliding_rates(plant: Plant, state: Motion, flows: Inflows, direction: int) -
     )
 
 
+@kernel_by_type
+def motion_rate(velocity: float, acceleration: float, a: PressureRate, b: PressureRate) -> Motion:
+    """Return the rate of change of the state from those of carriage and chambers."""
+    return Motion(velocity, acceleration, a.rate, b.rate)
+
+
 @kernel
-def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
+def rates(plant: Plant, lands: Lands, state: AnyMotion, direction: int) -> AnyMotion:
     """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
     flows = inflows(plant, lands, state)
     if direction == 0:
         a, b = pressure_rates(plant, state, flows, 0.0)
-        return Motion(0.0, 0.0, a.rate, b.rate)
+        return motion_rate(0.0, 0.0, a, b)
     found = sliding_rates(plant, state, flows, direction)
-    return Motion(found.velocity, found.acceleration, found.a.rate, found.b.rate)
+    return motion_rate(found.velocity, found.acceleration, found.a, found.b)

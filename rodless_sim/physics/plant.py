@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from rodless_base.parameters import ParameterSet
-from rodless_sim.physics import forces
+from rodless_sim.physics import forces, heat
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
@@ -24,6 +24,7 @@ class Plant(NamedTuple):
     forces: tuple[Any, ...]  # constants of each of forces.FORCES
     supply_pressure: float  # Pa, absolute
     ambient_pressure: float  # Pa, absolute
+    heat: Any  # Heat, () where the chambers have no temperatures of their own
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
@@ -38,4 +39,5 @@ class Plant(NamedTuple):
             forces=forces.of(parameters),
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),
+            heat=heat.of(parameters),
         )

@@ -17,13 +17,22 @@ def openings(plant: Plant, voltage: float) -> Lands:
 
 
 @kernel
-def flow_past(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> Flow:
-    """Flow from side 1 to side 2 of an edge: orifice and gap side by side."""
+def restrictions(
+    plant: Plant, edge: Edge, pressure_1: float, pressure_2: float
+) -> tuple[Flow, Flow]:
+    """Flows from side 1 to side 2 through the orifice of an edge and through its gap."""
     air, assembly = plant.air, plant.assembly
-    return both(
+    return (
         orifice(air, edge.orifice_area, pressure_1, pressure_2),
         valve_assembly.gap(assembly.code, assembly.own, air, edge, pressure_1, pressure_2),
     )
+
+
+@kernel
+def flow_past(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> Flow:
+    """Flow from side 1 to side 2 of an edge: orifice and gap side by side."""
+    through, along = restrictions(plant, edge, pressure_1, pressure_2)
+    return both(through, along)
 
 
 @kernel
