@@ -33,7 +33,7 @@ PARAMETERS = declare(
         "",
         f"{ADIABATIC}: eq. (26), all air has the supply's temperature; {ENERGY_BALANCE}: each "
         "chamber has a temperature of its own and exchanges heat with its wall",
-        f"{PAPER}, eq. (26); docs/heat.md",
+        f"{PAPER}, eq. (26); docs/options/heat.md",
         choices=(ADIABATIC, ENERGY_BALANCE),
         fixed=True,
     ),

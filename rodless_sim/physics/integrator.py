@@ -15,8 +15,9 @@ The matrix is an arrowhead: every state changes with itself, with position and v
 the acceleration with all of them. Each chamber is eliminated by :func:`leaf`, then the position,
 and the velocity is what remains. A further state that changes with itself and the carriage (a
 bristle, a coupled mass) is one more leaf here and one more term of the velocity's pivot; states
-that change with each other (pressure and temperature of one chamber) are one leaf of two states. A
-state that an option leaves out has no leaf and costs nothing.
+that change with each other are one leaf of two states, as pressure and temperature of one chamber
+in :mod:`~rodless_sim.physics.heated`. A state that an option leaves out has no leaf and costs
+nothing.
 """
 
 from typing import Any, NamedTuple
