@@ -1,4 +1,4 @@
-"""Chamber pressures of a held carriage once the flows through the valve balance."""
+"""Chamber pressures of a held carriage once the flows through valve and leaks balance."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -6,12 +6,11 @@ from functools import lru_cache
 
 from scipy.optimize import brentq
 
+from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
-
-ChamberFlow = Callable[[Plant, Lands, float], float]
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 
 
 @lru_cache(maxsize=256)
@@ -24,19 +23,26 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
     lands = openings(plant, voltage)
     supply, ambient = plant.supply_pressure, plant.ambient_pressure
 
-    def balance(chamber_flow: ChamberFlow) -> float:
-        def net(pressure: float) -> float:
-            return chamber_flow(plant, lands, pressure)
+    def net(pressure_a: float, pressure_b: float) -> tuple[float, float]:
+        a, b = inflows(plant, lands, Motion(0.0, 0.0, pressure_a, pressure_b))
+        return a.mass_flow, b.mass_flow
 
-        if net(ambient) <= 0.0:
+    def balance(chamber_flow: Callable[[float], float]) -> float:
+        if chamber_flow(ambient) <= 0.0:
             return ambient
         # Coefficients beyond any valve overflow, and then no pressure balances either.
-        if net(supply) <= 0.0:
+        if chamber_flow(supply) <= 0.0:
             with suppress(ValueError, RuntimeError):
-                return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
+                return float(brentq(chamber_flow, ambient, supply, xtol=1e-6, rtol=1e-14))
         raise SimulationError(
             f"the chambers do not settle at {voltage:g} V; check valve.area_coefficients and "
             "valve.flow_coefficients"
         )
 
-    return balance(flow_into_a), balance(flow_into_b)
+    def balance_a(pressure_b: float) -> float:
+        return balance(lambda pressure: net(pressure, pressure_b)[0])
+
+    if plant.leak.across == 0.0:
+        return balance_a(ambient), balance(lambda pressure: net(ambient, pressure)[1])
+    pressure_b = balance(lambda pressure: net(balance_a(pressure), pressure)[1])
+    return balance_a(pressure_b), pressure_b
