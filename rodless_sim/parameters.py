@@ -13,9 +13,11 @@ from rodless_sim.physics import (
     air,
     cylinder,
     end_stop,
+    flow_law,
     forces,
     friction,
     heat,
+    leak,
     valve,
     valve_assembly,
 )
@@ -24,9 +26,11 @@ DECLARATIONS = collect(
     air.PARAMETERS,
     valve_assembly.PARAMETERS,
     valve.PARAMETERS,
+    flow_law.PARAMETERS,
     command.PARAMETERS,
     cylinder.PARAMETERS,
     heat.PARAMETERS,
+    leak.PARAMETERS,
     end_stop.PARAMETERS,
     forces.PARAMETERS,
     friction.PARAMETERS,
@@ -81,7 +85,12 @@ class RigParameters(ParameterSet):
 
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""
-        sockets = (*valve_assembly.ASSEMBLIES, *friction.FORMS, *forces.FORCES)
+        sockets = (
+            *valve_assembly.ASSEMBLIES,
+            *flow_law.LAWS,
+            *friction.FORMS,
+            *forces.FORCES,
+        )
         for thing in (air, valve, friction, cylinder, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)

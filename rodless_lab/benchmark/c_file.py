@@ -13,7 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_control.laws.pid import Command, Gains
+from rodless_sim import RigParameters
+from rodless_sim.physics import forces
 from rodless_sim.physics.faults import simulation_error
+from rodless_sim.physics.flow_law import LAWS
+from rodless_sim.physics.flow_laws import nozzle
 from rodless_sim.physics.friction import FORMS
 from rodless_sim.physics.friction_forms import saturating
 from rodless_sim.physics.plant import Plant
@@ -80,10 +84,19 @@ class _Motion(ctypes.Structure):
 
 def _plant(plant: Plant) -> _Plant:
     """Return the constants as C has them; raises ValueError for a rig that it does not know."""
-    if ASSEMBLIES[plant.assembly.code] is not reconciled or plant.cylinder.locked or plant.heat:
+    if ASSEMBLIES[plant.assembly.code] is not reconciled or plant.cylinder.locked:
+        raise ValueError("the C file knows the reconciled valve and a free carriage only")
+    # Nor what the paper leaves out.
+    beyond = (
+        LAWS[plant.flow_law.code] is not nozzle
+        or plant.leak.open
+        or plant.heat
+        or plant.air.chamber_index != plant.air.isentropic_index
+        or plant.forces != forces.of(RigParameters())
+    )
+    if beyond:
         raise ValueError(
-            "the C file knows the reconciled valve, a free carriage and the paper's "
-            "thermodynamics only"
+            "the C file knows no flow law, leak, tilt, exponent or heat beyond the paper"
         )
     known = {
         **plant.air._asdict(),

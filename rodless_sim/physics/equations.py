@@ -3,12 +3,13 @@
 import math
 from typing import NamedTuple
 
-from rodless_base.kernels import kernel, kernel_by_type
+from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel
 from rodless_sim.physics.cylinder import PressureRate, chamber_rate, volume_a, volume_b
 from rodless_sim.physics.force import Force
 from rodless_sim.physics.forces import other_forces
 from rodless_sim.physics.friction import sliding
 from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.leak import Leaking, leaking
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import Inflow, inflow_a, inflow_b
 from rodless_sim.physics.state import AnyMotion, Motion
@@ -18,7 +19,7 @@ class Rates(NamedTuple):
     """Rates of change of a sliding rig, and all that they change with.
 
     The acceleration changes with both pressures, with opposite signs; each pressure changes with
-    itself and the carriage, not with the other.
+    itself and the carriage, and with the other where air leaks past the piston.
     """
 
     velocity: float  # m/s
@@ -82,9 +83,30 @@ def sliding_direction(plant: Plant, state: AnyMotion) -> int:
 
 @kernel_by_type
 def inflows(plant: Plant, lands: Lands, state: Motion) -> Inflows:
-    """Return what flows into both chambers."""
-    return Inflows(
-        inflow_a(plant, lands, state.pressure_a), inflow_b(plant, lands, state.pressure_b)
+    """Return what flows into both chambers: through the valve, less what leaks out."""
+    a = inflow_a(plant, lands, state.pressure_a)
+    b = inflow_b(plant, lands, state.pressure_b)
+    if plant.leak.open:
+        return less_leaks(plant, state, Inflows(a, b))
+    return Inflows(a, b)
+
+
+@outlined_kernel
+def less_leaks(plant: Plant, state: Motion, flows: Inflows) -> Inflows:
+    """``flows`` into both chambers less what leaks out of them."""
+    a, b = leaking(
+        plant.leak, plant.air, plant.ambient_pressure, state.pressure_a, state.pressure_b
+    )
+    return Inflows(less(flows.a, a), less(flows.b, b))
+
+
+@kernel
+def less(flow: Inflow, out: Leaking) -> Inflow:
+    """``flow`` into a chamber less what leaks out of it."""
+    return Inflow(
+        flow.mass_flow - out.mass_flow,
+        flow.by_pressure - out.by_pressure,
+        flow.by_other - out.by_other,
     )
 
 
@@ -98,9 +120,10 @@ def pressure_rates(
     a, b = flows
     first = volume_a(cylinder, state.position)
     second = volume_b(cylinder, state.position)
+    one, other = state.pressure_a, state.pressure_b
     return (
-        chamber_rate(air, first, area, velocity, state.pressure_a, a.mass_flow, a.by_pressure),
-        chamber_rate(air, second, -area, velocity, state.pressure_b, b.mass_flow, b.by_pressure),
+        chamber_rate(air, first, area, velocity, one, a.mass_flow, a.by_pressure, a.by_other),
+        chamber_rate(air, second, -area, velocity, other, b.mass_flow, b.by_pressure, b.by_other),
     )
 
 

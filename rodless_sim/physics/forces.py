@@ -15,7 +15,7 @@ from rodless_sim.physics.force import NO_FORCE, Force, together
 
 FORCES = modules(
     "rodless_sim.physics",
-    (),
+    ("rail",),
 )
 
 PARAMETERS = collect(*(member.PARAMETERS for member in FORCES))

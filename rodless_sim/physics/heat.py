@@ -22,21 +22,11 @@ from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import piston_area
-from rodless_sim.physics.sources import JUDGEMENT, PAPER
+from rodless_sim.physics.sources import JUDGEMENT
 
-ADIABATIC, ENERGY_BALANCE = "adiabatic", "energy_balance"
+ENERGY_BALANCE = "energy_balance"
 
 PARAMETERS = declare(
-    Parameter(
-        "chambers.thermodynamics",
-        ADIABATIC,
-        "",
-        f"{ADIABATIC}: eq. (26), all air has the supply's temperature; {ENERGY_BALANCE}: each "
-        "chamber has a temperature of its own and exchanges heat with its wall",
-        f"{PAPER}, eq. (26); docs/options/heat.md",
-        choices=(ADIABATIC, ENERGY_BALANCE),
-        fixed=True,
-    ),
     Parameter(
         "chambers.heat_transfer_coefficient",
         50.0,
@@ -69,14 +59,21 @@ class Heat(NamedTuple):
 
 
 class NetInflow(NamedTuple):
-    """The net mass flow into a chamber and the enthalpy it brings, by the state of the chamber."""
+    """The net mass flow into a chamber and the enthalpy it brings, by the states of both chambers.
+
+    Those of the other matter where air leaks past the piston.
+    """
 
     mass_flow: float  # kg/s
     by_pressure: float  # kg/(s·Pa)
     by_temperature: float  # kg/(s·K)
+    by_other_pressure: float  # kg/(s·Pa)
+    by_other_temperature: float  # kg/(s·K)
     enthalpy_flow: float  # W
     enthalpy_by_pressure: float  # W/Pa
     enthalpy_by_temperature: float  # W/K
+    enthalpy_by_other_pressure: float  # W/Pa
+    enthalpy_by_other_temperature: float  # W/K
 
 
 class Row(NamedTuple):
@@ -87,6 +84,8 @@ class Row(NamedTuple):
     by_velocity: float  # unit/m
     by_pressure: float  # unit/(s·Pa)
     by_temperature: float  # unit/(s·K)
+    by_other_pressure: float  # unit/(s·Pa), with the other chamber's
+    by_other_temperature: float  # unit/(s·K), likewise
 
 
 class HeatedRate(NamedTuple):
@@ -158,6 +157,8 @@ def heated_rate(
         -index * pressure * area / volume,
         (less * inflow.enthalpy_by_pressure - index * growth) / volume,
         less * power_by_temperature / volume,
+        less * inflow.enthalpy_by_other_pressure / volume,
+        less * inflow.enthalpy_by_other_temperature / volume,
     )
     share = temperature / (pressure * volume)
     exchange = constant * inflow.mass_flow
@@ -175,5 +176,15 @@ def heated_rate(
         share
         * (less * power_by_temperature - exchange - constant * temperature * inflow.by_temperature)
         + temperature_rate / temperature,
+        share
+        * (
+            less * inflow.enthalpy_by_other_pressure
+            - constant * temperature * inflow.by_other_pressure
+        ),
+        share
+        * (
+            less * inflow.enthalpy_by_other_temperature
+            - constant * temperature * inflow.by_other_temperature
+        ),
     )
     return HeatedRate(of_pressure, of_temperature)

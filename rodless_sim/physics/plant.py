@@ -7,7 +7,9 @@ from rodless_sim.physics import forces, heat
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
+from rodless_sim.physics.flow_law import FlowLaw
 from rodless_sim.physics.friction import Friction
+from rodless_sim.physics.leak import Leak
 from rodless_sim.physics.valve import Valve
 from rodless_sim.physics.valve_assembly import Assembly
 
@@ -18,7 +20,9 @@ class Plant(NamedTuple):
     air: Air
     valve: Valve
     assembly: Assembly
+    flow_law: FlowLaw
     cylinder: Cylinder
+    leak: Leak
     friction: Friction
     end_stop: EndStop
     forces: tuple[Any, ...]  # constants of each of forces.FORCES
@@ -33,7 +37,9 @@ class Plant(NamedTuple):
             air=Air.of(parameters),
             valve=Valve.of(parameters),
             assembly=Assembly.of(parameters),
+            flow_law=FlowLaw.of(parameters),
             cylinder=Cylinder.of(parameters),
+            leak=Leak.of(parameters),
             friction=Friction.of(parameters),
             end_stop=EndStop.of(parameters),
             forces=forces.of(parameters),

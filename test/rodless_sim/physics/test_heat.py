@@ -13,7 +13,7 @@ from rodless_sim.physics.equations import inflows, rates, sliding_rates
 from rodless_sim.physics.integrator import GAMMA, eliminated, solved
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.settled import settled_temperatures
+from rodless_sim.physics.settled import settled_air
 from rodless_sim.physics.state import HeatedMotion
 from rodless_sim.physics.streams import net_stream, stream_into_a, stream_into_b
 
@@ -223,8 +223,8 @@ def states(generator: np.random.Generator) -> tuple[HeatedMotion, int]:
     # The flow's slope has a step where it chokes, at 0.999 and at equal pressures.
     while any(
         abs(ratio - step) < 3e-3
-        for ratio in (*(pressures / P_S), *(P_E / pressures))
-        for step in (0.528, 1.0)
+        for ratio in (*(pressures / P_S), *(P_E / pressures), pressures.min() / pressures.max())
+        for step in (0.35, 0.528, 1.0)
     ):
         pressures = generator.uniform(0.7e5, 7.5e5, 2)
     state = HeatedMotion(
@@ -243,17 +243,25 @@ def matrix_at(plant: Plant, voltage: float, state: HeatedMotion, direction: int)
     whole = np.zeros((6, 6))
     whole[0, 1] = 1.0
     whole[1, :4] = found.by_position, found.by_velocity, push, -push
-    for place, chamber in ((2, found.a), (3, found.b)):
+    for place, other, chamber in ((2, 3, found.a), (3, 2, found.b)):
         for row, own in ((place, chamber.pressure), (place + 2, chamber.temperature)):
             whole[row, :2] = own.by_position, own.by_velocity
             whole[row, [place, place + 2]] = own.by_pressure, own.by_temperature
+            whole[row, [other, other + 2]] = own.by_other_pressure, own.by_other_temperature
     return whole
 
 
-@pytest.mark.parametrize("assembly", ["reconciled", "printed"])
-def test_the_whole_matrix(assembly: str) -> None:
+LEAKS = {"leak.across": 2e-7, "leak.a": 1e-7, "leak.b": 2e-7}
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{}, {"valve.assembly": "printed"}, {**LEAKS, "valve.flow_law": "iso_6358"}],
+    ids=["reconciled", "printed", "leaks"],
+)
+def test_the_whole_matrix(values: dict[str, object]) -> None:
     """All derivatives of a sliding rig against differences, those taken for zero included."""
-    plant = Plant.of(RigParameters({**HEATED, "valve.assembly": assembly, H: 200.0}))
+    plant = Plant.of(RigParameters({**HEATED, **values, H: 200.0}))
     generator = np.random.default_rng(12)
     widths = (1e-5, 1e-6, 20.0, 20.0, 1e-2, 1e-2)
     for voltage in (3.0, 5.2, 7.0):
@@ -276,9 +284,10 @@ def test_the_whole_matrix(assembly: str) -> None:
             assert np.abs((found - expected) * size / scale).max() < 1e-6
 
 
-def test_the_elimination_solves_the_system() -> None:
+@pytest.mark.parametrize("values", [{}, LEAKS], ids=["sealed", "leaks"])
+def test_the_elimination_solves_the_system(values: dict[str, object]) -> None:
     """Two rows of a chamber at once, position and velocity: against numpy's solution."""
-    plant = Plant.of(RigParameters({**HEATED, H: 200.0}))
+    plant = Plant.of(RigParameters({**HEATED, **values, H: 200.0}))
     generator = np.random.default_rng(13)
     size = np.array([0.1, 0.1, 1e5, 1e5, 100.0, 100.0])
     for step in (1e-6, 1e-4, 1e-3):
@@ -296,15 +305,16 @@ def test_the_elimination_solves_the_system() -> None:
             )
 
 
+@pytest.mark.parametrize("values", [{}, LEAKS], ids=["sealed", "leaks"])
 @pytest.mark.parametrize("voltage", [5.08, 5.0, 4.4])
-def test_a_rig_starts_where_a_held_one_settles(voltage: float) -> None:
+def test_a_rig_starts_where_a_held_one_settles(voltage: float, values: dict[str, object]) -> None:
     """After ten minutes with the carriage locked nothing changes any more."""
-    parameters = RigParameters({**HEATED, "cylinder.locked": True, T_W: 280.0})
+    parameters = RigParameters({**HEATED, **values, "cylinder.locked": True, T_W: 280.0})
     rig = Rig(parameters)
     rig.reset(0.07)
     for _ in range(60):
         state = rig.advance(voltage, 10.0)
-    (pressure_a, warm_a), (pressure_b, warm_b) = settled_temperatures(rig.plant, voltage, 0.07)
+    _, _, pressure_a, pressure_b, warm_a, warm_b = settled_air(rig.plant, voltage, 0.07)
     assert (state.pressure_a, state.pressure_b) == pytest.approx((pressure_a, pressure_b), rel=1e-6)
     assert (state.temperature_a, state.temperature_b) == pytest.approx((warm_a, warm_b), abs=1e-3)
     assert 280.0 < warm_a < T_S
@@ -314,10 +324,12 @@ def test_without_wall_heat_chambers_settle_at_the_supplys_temperature() -> None:
     """And sealed ones, which nothing warms, at the wall's."""
     for temperature in (250.0, 297.0, 350.0):
         plant = Plant.of(RigParameters({**HEATED, H: 0.0, "supply.temperature": temperature}))
-        (_, a), (_, b) = settled_temperatures(plant, CLOSED, 0.0)
-        assert (a, b) == pytest.approx((temperature, temperature), abs=1e-5)
+        found = settled_air(plant, CLOSED, 0.0)
+        assert (found.temperature_a, found.temperature_b) == pytest.approx(
+            (temperature, temperature), abs=1e-5
+        )
     plant = Plant.of(RigParameters({**SEALED, H: 0.0}))
-    assert settled_temperatures(plant, CLOSED, 0.0) == ((P_E, 293.15), (P_E, 293.15))
+    assert settled_air(plant, CLOSED, 0.0)[2:] == (P_E, P_E, 293.15, 293.15)
 
 
 def test_a_rig_without_temperatures_says_so() -> None:
