@@ -7,6 +7,7 @@ GROUPS = {
     "plant": (
         "air",
         "atmosphere",
+        "chambers",
         "cylinder",
         "end_stop",
         "friction",

@@ -155,9 +155,9 @@ class HeatedState(NamedTuple):
     --------
     >>> from rodless_sim import Rig, RigParameters
     >>> rig = Rig(RigParameters({"chambers.thermodynamics": "energy_balance"}))
-    >>> state = rig.advance(voltage=6.0, duration=0.05)
+    >>> state = rig.advance(voltage=6.0, duration=0.5)
     >>> f"A {state.temperature_a:.0f} K, B {state.temperature_b:.0f} K"
-    'A 312 K, B 264 K'
+    'A 303 K, B 284 K'
 
     """
 
