@@ -7,7 +7,8 @@ uncompiled original, and ``NUMBA_DISABLE_JIT=1`` runs all of them uncompiled.
 import hashlib
 import operator
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
@@ -15,6 +16,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
+from numba.extending import overload
 
 from rodless_base.kernel_cache import KernelCache, complain, private_folder
 from rodless_base.one_line import in_one_line
@@ -83,6 +85,58 @@ def outlined_kernel(function: Kernel) -> Kernel:
     all the variables of a function whenever it is called; what is rare would cost in every call.
     """
     return _compiled(function, keep=_is_in_digest(function), outlined=True)
+
+
+class _ByType:
+    """The versions of one kernel, of which the types of its arguments choose."""
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        self._others: dict[type, Callable[..., object]] = {}
+        self._first = kernel(function)
+
+    def add(self, kind: type, function: Callable[..., object]) -> None:
+        self._others[kind] = function
+
+    def chosen(self, kinds: Iterable[type | None]) -> Callable[..., object]:
+        return next((self._others[kind] for kind in kinds if kind in self._others), self._first)
+
+    def compiled(self, *types: Any) -> Callable[..., object]:
+        """Return the plain function that numba compiles for arguments of its ``types``."""
+        found = self.chosen(getattr(one, "instance_class", None) for one in types)
+        return cast(Callable[..., object], getattr(found, "py_func", found))
+
+
+_BY_TYPE: dict[Callable[..., object], _ByType] = {}
+
+
+def kernel_by_type(function: Callable[..., Result]) -> Callable[..., Result]:
+    """:func:`kernel` for every type but those that have a version of their own.
+
+    What runs is known when its caller is compiled, so that a choice costs nothing.
+    """
+    versions = _ByType(function)
+
+    @wraps(function)
+    def choose(*arguments: Any) -> Result:
+        return cast(Result, versions.chosen(map(type, arguments))(*arguments))
+
+    overload(choose, {"error_model": "numpy", "forceinline": True}, strict=False)(versions.compiled)
+    _BY_TYPE[choose] = versions
+    return choose
+
+
+def version_for(kind: type, function: Callable[..., object]) -> Callable[[Kernel], Kernel]:
+    """Return a decorator for the version of a :func:`kernel_by_type` for a named tuple ``kind``.
+
+    It takes the same arguments, and runs wherever one of them is a ``kind``.
+    """
+
+    def add(version: Kernel) -> Kernel:
+        compiled = kernel(version)
+        _BY_TYPE[function].add(kind, compiled)
+        return compiled
+
+    return add
 
 
 def is_kernel(function: object) -> bool:

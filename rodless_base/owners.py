@@ -7,9 +7,12 @@ GROUPS = {
     "plant": (
         "air",
         "atmosphere",
+        "chambers",
         "cylinder",
         "end_stop",
         "friction",
+        "leak",
+        "rail",
         "sensors",
         "supply",
         "time",

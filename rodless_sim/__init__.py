@@ -3,11 +3,12 @@
 from rodless_base.parameters import ParameterError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.physics.state import State
+from rodless_sim.physics.state import HeatedState, State
 from rodless_sim.rig import Rig, simulate
 from rodless_sim.trace import Trace
 
 __all__ = [
+    "HeatedState",
     "ParameterError",
     "Rig",
     "RigParameters",

@@ -9,14 +9,28 @@ from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Val
 from rodless_sim import timing
 from rodless_sim.instruments import instruments
 from rodless_sim.node import command
-from rodless_sim.physics import air, cylinder, end_stop, forces, friction, valve, valve_assembly
+from rodless_sim.physics import (
+    air,
+    cylinder,
+    end_stop,
+    flow_law,
+    forces,
+    friction,
+    heat,
+    leak,
+    valve,
+    valve_assembly,
+)
 
 DECLARATIONS = collect(
     air.PARAMETERS,
     valve_assembly.PARAMETERS,
     valve.PARAMETERS,
+    flow_law.PARAMETERS,
     command.PARAMETERS,
     cylinder.PARAMETERS,
+    heat.PARAMETERS,
+    leak.PARAMETERS,
     end_stop.PARAMETERS,
     forces.PARAMETERS,
     friction.PARAMETERS,
@@ -71,7 +85,12 @@ class RigParameters(ParameterSet):
 
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""
-        sockets = (*valve_assembly.ASSEMBLIES, *friction.FORMS, *forces.FORCES)
+        sockets = (
+            *valve_assembly.ASSEMBLIES,
+            *flow_law.LAWS,
+            *friction.FORMS,
+            *forces.FORCES,
+        )
         for thing in (air, valve, friction, cylinder, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)

@@ -1,9 +1,10 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
 from numbers import Real
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +21,9 @@ from rodless_sim.physics.faults import simulation_error
 from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
-from rodless_sim.physics.settled import settled_pressures
-from rodless_sim.physics.state import Motion, State
+from rodless_sim.physics.settled import settled_motion
+from rodless_sim.physics.state import AnyMotion, HeatedMotion, HeatedState, Motion, State
+from rodless_sim.physics.streams import heated_supply_flow
 from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
 from rodless_sim.trace import Trace, run_open_loop, trace
@@ -86,7 +88,8 @@ def starting_motion(
     parameters: RigParameters,
     position: float | None = None,
     pressures: tuple[float, float] | None = None,
-) -> Motion:
+    temperatures: tuple[float, float] | None = None,
+) -> AnyMotion:
     """Return the state at rest that :meth:`Rig.reset` describes; raises as it does."""
     if position is None:
         position = parameters.number("cylinder.initial_position")
@@ -97,24 +100,38 @@ def starting_motion(
             f"position {shown(position)} m refused: outside the stroke, must be from 0 to "
             f"{stroke:g} m"
         )
-    if pressures is None:
-        pressures = settled_pressures(plant, plant.valve.closed_voltage)
-    return Motion(start, 0.0, *_two_pressures(pressures))
+    given: dict[str, float] = {}
+    if pressures is not None:
+        given.update(zip(PRESSURES, _two_of("pressures", "Pa", pressures), strict=True))
+    if temperatures is not None:
+        if not plant.heat:
+            raise ValueError(
+                f"temperatures {shown(temperatures)} refused: all air has supply.temperature; "
+                "chambers.thermodynamics energy_balance gives the chambers their own"
+            )
+        given.update(zip(TEMPERATURES, _two_of("temperatures", "K", temperatures), strict=True))
+    if len(given) == (4 if plant.heat else 2):
+        return with_states_of(plant, Motion(start, 0.0, 0.0, 0.0))._replace(**given)
+    return settled_motion(plant, plant.valve.closed_voltage, start)._replace(**given)
 
 
-def _two_pressures(pressures: object) -> tuple[float, float]:
-    """Return the pressures (Pa) of chambers A and B as floats; raises ValueError."""
+PRESSURES = ("pressure_a", "pressure_b")
+TEMPERATURES = ("temperature_a", "temperature_b")
+
+
+def _two_of(name: str, unit: str, values: object) -> tuple[float, float]:
+    """Return the ``values`` of chambers A and B as floats; raises ValueError."""
     try:
-        if isinstance(pressures, str | bytes | bytearray):
+        if isinstance(values, str | bytes | bytearray):
             raise TypeError("a text")
-        a, b = (single_number(one, "pressure", "pascals") for one in pressures)  # type: ignore[attr-defined]
+        a, b = (single_number(one, name, unit) for one in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"pressures {shown(pressures)} refused: must be two numbers of Pa, for A and B"
+            f"{name} {shown(values)} refused: must be two numbers of {unit}, for A and B"
         ) from error
     if not (0.0 < a < math.inf and 0.0 < b < math.inf):
-        raise ValueError(f"pressures {a!r} and {b!r} Pa refused: must be finite and positive")
-    if max(a, b) > LARGEST_PRESSURE:
+        raise ValueError(f"{name} {a!r} and {b!r} {unit} refused: must be finite and positive")
+    if name == "pressures" and max(a, b) > LARGEST_PRESSURE:
         raise ValueError(
             f"pressures {a!r} and {b!r} Pa refused: no chamber holds more than "
             f"{LARGEST_PRESSURE:g} Pa"
@@ -122,15 +139,24 @@ def _two_pressures(pressures: object) -> tuple[float, float]:
     return a, b
 
 
+def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
+    """Return ``motion`` with the states that ``plant`` has.
+
+    Chambers that have just been given temperatures begin with the supply's.
+    """
+    shared = Motion(motion.position, motion.velocity, motion.pressure_a, motion.pressure_b)
+    if not plant.heat:
+        return shared
+    if isinstance(motion, HeatedMotion):
+        return motion
+    return HeatedMotion(*shared, plant.air.temperature, plant.air.temperature)
+
+
 def rig_parameters(parameters: object) -> RigParameters:
     """Return ``parameters``; raises TypeError for what is no :class:`RigParameters`."""
     if not isinstance(parameters, RigParameters):
         raise TypeError(f"{shown(parameters)} are no RigParameters: give RigParameters({{...}})")
     return parameters
-
-
-def _specialised_for(plant: Plant) -> Callable[..., tuple[Motion, float, float, int]]:
-    return specialise(advance_at_voltage, plant, 0.0, Motion(0.0, 0.0, 0.0, 0.0), 0.0, 1.0)
 
 
 class Rig:
@@ -168,9 +194,13 @@ class Rig:
         self._parameters = RigParameters() if parameters is None else rig_parameters(parameters)
         self._plant = Plant.of(self._parameters)
         self._sampling: Sampling | None = None
-        self._advance = _specialised_for(self._plant)
+        self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 0.0, 0.0))
+        self._specialise()
         self._nanoseconds = 0
         self.reset()
+
+    def _specialise(self) -> None:
+        self._advance = specialise(advance_at_voltage, self._plant, 0.0, self._motion, 0.0, 1.0)
 
     def __repr__(self) -> str:
         """Show time, position and velocity, and the parameters."""
@@ -187,7 +217,7 @@ class Rig:
     def __setstate__(self, state: dict[str, object]) -> None:
         """Compile again."""
         vars(self).update(state)
-        self._advance = _specialised_for(self._plant)
+        self._specialise()
 
     @property
     def parameters(self) -> RigParameters:
@@ -226,6 +256,9 @@ class Rig:
         before = dict(vars(self))
         self._parameters, self._plant = parameters, Plant.of(parameters)
         try:
+            self._motion = with_states_of(self._plant, self._motion)
+            if bool(self._plant.heat) != bool(before["_plant"].heat):
+                self._specialise()
             self._apply(self._voltage, self._motion, 0.0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
@@ -241,7 +274,7 @@ class Rig:
                 f"{self._motion.position:g} m; move it back or reset the rig first"
             )
 
-    def _apply(self, voltage: float, motion: Motion, period: float) -> None:
+    def _apply(self, voltage: float, motion: AnyMotion, period: float) -> None:
         tolerance = self._parameters.number("time.tolerance")
         after, flow_a, flow_b, fault = self._advance(
             self._plant, voltage, motion, period, tolerance
@@ -252,7 +285,10 @@ class Rig:
         self._flow_a, self._flow_b = flow_a, flow_b
 
     def reset(
-        self, position: float | None = None, pressures: tuple[float, float] | None = None
+        self,
+        position: float | None = None,
+        pressures: tuple[float, float] | None = None,
+        temperatures: tuple[float, float] | None = None,
     ) -> State:
         """Put the carriage at rest and return the state; time returns to zero, the valve closes.
 
@@ -264,15 +300,19 @@ class Rig:
             Of the carriage, m; by default ``cylinder.initial_position``.
         pressures
             In chambers A and B, Pa absolute; by default those they settle at.
+        temperatures
+            In chambers A and B, K, where they have temperatures of their own; by default those
+            they settle at.
 
         Raises
         ------
         ValueError
-            For a position outside the stroke, and pressures that are not two numbers, finite and
-            positive; the rig stays as it was.
+            For a position outside the stroke, for pressures or temperatures that are not two
+            numbers, finite and positive, and for temperatures where the chambers have none; the
+            rig stays as it was.
 
         """
-        motion = starting_motion(self._plant, self._parameters, position, pressures)
+        motion = starting_motion(self._plant, self._parameters, position, pressures, temperatures)
         self._apply(self._plant.valve.closed_voltage, motion, 0.0)
         self._nanoseconds = 0
         if self._sampling is not None:
@@ -328,8 +368,8 @@ class Rig:
         return self._plant
 
     @property
-    def motion(self) -> Motion:
-        """Position, velocity and pressures as the compiled equations have them."""
+    def motion(self) -> AnyMotion:
+        """Position, velocity, pressures and what else the compiled equations integrate."""
         return self._motion
 
     @property
@@ -337,17 +377,25 @@ class Rig:
         """Air taken from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
         plant, motion = self._plant, self._motion
         lands = openings(plant, self._voltage)
-        mass_flow = supply_flow(plant, lands, motion.pressure_a, motion.pressure_b)
+        if isinstance(motion, HeatedMotion):
+            mass_flow = heated_supply_flow(plant, lands, motion)
+        else:
+            mass_flow = supply_flow(plant, lands, motion.pressure_a, motion.pressure_b)
         temperature = self._parameters.number("atmosphere.temperature")
         return mass_flow * plant.air.gas_constant * temperature / plant.ambient_pressure
 
     @property
     def state(self) -> State:
-        """The rig now."""
+        """The rig now: :class:`HeatedState` where its chambers have temperatures of their own."""
         motion = self._motion
         force = self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b)
         time = self._nanoseconds * SECONDS_PER_NANOSECOND
-        return State(time, *motion, self._voltage, force, self._flow_a, self._flow_b)
+        rest = self._voltage, force, self._flow_a, self._flow_b
+        if not isinstance(motion, HeatedMotion):
+            return State(time, *motion, *rest)
+        position, velocity, pressure_a, pressure_b, *temperatures = motion
+        shared = time, position, velocity, pressure_a, pressure_b
+        return cast(State, HeatedState(*shared, *rest, *temperatures))
 
 
 def simulate(
@@ -356,6 +404,7 @@ def simulate(
     period: float,
     position: float | None = None,
     pressures: tuple[float, float] | None = None,
+    temperatures: tuple[float, float] | None = None,
 ) -> Trace:
     """Drive a rig at rest with voltages, one after the other, and return the true run.
 
@@ -367,8 +416,8 @@ def simulate(
         Commands to the valve, shape (n,), V; it saturates at 0 and 10 V.
     period
         How long each voltage applies, s.
-    position, pressures
-        Where the carriage (m) and the chambers (Pa) start, as :meth:`Rig.reset` takes them.
+    position, pressures, temperatures
+        Where the carriage (m) and the chambers (Pa, K) start, as :meth:`Rig.reset` takes them.
 
     Returns
     -------
@@ -397,7 +446,7 @@ def simulate(
     rows, state, done, fault = run_open_loop(
         plant,
         commands,
-        starting_motion(plant, parameters, position, pressures),
+        starting_motion(plant, parameters, position, pressures, temperatures),
         span * SECONDS_PER_NANOSECOND,
         parameters.number("time.tolerance"),
     )

@@ -9,7 +9,7 @@ from rodless_sim.physics.equations import Inflows, inflows
 from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import Motion, State
+from rodless_sim.physics.state import AnyMotion, HeatedMotion, HeatedState, Motion, State
 from rodless_sim.timing import sample_times
 
 Array = npt.NDArray[np.float64]
@@ -24,6 +24,8 @@ def read_only(array: Array) -> Array:
 
 class Trace(Columns):
     """A run as arrays, one for each field of :class:`~rodless_sim.State`, one entry per sample.
+
+    Of a rig with temperatures of its own it has those of :class:`~rodless_sim.HeatedState`.
 
     Sample 0 is the start. ``voltage[k]`` applies from sample k to sample k+1, and flows are those
     just after it is applied; the last entry has no sample after it. The arrays are read-only:
@@ -60,9 +62,14 @@ class Trace(Columns):
     force: Array
     mass_flow_a: Array
     mass_flow_b: Array
+    # Those of a rig whose chambers have temperatures.
+    temperature_a: Array
+    temperature_b: Array
 
     def __init__(self, **columns: "Array") -> None:
         """Take the columns; raises TypeError."""
+        # Before they are asked for by name: which there are follows from those given.
+        vars(self).update((name, None) for name in FURTHER if name in columns)
         names = list(self.units())
         if columns.keys() != set(names):
             missing, unknown = set(names) - columns.keys(), columns.keys() - set(names)
@@ -81,32 +88,43 @@ class Trace(Columns):
 
     def units(self) -> dict[str, str]:
         """Return the unit of each column by name: those of the state, then a subclass's own."""
-        return {name: unit for name, unit, _ in quantities(State)} | super().units()
+        kind = HeatedState if any(name in vars(self) for name in FURTHER) else State
+        return {name: unit for name, unit, _ in quantities(kind)} | super().units()
 
+
+# What a trace has only of a rig with these states.
+FURTHER = tuple(name for name in HeatedMotion._fields if name not in Motion._fields)
 
 # The plant's part of a recorded sample.
-COLUMNS = (*Motion._fields, "mass_flow_a", "mass_flow_b")
-STATES = len(Motion._fields)
+FLOWS = ("mass_flow_a", "mass_flow_b")
+COLUMNS = (*Motion._fields, *FLOWS)
+HEATED_COLUMNS = (*HeatedMotion._fields, *FLOWS)
+
+
+def columns_of(plant: Plant) -> tuple[str, ...]:
+    """Return the names of what is recorded of each sample."""
+    return HEATED_COLUMNS if plant.heat else COLUMNS
 
 
 @kernel
-def record(state: Motion, flows: Inflows, row: Array) -> None:
-    """Write one sample into ``row``: ``COLUMNS``."""
-    for k in range(STATES):
+def record(state: AnyMotion, flows: Inflows, row: Array) -> None:
+    """Write one sample into ``row``: ``columns_of`` the plant."""
+    states = len(state)
+    for k in range(states):
         row[k] = state[k]
-    row[STATES], row[STATES + 1] = flows.a.mass_flow, flows.b.mass_flow
+    row[states], row[states + 1] = flows.a.mass_flow, flows.b.mass_flow
 
 
 @outlined_kernel
 def run_open_loop(
-    plant: Plant, voltages: Array, state: Motion, period: float, tolerance: float
-) -> tuple[Array, Motion, int, int]:
+    plant: Plant, voltages: Array, state: AnyMotion, period: float, tolerance: float
+) -> tuple[Array, AnyMotion, int, int]:
     """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``period`` s.
 
     Returns rows 0 to n, the last state, how many voltages were applied, and the fault at which that
     ended, as :func:`advance` returns it.
     """
-    rows = np.empty((voltages.size + 1, len(COLUMNS)))
+    rows = np.empty((voltages.size + 1, len(state) + len(FLOWS)))
     for k in range(voltages.size):
         lands = openings(plant, voltages[k])
         flows = inflows(plant, lands, state)
@@ -119,8 +137,8 @@ def run_open_loop(
 
 
 def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
-    """Name the columns of ``rows``, sampled every ``period`` ns: shape (n, len(``COLUMNS``))."""
-    columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
+    """Name the columns of ``rows``, sampled every ``period`` ns: shape (n, k) as :func:`record`."""
+    columns = dict(zip(columns_of(plant), rows.T.copy(), strict=True))
     area = plant.cylinder.piston_area
     return Trace(
         time=sample_times(len(rows), period),

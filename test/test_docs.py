@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rodless_control import ControllerParameters
+from rodless_lab.reports.options import OPTIONS, Option
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
@@ -27,6 +28,28 @@ def test_relative_links_lead_somewhere(page: Path) -> None:
     targets = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
     local = [target for target in targets if "://" not in target]
     assert [target for target in local if not (page.parent / target).exists()] == []
+
+
+@pytest.mark.parametrize("option", OPTIONS, ids=lambda option: option.page)
+def test_every_option_has_a_page_of_one_screen(option: Option) -> None:
+    """With its picture, what the picture switches on, and each default as it is declared."""
+    page = (ROOT / "docs" / "options" / f"{option.page}.md").read_text(encoding="utf-8")
+    assert f"]({option.page}.png)" in page
+    assert len(page.splitlines()) <= 45
+    assert all(name in page for name in option.values)
+    declared = RigParameters.DECLARATIONS
+    for cell, default in re.findall(r"^\| (`.*?) \| (\S+)", page, re.MULTILINE):
+        for name in re.findall(r"`([a-z_.]+)`", cell):
+            value = declared[name].default
+            shown = default.strip("`")
+            assert (shown if isinstance(value, str) else float(shown)) == value, name
+
+
+def test_each_page_of_an_option_is_drawn() -> None:
+    """No page is left without the picture that `rodless docs` draws."""
+    assert {page.stem for page in (ROOT / "docs" / "options").glob("*.md")} == {
+        option.page for option in OPTIONS
+    }
 
 
 def rows(page: str) -> list[list[str]]:

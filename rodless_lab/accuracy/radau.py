@@ -20,13 +20,13 @@ from rodless_sim.physics.equations import breakaway_limits, net_force, rates, sl
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 from rodless_sim.rig import starting_motion
 
 Array = npt.NDArray[np.float64]
 
 RELATIVE = 1e-10
-ABSOLUTE = (1e-13, 1e-12, 1e-5, 1e-5)  # m, m/s, Pa, Pa
+ABSOLUTE = (1e-13, 1e-12, 1e-5, 1e-5, 1e-8, 1e-8)  # m, m/s, Pa, Pa, K, K
 LONGEST_STEP = 1e-3  # s
 # By how much the push exceeds the breakaway force when the carriage moves: at the force itself,
 # rounding alone would decide which way it goes.
@@ -34,18 +34,24 @@ MARGIN = 1e-9  # N
 
 
 @outlined_kernel
-def _rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
+def _rates(plant: Plant, lands: Lands, state: AnyMotion, direction: int) -> AnyMotion:
     return rates(plant, lands, state, direction)
 
 
 @outlined_kernel
-def _until_change(plant: Plant, state: Motion, direction: int) -> float:
+def _until_change(plant: Plant, state: AnyMotion, direction: int) -> float:
     """What falls through zero where a sliding carriage stops, and where one at rest moves."""
     if direction != 0:
         return state.velocity * direction
     low, high = breakaway_limits(plant, state.position)
     force = net_force(plant, state)
     return min(force - low, high - force) + MARGIN
+
+
+def motion_of(state: Array) -> AnyMotion:
+    """Return the state that an array of its numbers is."""
+    kind = Motion if len(state) == len(Motion._fields) else HeatedMotion
+    return kind(*state.tolist())
 
 
 def by_radau(
@@ -55,7 +61,7 @@ def by_radau(
     position: float,
     timeout: float = math.inf,
 ) -> Array:
-    """Return position, velocity and pressures at each sample, shape (n + 1, 4).
+    """Return the state at each sample: shape (n + 1, 4), or 6 where chambers have temperatures.
 
     ``voltages``, shape (n,), V, apply for ``period`` s each. The carriage starts at rest at
     ``position`` (m), the chambers settled. Raises RuntimeError where Radau gives up, and
@@ -75,8 +81,8 @@ def by_radau(
 
 
 def _held(plant: Plant, lands: Lands, state: Array, samples: Array, deadline: float) -> Array:
-    """Return the state at ``samples`` (s) while the valve keeps its openings; shape (n, 4)."""
-    start = Motion(*state.tolist())
+    """Return the state at ``samples`` (s) while the valve keeps its openings."""
+    start = motion_of(state)
     compiled = specialise(_rates, plant, lands, start, 1)
     found: list[Array] = []
     now, end = 0.0, float(samples[-1])
@@ -85,19 +91,19 @@ def _held(plant: Plant, lands: Lands, state: Array, samples: Array, deadline: fl
         if direction == 0:
             state[1] = 0.0
 
-        def rate(_: float, s: Array, direction: int = direction) -> Motion:
+        def rate(_: float, s: Array, direction: int = direction) -> AnyMotion:
             if time.monotonic() > deadline:
                 raise TimeoutError("takes too long")
-            return compiled(plant, lands, Motion(*s.tolist()), direction)
+            return compiled(plant, lands, motion_of(s), direction)
 
-        events = _events(plant, direction)
+        events = _events(plant, start, direction)
         run = solve_ivp(
             rate,
             (now, end),
             state,
             method="Radau",
             rtol=RELATIVE,
-            atol=ABSOLUTE,
+            atol=ABSOLUTE[: len(state)],
             max_step=LONGEST_STEP,
             events=events,
             dense_output=True,
@@ -120,21 +126,23 @@ def _held(plant: Plant, lands: Lands, state: Array, samples: Array, deadline: fl
 def _after(plant: Plant, state: Array, direction: int, struck: bool) -> tuple[Array, int]:
     """Return the state just after an event, and the direction of sliding from then on."""
     if direction == 0:
-        return state, 1 if net_force(plant, Motion(*state.tolist())) > 0.0 else -1
+        return state, 1 if net_force(plant, motion_of(state)) > 0.0 else -1
     if struck:
         state[0] = plant.cylinder.stroke if direction > 0 else 0.0
         state[1] = rebound(plant.end_stop, float(state[1]))
     else:
         state[1] = 0.0
-    return state, sliding_direction(plant, Motion(*state.tolist()))
+    return state, sliding_direction(plant, motion_of(state))
 
 
-def _events(plant: Plant, direction: int) -> tuple[Callable[[float, Array], float], ...]:
+def _events(
+    plant: Plant, example: AnyMotion, direction: int
+) -> tuple[Callable[[float, Array], float], ...]:
     """Return what falls through zero at a change between stick and slip, and at a cap."""
-    until_change = specialise(_until_change, plant, Motion(0.0, 0.0, 0.0, 0.0), 1)
+    until_change = specialise(_until_change, plant, example, 1)
 
     def change(_: float, s: Array) -> float:
-        return until_change(plant, Motion(*s.tolist()), direction)
+        return until_change(plant, motion_of(s), direction)
 
     def strike(_: float, s: Array) -> float:
         if direction == 0:

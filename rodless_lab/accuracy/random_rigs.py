@@ -32,12 +32,19 @@ RANGE = MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE  # V
 # The physics; what the clock, the instruments and the commands do is not asked here.
 PHYSICS = ("supply.", "atmosphere.", "air.", "valve.", "cylinder.", "end_stop.", "friction.")
 # Left as they are: a locked carriage stays where it is, and the start is drawn by itself. The
-# critical ratio follows from the isentropic index.
+# critical ratio follows from the isentropic index. What the paper leaves out is off, so that each
+# number stays the same rig.
 FIXED = (
     "valve.command_timeout",
     "cylinder.locked",
     "cylinder.initial_position",
     "air.critical_ratio",
+    "valve.flow_law",
+    "valve.sonic_conductance",
+    "valve.critical_ratio",
+    "valve.subsonic_index",
+    "valve.discharge",
+    "valve.discharge_coefficient",
 )
 # Measured curves. Drawn number by number they are no valve's: done for half of the rigs.
 AREA = "valve.area_coefficients"

@@ -13,11 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_control.laws.pid import Command, Gains
+from rodless_sim import RigParameters
+from rodless_sim.physics import forces
 from rodless_sim.physics.faults import simulation_error
+from rodless_sim.physics.flow_law import LAWS
+from rodless_sim.physics.flow_laws import nozzle
 from rodless_sim.physics.friction import FORMS
 from rodless_sim.physics.friction_forms import saturating
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, Motion
 from rodless_sim.physics.valve_assemblies import reconciled
 from rodless_sim.physics.valve_assembly import ASSEMBLIES
 from rodless_sim.trace import COLUMNS
@@ -82,6 +86,18 @@ def _plant(plant: Plant) -> _Plant:
     """Return the constants as C has them; raises ValueError for a rig that it does not know."""
     if ASSEMBLIES[plant.assembly.code] is not reconciled or plant.cylinder.locked:
         raise ValueError("the C file knows the reconciled valve and a free carriage only")
+    # Nor what the paper leaves out.
+    beyond = (
+        LAWS[plant.flow_law.code] is not nozzle
+        or plant.leak.open
+        or plant.heat
+        or plant.air.chamber_index != plant.air.isentropic_index
+        or plant.forces != forces.of(RigParameters())
+    )
+    if beyond:
+        raise ValueError(
+            "the C file knows no flow law, leak, tilt, exponent or heat beyond the paper"
+        )
     known = {
         **plant.air._asdict(),
         **plant.valve._asdict(),
@@ -139,7 +155,7 @@ class CFile:
         plant: Plant,
         gains: Gains,
         references: Array,
-        state: Motion,
+        state: AnyMotion,
         period: float,
         tolerance: float,
     ) -> tuple[Array, Array]:
@@ -165,7 +181,7 @@ class CFile:
         return rows, commands
 
     def open_loop(
-        self, plant: Plant, voltages: Array, state: Motion, period: float, tolerance: float
+        self, plant: Plant, voltages: Array, state: AnyMotion, period: float, tolerance: float
     ) -> Array:
         """Apply ``voltages``, shape (n,): n + 1 rows. Raises SimulationError."""
         rows = np.empty((len(voltages) + 1, len(COLUMNS)))

@@ -15,7 +15,7 @@ from rodless_lab.simulation.closed_loop import closed_loop, limits_of, loop_of, 
 from rodless_sim import RigParameters
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, instruments_and_noise
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
 from rodless_sim.trace import run_open_loop
@@ -104,7 +104,7 @@ class Work:
         return gains_of(PidParameters.preset(self.preset))
 
     @cached_property
-    def state(self) -> Motion:
+    def state(self) -> AnyMotion:
         """The rig at rest where it starts."""
         return starting_motion(self.plant, self.parameters, self.start)
 

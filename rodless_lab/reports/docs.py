@@ -8,6 +8,8 @@ from rodless_control import PidParameters, references
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
 from rodless_lab.figures.step import save_step_picture
+from rodless_lab.reports.heat import save_heat_picture
+from rodless_lab.reports.options import OPTIONS, save_option
 from rodless_lab.reports.page import write_page
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_lab.simulation.closed_loop import closed_loop
@@ -18,6 +20,9 @@ def write_docs(folder: Path, show: Callable[[str], None]) -> None:
     """Write everything into ``folder``; ``show`` hears the name of each experiment begun."""
     atomic_write(folder / "parameters.md", parameter_reference())
     save_preset_step(folder / "step_paper.png", "paper")
+    save_heat_picture(folder / "options" / "heat.png")
+    for option in OPTIONS:
+        save_option(folder / "options", option)
     for experiment in EXPERIMENTS.values():
         show(experiment.name)
         write_page(folder / "experiments", experiment, experiment.run(Options()))

@@ -3,8 +3,8 @@
 from rodless_base.columns import quantities
 from rodless_base.parameters import Parameter, ParameterSet, Value
 from rodless_control import ControllerParameters
-from rodless_sim import RigParameters, State
-from rodless_sim.physics.state import Motion
+from rodless_sim import HeatedState, RigParameters
+from rodless_sim.physics.state import HeatedMotion, Motion
 
 INTRODUCTION = """# Parameters
 
@@ -32,7 +32,8 @@ STATE = """
 ## State
 
 What is known of the plant at one instant: fields of `State`, columns of `Trace`. Of these the plant
-integrates {integrated}.
+integrates {integrated}. Where `chambers.thermodynamics` is `energy_balance` it integrates
+{further} too, and the state is a `HeatedState`; other rigs do not have them.
 
 | name | unit | meaning |
 |---|---|---|
@@ -47,9 +48,13 @@ def parameter_reference() -> str:
 
 def _state() -> str:
     """What a state, a trace and a record of the plant hold, from the one list of it."""
-    rows = [f"| `{name}` | {unit} | {meaning} |" for name, unit, meaning in quantities(State)]
-    integrated = ", ".join(f"`{name}`" for name in Motion._fields)
-    return STATE.format(integrated=integrated) + "\n".join(rows) + "\n"
+    rows = [f"| `{name}` | {unit} | {meaning} |" for name, unit, meaning in quantities(HeatedState)]
+    everywhere, all_of_them = len(Motion._fields), [f"`{name}`" for name in HeatedMotion._fields]
+    text = STATE.format(
+        integrated=", ".join(all_of_them[:everywhere]),
+        further=" and ".join(all_of_them[everywhere:]),
+    )
+    return text + "\n".join(rows) + "\n"
 
 
 def _table(node: str, kind: type[ParameterSet]) -> str:

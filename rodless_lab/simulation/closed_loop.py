@@ -38,21 +38,21 @@ from rodless_sim.physics.faults import simulation_error
 from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
-from rodless_sim.trace import COLUMNS, read_only, record, trace
+from rodless_sim.trace import FLOWS, HEATED_COLUMNS, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
 
 # Numbers that a run keeps of each sample, at the most: noise, reference, rows, their copies by
 # columns, times, reference and error; and for the voltage and each term, the command and its copy.
-NUMBERS_PER_SAMPLE = NOISE_CHANNELS + 3 * 2 + 2 * len(COLUMNS) + 8
+NUMBERS_PER_SAMPLE = NOISE_CHANNELS + 3 * 2 + 2 * len(HEATED_COLUMNS) + 8
 NUMBERS_PER_COMMAND = 3
 
 # Rows, commands, number of samples done, fault and last state of a run.
-LoopResult = tuple[Array, Array, int, int, Motion]
+LoopResult = tuple[Array, Array, int, int, AnyMotion]
 
 # What closed_loop takes for a law.
 AnyLaw = (
@@ -134,7 +134,7 @@ def run_closed_loop(
     gains: Any,
     limits: tuple[float, float],
     references: Array,
-    state: Motion,
+    state: AnyMotion,
     tolerance: float,
     period: int,
     columns: int,
@@ -147,7 +147,7 @@ def run_closed_loop(
     done: fewer than n where the law's voltage was not finite, or where the motion ended with the
     fault that comes next; and the last state.
     """
-    rows = np.empty((len(references), len(COLUMNS)))
+    rows = np.empty((len(references), len(state) + len(FLOWS)))
     commands = np.empty((len(references), columns))
     true = truth(plant, 0, state)
     lags = Lags(true, true)

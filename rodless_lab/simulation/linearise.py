@@ -59,7 +59,7 @@ def linearise(
     ------
     ValueError
         For a position outside the stroke, values that are not finite, a voltage at which the
-        carriage sticks, or a locked carriage.
+        carriage sticks, a locked carriage, or chambers with temperatures of their own.
     TypeError
         For what are no :class:`RigParameters`.
 
@@ -73,6 +73,11 @@ def linearise(
 
     """
     plant = Plant.of(rig_parameters(parameters))
+    if plant.heat:
+        raise ValueError(
+            "chambers.thermodynamics energy_balance refused: linear models of chambers with "
+            "temperatures are not built; adiabatic and polytropic have one"
+        )
     point = _operating_point(plant, position, voltage, velocity)
     return LinearModel(
         A=_by_state(plant, point),

@@ -13,8 +13,10 @@ import numpy.typing as npt
 from rodless_base.kernels import outlined_kernel
 from rodless_sim import RigParameters, Trace
 from rodless_sim.physics.cylinder import volume_a, volume_b
+from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 
 Array = npt.NDArray[np.float64]
 
@@ -51,9 +53,9 @@ def _sums(
     for k in range(position.size - 1):
         lands = openings(plant, voltage[k])
         for a, b in ((pressure_a[k], pressure_b[k]), (pressure_a[k + 1], pressure_b[k + 1])):
-            into_a, into_b = flow_into_a(plant, lands, a), flow_into_b(plant, lands, b)
-            inflow += enthalpy * (into_a + into_b)
-            turnover += enthalpy * (abs(into_a) + abs(into_b))
+            into = inflows(plant, lands, Motion(position[k], 0.0, a, b))
+            inflow += enthalpy * (into.a.mass_flow + into.b.mass_flow)
+            turnover += enthalpy * (abs(into.a.mass_flow) + abs(into.b.mass_flow))
         force = pressure_a[k] - pressure_b[k] + pressure_a[k + 1] - pressure_b[k + 1]
         work += 0.5 * force * cylinder.piston_area * (position[k + 1] - position[k])
     held = np.zeros(2)

@@ -21,7 +21,7 @@ from rodless_sim.instruments.transmitter import Transmitter, followed, read
 from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion
 from rodless_sim.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -180,7 +180,7 @@ class Lags(NamedTuple):
     late: Measurement
 
 
-def true_measurement(plant: Plant, stamp: int, state: Motion) -> Measurement:
+def true_measurement(plant: Plant, stamp: int, state: AnyMotion) -> Measurement:
     """Return what instruments without errors would read at ``stamp`` (ns)."""
     return Measurement(
         stamp, state.position, state.pressure_a, state.pressure_b, plant.supply_pressure

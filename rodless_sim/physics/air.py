@@ -23,7 +23,8 @@ PARAMETERS = declare(
         "supply.temperature",
         297.0,
         "K",
-        "supply temperature T_s, which the air keeps everywhere",
+        "supply temperature T_s; the air keeps it everywhere, unless chambers.thermodynamics "
+        "gives the chambers temperatures of their own",
         f"{PAPER}, 3.5",
         200.0,
         400.0,
@@ -41,7 +42,8 @@ PARAMETERS = declare(
         "atmosphere.temperature",
         293.15,
         "K",
-        "ambient temperature, at which free-air flow is stated",
+        "ambient temperature: of air that comes from the atmosphere, and at which free-air flow is "
+        "stated",
         "ISO 8778 reference atmosphere",
         200.0,
         400.0,
@@ -66,6 +68,27 @@ PARAMETERS = declare(
         0.4,
         0.65,
     ),
+    Parameter(
+        "chambers.thermodynamics",
+        "adiabatic",
+        "",
+        "what becomes of the air in the chambers: adiabatic: eq. (26), all air has the supply's "
+        "temperature; polytropic: so too, with chambers.polytropic_index for the isentropic index; "
+        "energy_balance: each chamber has a temperature of its own and exchanges heat with its "
+        "wall",
+        f"{PAPER}, eq. (26); docs/options",
+        choices=("adiabatic", "polytropic", "energy_balance"),
+        fixed=True,
+    ),
+    Parameter(
+        "chambers.polytropic_index",
+        1.2,
+        "",
+        "exponent n of the chambers' air, from 1 (isothermal) to the isentropic index (polytropic)",
+        "Richer and Hurmuzlu 2000: 1.2 for compression and expansion, 1 to 1.4 for flows",
+        1.0,
+        1.7,
+    ),
     Parameter("air.viscosity", 1.83e-5, "Pa·s", "dynamic viscosity μ", f"{PAPER}, 3.3", 1e-6, 1e-4),
 )
 
@@ -79,6 +102,7 @@ class Air(NamedTuple):
     viscosity: float  # Pa·s
     temperature: float  # K
     choked_function: float  # -, choked_nozzle_function of the isentropic index
+    chamber_index: float  # -, exponent of the chambers' air
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Air":
@@ -91,7 +115,15 @@ class Air(NamedTuple):
             viscosity=parameters.number("air.viscosity"),
             temperature=parameters.number("supply.temperature"),
             choked_function=choked_nozzle_function(index),
+            chamber_index=chamber_index(parameters),
         )
+
+
+def chamber_index(parameters: ParameterSet) -> float:
+    """Exponent n of the air in the chambers: κ where it exchanges no heat."""
+    if parameters.text("chambers.thermodynamics") == "polytropic":
+        return parameters.number("chambers.polytropic_index")
+    return parameters.number("air.isentropic_index")
 
 
 # How far the critical ratio may be from that of the isentropic index: the paper rounds.
@@ -115,7 +147,7 @@ def derived(parameters: ParameterSet, changed: Collection[str]) -> dict[str, flo
 
 
 def check(parameters: ParameterSet) -> None:
-    """Refuse a supply below the atmosphere, and a critical ratio that is not the gas's."""
+    """Refuse a supply below the atmosphere, and indices that are not the gas's."""
     supply, ambient = parameters.number("supply.pressure"), parameters.number("atmosphere.pressure")
     if supply < ambient:
         raise ParameterError(
@@ -123,6 +155,11 @@ def check(parameters: ParameterSet) -> None:
             f"atmosphere.pressure ({ambient:g} Pa)"
         )
     index = parameters.number("air.isentropic_index")
+    if chamber_index(parameters) > index:
+        raise ParameterError(
+            f"chambers.polytropic_index: {chamber_index(parameters):g} refused, above "
+            f"air.isentropic_index ({index:g}): air that is compressed would take up heat"
+        )
     ratio = parameters.number("air.critical_ratio")
     theory = critical_ratio(index)
     if abs(ratio - theory) > ROUNDING:

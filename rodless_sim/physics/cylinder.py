@@ -113,21 +113,26 @@ def volume_b(cylinder: Cylinder, position: float) -> float:
 def pressure_rate(
     air: Air, volume: float, volume_rate: float, pressure: float, mass_flow: float
 ) -> float:
-    """dP/dt of a chamber in Pa/s, eq. (26): adiabatic, inflow and outflow at supply temperature."""
+    """dP/dt of a chamber in Pa/s, eq. (26): inflow and outflow at supply temperature.
+
+    Adiabatic as printed; with another exponent n for κ the chamber passes heat to its walls, and
+    with n = 1 it keeps its temperature.
+    """
     return (
-        air.isentropic_index
+        air.chamber_index
         / volume
         * (air.gas_constant * air.temperature * mass_flow - pressure * volume_rate)
     )
 
 
 class PressureRate(NamedTuple):
-    """dP/dt of a chamber, and how it changes with the carriage and with its own pressure."""
+    """dP/dt of a chamber, and how it changes with the carriage and with the pressures."""
 
     rate: float  # Pa/s
     by_position: float  # Pa/(s·m)
     by_velocity: float  # Pa/m
-    by_pressure: float  # 1/s
+    by_pressure: float  # 1/s, with the chamber's own
+    by_other: float  # 1/s, with the other chamber's
 
 
 @kernel
@@ -139,17 +144,19 @@ def chamber_rate(
     pressure: float,
     mass_flow: float,
     flow_by_pressure: float,
+    flow_by_other: float,
 ) -> PressureRate:
     """:func:`pressure_rate` with its derivatives.
 
     ``area`` (m²) is that by which the volume grows with the position: negative for chamber B.
     """
-    stiffness = air.isentropic_index / volume
-    flow_rate = air.gas_constant * air.temperature * flow_by_pressure
+    stiffness = air.chamber_index / volume
+    heat = air.gas_constant * air.temperature
     rate = pressure_rate(air, volume, area * velocity, pressure, mass_flow)
     return PressureRate(
         rate,
         -area / volume * rate,
         -stiffness * pressure * area,
-        stiffness * (flow_rate - area * velocity),
+        stiffness * (heat * flow_by_pressure - area * velocity),
+        stiffness * (heat * flow_by_other),
     )

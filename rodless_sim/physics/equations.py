@@ -3,22 +3,23 @@
 import math
 from typing import NamedTuple
 
-from rodless_base.kernels import kernel
+from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel
 from rodless_sim.physics.cylinder import PressureRate, chamber_rate, volume_a, volume_b
 from rodless_sim.physics.force import Force
 from rodless_sim.physics.forces import other_forces
 from rodless_sim.physics.friction import sliding
 from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.leak import Leaking, leaking
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import Inflow, inflow_a, inflow_b
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, Motion
 
 
 class Rates(NamedTuple):
     """Rates of change of a sliding rig, and all that they change with.
 
     The acceleration changes with both pressures, with opposite signs; each pressure changes with
-    itself and the carriage, not with the other.
+    itself and the carriage, and with the other where air leaks past the piston.
     """
 
     velocity: float  # m/s
@@ -38,7 +39,7 @@ class Inflows(NamedTuple):
 
 
 @kernel
-def applied(plant: Plant, state: Motion) -> Force:
+def applied(plant: Plant, state: AnyMotion) -> Force:
     """Applied force without friction, the F_e of eq. (28)."""
     push = plant.cylinder.piston_area * (state.pressure_a - state.pressure_b)
     others = other_forces(plant.forces, state)
@@ -46,7 +47,7 @@ def applied(plant: Plant, state: Motion) -> Force:
 
 
 @kernel
-def net_force(plant: Plant, state: Motion) -> float:
+def net_force(plant: Plant, state: AnyMotion) -> float:
     """Applied force without friction in N, the F_e of eq. (28)."""
     return applied(plant, state).force
 
@@ -66,7 +67,7 @@ def breakaway_limits(plant: Plant, position: float) -> tuple[float, float]:
 
 
 @kernel
-def sliding_direction(plant: Plant, state: Motion) -> int:
+def sliding_direction(plant: Plant, state: AnyMotion) -> int:
     """Return +1 or -1 for a sliding carriage, 0 for one that sticks, eq. (28)."""
     speed = abs(state.velocity)
     if not plant.cylinder.locked and speed > plant.friction.capture_velocity:
@@ -80,15 +81,36 @@ def sliding_direction(plant: Plant, state: Motion) -> int:
     return 1 if force > high else -1
 
 
-@kernel
+@kernel_by_type
 def inflows(plant: Plant, lands: Lands, state: Motion) -> Inflows:
-    """Return what flows into both chambers."""
-    return Inflows(
-        inflow_a(plant, lands, state.pressure_a), inflow_b(plant, lands, state.pressure_b)
+    """Return what flows into both chambers: through the valve, less what leaks out."""
+    a = inflow_a(plant, lands, state.pressure_a)
+    b = inflow_b(plant, lands, state.pressure_b)
+    if plant.leak.open:
+        return less_leaks(plant, state, Inflows(a, b))
+    return Inflows(a, b)
+
+
+@outlined_kernel
+def less_leaks(plant: Plant, state: Motion, flows: Inflows) -> Inflows:
+    """``flows`` into both chambers less what leaks out of them."""
+    a, b = leaking(
+        plant.leak, plant.air, plant.ambient_pressure, state.pressure_a, state.pressure_b
+    )
+    return Inflows(less(flows.a, a), less(flows.b, b))
+
+
+@kernel
+def less(flow: Inflow, out: Leaking) -> Inflow:
+    """``flow`` into a chamber less what leaks out of it."""
+    return Inflow(
+        flow.mass_flow - out.mass_flow,
+        flow.by_pressure - out.by_pressure,
+        flow.by_other - out.by_other,
     )
 
 
-@kernel
+@kernel_by_type
 def pressure_rates(
     plant: Plant, state: Motion, flows: Inflows, velocity: float
 ) -> tuple[PressureRate, PressureRate]:
@@ -98,14 +120,15 @@ def pressure_rates(
     a, b = flows
     first = volume_a(cylinder, state.position)
     second = volume_b(cylinder, state.position)
+    one, other = state.pressure_a, state.pressure_b
     return (
-        chamber_rate(air, first, area, velocity, state.pressure_a, a.mass_flow, a.by_pressure),
-        chamber_rate(air, second, -area, velocity, state.pressure_b, b.mass_flow, b.by_pressure),
+        chamber_rate(air, first, area, velocity, one, a.mass_flow, a.by_pressure, a.by_other),
+        chamber_rate(air, second, -area, velocity, other, b.mass_flow, b.by_pressure, b.by_other),
     )
 
 
 @kernel
-def sliding_rates(plant: Plant, state: Motion, flows: Inflows, direction: int) -> Rates:
+def sliding_rates(plant: Plant, state: AnyMotion, flows: Inflows, direction: int) -> Rates:
     """Eqs. (26) and (31) for a carriage that slides in ``direction`` (+1 or -1)."""
     mass = plant.cylinder.moving_mass
     force = applied(plant, state)
@@ -122,12 +145,18 @@ def sliding_rates(plant: Plant, state: Motion, flows: Inflows, direction: int) -
     )
 
 
+@kernel_by_type
+def motion_rate(velocity: float, acceleration: float, a: PressureRate, b: PressureRate) -> Motion:
+    """Return the rate of change of the state from those of carriage and chambers."""
+    return Motion(velocity, acceleration, a.rate, b.rate)
+
+
 @kernel
-def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
+def rates(plant: Plant, lands: Lands, state: AnyMotion, direction: int) -> AnyMotion:
     """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
     flows = inflows(plant, lands, state)
     if direction == 0:
         a, b = pressure_rates(plant, state, flows, 0.0)
-        return Motion(0.0, 0.0, a.rate, b.rate)
+        return motion_rate(0.0, 0.0, a, b)
     found = sliding_rates(plant, state, flows, direction)
-    return Motion(found.velocity, found.acceleration, found.a.rate, found.b.rate)
+    return motion_rate(found.velocity, found.acceleration, found.a, found.b)

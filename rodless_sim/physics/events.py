@@ -19,7 +19,7 @@ from rodless_sim.physics.equations import (
 from rodless_sim.physics.integrator import sliding_step, sticking_step
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion, stopped
+from rodless_sim.physics.state import AnyMotion, carried, stopped
 
 # How near to the event is near enough.
 SMALLEST_FORCE = 1e-8  # N
@@ -40,7 +40,7 @@ PARTS = 8
 class Event(NamedTuple):
     """What happened within a step."""
 
-    state: Motion
+    state: AnyMotion
     direction: int  # of sliding from then on, 0 for a carriage at rest
     elapsed: float  # s, since the start of the step
 
@@ -92,7 +92,7 @@ def earlier_end(bracket: Bracket, time: float, value: float) -> Bracket:
 
 
 @kernel
-def gap_ahead(plant: Plant, state: Motion, direction: int) -> float:
+def gap_ahead(plant: Plant, state: AnyMotion, direction: int) -> float:
     """Distance in m to the cap ahead of a carriage that slides in ``direction``."""
     return plant.cylinder.stroke - state.position if direction > 0 else state.position
 
@@ -127,11 +127,11 @@ def stops_within(speed: float, rate: float, after: float, rate_after: float, ste
 def standstill(
     plant: Plant,
     lands: Lands,
-    state: Motion,
+    state: AnyMotion,
     direction: int,
     first: Rates,
     step: float,
-    after: Motion,
+    after: AnyMotion,
 ) -> Event:
     """Find where a sliding carriage stops; ``elapsed`` is negative if it does not."""
     bracket = Bracket(0.0, direction * state.velocity, step, direction * after.velocity)
@@ -171,7 +171,7 @@ def standstill(
 
 @kernel
 def impact(
-    plant: Plant, lands: Lands, state: Motion, direction: int, first: Rates, until: Event
+    plant: Plant, lands: Lands, state: AnyMotion, direction: int, first: Rates, until: Event
 ) -> Event:
     """Find where a sliding carriage strikes a cap that it has passed at ``until``."""
     bracket = Bracket(
@@ -189,12 +189,8 @@ def impact(
             bracket = narrowed(bracket, elapsed, gap)
             if abs(gap) < SMALLEST_GAP or bracket.before == bracket.after:
                 break
-    struck = Motion(
-        plant.cylinder.stroke if direction > 0 else 0.0,
-        rebound(plant.end_stop, found.velocity),
-        found.pressure_a,
-        found.pressure_b,
-    )
+    cap = plant.cylinder.stroke if direction > 0 else 0.0
+    struck = carried(found, cap, rebound(plant.end_stop, found.velocity))
     return Event(struck, sliding_direction(plant, struck), elapsed)
 
 
@@ -202,11 +198,11 @@ def impact(
 def sliding_event(
     plant: Plant,
     lands: Lands,
-    state: Motion,
+    state: AnyMotion,
     direction: int,
     first: Rates,
     step: float,
-    after: Motion,
+    after: AnyMotion,
     stops: bool,
 ) -> Event:
     """Find the first event of a step of a sliding carriage that led to ``after``.
@@ -227,11 +223,11 @@ def sliding_event(
 def breakaway(
     plant: Plant,
     lands: Lands,
-    state: Motion,
+    state: AnyMotion,
     a: PressureRate,
     b: PressureRate,
     step: float,
-    after: Motion,
+    after: AnyMotion,
 ) -> Event:
     """Find where a carriage at rest breaks away in a step at whose end it is pushed too hard."""
     low, high = breakaway_limits(plant, state.position)

@@ -2,16 +2,17 @@
 
 import math
 
-from rodless_base.kernels import kernel
+from rodless_base.kernels import kernel_by_type
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 
 SOUND = 0
 NOT_FINITE = 1
 NO_PRESSURE = 2
 NO_VOLUME = 3
 TOO_MANY_STEPS = 4
+NO_TEMPERATURE = 5
 
 # What it is, and which parameters it is likely to come from.
 MEANING = {
@@ -26,6 +27,10 @@ MEANING = {
     NO_VOLUME: (
         "a chamber has no volume",
         "check cylinder.dead_volume_a, cylinder.dead_volume_b and the position given",
+    ),
+    NO_TEMPERATURE: (
+        "a temperature is not positive",
+        "check the temperatures given and chambers.heat_transfer_coefficient",
     ),
     TOO_MANY_STEPS: (
         "the motion is too fast to follow",
@@ -51,7 +56,7 @@ class SimulationError(RuntimeError):
     """
 
 
-@kernel
+@kernel_by_type
 def fault_of(plant: Plant, state: Motion) -> int:
     """Return what is wrong with a state, as one of the codes above."""
     total = state.position + state.velocity + state.pressure_a + state.pressure_b
@@ -65,11 +70,13 @@ def fault_of(plant: Plant, state: Motion) -> int:
     return SOUND
 
 
-def simulation_error(fault: int, time: float, state: Motion) -> SimulationError:
+def simulation_error(fault: int, time: float, state: AnyMotion) -> SimulationError:
     """Return the error for a fault in the sample period that began at ``time`` (s)."""
     what, advice = MEANING[fault]
+    air = f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa"
+    if isinstance(state, HeatedMotion):
+        air += f", temperatures {state.temperature_a:g} and {state.temperature_b:g} K"
     return SimulationError(
         f"after {time:g} s: {what} (position {state.position:g} m, "
-        f"velocity {state.velocity:g} m/s, pressures {state.pressure_a:g} and "
-        f"{state.pressure_b:g} Pa); {advice}"
+        f"velocity {state.velocity:g} m/s, {air}); {advice}"
     )

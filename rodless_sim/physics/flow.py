@@ -59,17 +59,34 @@ def nozzle_function(air: Air, ratio: float) -> float:
 
 @kernel
 def orifice(air: Air, area: float, pressure_1: float, pressure_2: float) -> Flow:
-    """Flow from side 1 to side 2, eqs. (6), (7), (19), (20).
+    """Flow from side 1 to side 2 by the nozzle of eqs. (6), (7), (19), (20).
 
-    ``area`` is C_v·S in m². With the higher pressure on side 2 the ports swap and the flow
-    is negative; the paper's form has a negative radicand there.
+    ``area`` is C_v·S in m².
     """
     if area == 0.0:
         return Flow(0.0, 0.0, 0.0)
+    function, slope = nozzle(air, pressure_ratio(pressure_1, pressure_2))
+    return throttled(air, area, pressure_1, pressure_2, function, slope)
+
+
+@kernel
+def pressure_ratio(pressure_1: float, pressure_2: float) -> float:
+    """Ratio of the downstream to the upstream pressure, at most 1."""
+    return min(pressure_1, pressure_2) / max(pressure_1, pressure_2)
+
+
+@kernel
+def throttled(
+    air: Air, area: float, pressure_1: float, pressure_2: float, function: float, slope: float
+) -> Flow:
+    """Flow from side 1 to side 2, eq. (7), where the dimensionless flow ψ is ``function``.
+
+    ``slope`` is dψ/dr at the pressure ratio r. With the higher pressure on side 2 the ports swap
+    and the flow is negative; the paper's form has a negative radicand there.
+    """
     upstream = max(pressure_1, pressure_2)
-    ratio = min(pressure_1, pressure_2) / upstream
+    ratio = pressure_ratio(pressure_1, pressure_2)
     conductance = area / math.sqrt(air.gas_constant * air.temperature)
-    function, slope = nozzle(air, ratio)
     flow = conductance * upstream * function
     by_upstream = conductance * (function - ratio * slope)
     by_downstream = conductance * slope

@@ -16,7 +16,7 @@ from rodless_sim.physics.state import Motion
 
 FORCES = modules(
     "rodless_sim.physics",
-    (),
+    ("rail",),
 )
 
 PARAMETERS = collect(*(member.PARAMETERS for member in FORCES))

@@ -12,21 +12,23 @@ Coefficients: Sandu, Verwer, Blom, Spee, Carmichael and Potra, *Benchmarking sti
 atmospheric chemistry problems II: Rosenbrock solvers*, Atmospheric Environment 31, 1997.
 
 The matrix is an arrowhead: every state changes with itself, with position and velocity, and only
-the acceleration with all of them. Each chamber is eliminated by :func:`leaf`, then the position,
-and the velocity is what remains. A further state that changes with itself and the carriage (a
-bristle, a coupled mass) is one more leaf here and one more term of the velocity's pivot; states
-that change with each other (pressure and temperature of one chamber) are one leaf of two states. A
-state that an option leaves out has no leaf and costs nothing.
+the acceleration with all of them. Each chamber is eliminated by :func:`leaf`, a leak between the
+chambers by :func:`exchanged`, then the position, and the velocity is what remains. A further state
+that changes with itself and the carriage (a bristle, a coupled mass) is one more leaf here and one
+more term of the velocity's pivot; states that change with each other are one leaf of two states, as
+pressure and temperature of one chamber in :mod:`~rodless_sim.physics.heated`. A state that an
+option leaves out has no leaf and costs
+nothing.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from rodless_base.kernels import kernel
+from rodless_base.kernels import kernel, kernel_by_type
 from rodless_sim.physics.cylinder import PressureRate
-from rodless_sim.physics.equations import Rates, inflows, pressure_rates, rates
+from rodless_sim.physics.equations import Rates, inflows, motion_rate, pressure_rates, rates
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion, moved
+from rodless_sim.physics.state import AnyMotion, Motion, moved
 
 GAMMA = 0.43586652150845899942
 C21 = -1.0156171083877702
@@ -48,6 +50,13 @@ class Leaf(NamedTuple):
     by_velocity: float
 
 
+class Exchange(NamedTuple):
+    """What the chambers' rows, each solved by itself, leave of each other: a leak between them."""
+
+    of_a: float  # how P_a follows P_b
+    of_b: float  # how P_b follows P_a
+
+
 class Matrix(NamedTuple):
     """The matrix d I − J, eliminated down to the velocity."""
 
@@ -55,8 +64,19 @@ class Matrix(NamedTuple):
     by_position: float  # of the acceleration, 1/s²
     by_pressure: float  # of the acceleration, m/(s²·Pa)
     pivot: float  # s
-    a: Leaf
-    b: Leaf
+    # Those of the chambers, as eliminated_chambers() or a version of it makes them.
+    a: Any  # Leaf
+    b: Any  # Leaf
+    exchange: Any  # Exchange
+
+
+@kernel
+def exchanged(exchange: Exchange, a: float, b: float) -> tuple[float, float]:
+    """Solve P_a = a + of_a P_b and P_b = b + of_b P_a."""
+    if exchange.of_a == 0.0 and exchange.of_b == 0.0:
+        return a, b
+    scale = 1.0 / (1.0 - exchange.of_a * exchange.of_b)
+    return (a + exchange.of_a * b) * scale, (b + exchange.of_b * a) * scale
 
 
 @kernel
@@ -67,24 +87,42 @@ def leaf(rate: PressureRate, diagonal: float) -> Leaf:
     return Leaf(inverse, rate.by_position, by_velocity)
 
 
+@kernel_by_type
+def eliminated_chambers(
+    first: PressureRate, second: PressureRate, diagonal: float
+) -> tuple[Leaf, Leaf, Exchange]:
+    """Eliminate the rows of both chambers, which may leak into each other."""
+    a, b = leaf(first, diagonal), leaf(second, diagonal)
+    exchange = Exchange(first.by_other * a.inverse, second.by_other * b.inverse)
+    by_velocity_a, by_velocity_b = exchanged(exchange, a.by_velocity, b.by_velocity)
+    return (
+        Leaf(a.inverse, a.by_position, by_velocity_a),
+        Leaf(b.inverse, b.by_position, by_velocity_b),
+        exchange,
+    )
+
+
 @kernel
 def eliminated(first: Rates, step: float) -> Matrix:
     """Eliminate all rows for a step of ``step`` s."""
     diagonal = 1.0 / (GAMMA * step)
     inverse = 1.0 / diagonal
-    a, b = leaf(first.a, diagonal), leaf(first.b, diagonal)
+    a, b, exchange = eliminated_chambers(first.a, first.b, diagonal)
     own = diagonal - first.by_velocity - first.by_position * inverse
     pivot = 1.0 / (own - first.by_pressure * (a.by_velocity - b.by_velocity))
-    return Matrix(inverse, first.by_position, first.by_pressure, pivot, a, b)
+    return Matrix(inverse, first.by_position, first.by_pressure, pivot, a, b, exchange)
 
 
-@kernel
+@kernel_by_type
 def solved(matrix: Matrix, right: Motion) -> Motion:
     """Solve for the right-hand side ``right``."""
     a, b = matrix.a, matrix.b
     shift = right.position * matrix.inverse
-    rest_a = (right.pressure_a + a.by_position * shift) * a.inverse
-    rest_b = (right.pressure_b + b.by_position * shift) * b.inverse
+    rest_a, rest_b = exchanged(
+        matrix.exchange,
+        (right.pressure_a + a.by_position * shift) * a.inverse,
+        (right.pressure_b + b.by_position * shift) * b.inverse,
+    )
     push = matrix.by_pressure * (rest_a - rest_b) + matrix.by_position * shift
     velocity = (right.velocity + push) * matrix.pivot
     return Motion(
@@ -95,7 +133,7 @@ def solved(matrix: Matrix, right: Motion) -> Motion:
     )
 
 
-@kernel
+@kernel_by_type
 def error_size(error: Motion) -> float:
     """Return the largest error in units of what counts as 1; NaN where one is no number."""
     carriage = max(abs(error.position) / POSITION_ERROR, abs(error.velocity) / VELOCITY_ERROR)
@@ -106,43 +144,61 @@ def error_size(error: Motion) -> float:
 
 
 @kernel
-def sliding_step(
-    plant: Plant, lands: Lands, state: Motion, direction: int, first: Rates, step: float
-) -> tuple[Motion, float]:
-    """Take one step of a sliding carriage, ``first`` being its rates at ``state``.
+def staged(
+    plant: Plant,
+    lands: Lands,
+    state: AnyMotion,
+    direction: int,
+    matrix: Matrix,
+    first: AnyMotion,
+    step: float,
+) -> tuple[AnyMotion, float]:
+    """Take one step by the three stages; ``first`` is the rate at ``state``.
 
     Returns the state after ``step`` s and the size of its error.
     """
-    matrix = eliminated(first, step)
-    u1 = solved(matrix, Motion(first.velocity, first.acceleration, first.a.rate, first.b.rate))
+    u1 = solved(matrix, first)
     later = rates(plant, lands, moved(state, u1, 1.0), direction)
     u2 = solved(matrix, moved(later, u1, C21 / step))
     u3 = solved(matrix, moved(moved(later, u1, C31 / step), u2, C32 / step))
     after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
-    return after, error_size(
-        Motion(
-            E1 * u1.position + E2 * u2.position + E3 * u3.position,
-            E1 * u1.velocity + E2 * u2.velocity + E3 * u3.velocity,
-            E1 * u1.pressure_a + E2 * u2.pressure_a + E3 * u3.pressure_a,
-            E1 * u1.pressure_b + E2 * u2.pressure_b + E3 * u3.pressure_b,
-        )
-    )
+    # E1 is a half, and a half of u1 less than u1 is exact.
+    return after, error_size(moved(moved(moved(u1, u1, E1 - 1.0), u2, E2), u3, E3))
 
 
 @kernel
+def sliding_step(
+    plant: Plant, lands: Lands, state: AnyMotion, direction: int, first: Rates, step: float
+) -> tuple[AnyMotion, float]:
+    """Take one step of a sliding carriage, ``first`` being its rates at ``state``.
+
+    Returns the state after ``step`` s and the size of its error.
+    """
+    rate = motion_rate(first.velocity, first.acceleration, first.a, first.b)
+    return staged(plant, lands, state, direction, eliminated(first, step), rate, step)
+
+
+@kernel_by_type
 def sticking_step(
     plant: Plant, lands: Lands, state: Motion, a: PressureRate, b: PressureRate, step: float
 ) -> tuple[Motion, float]:
-    """:func:`sliding_step` for a carriage at rest, whose chambers know nothing of each other."""
+    """:func:`sliding_step` for a carriage at rest, which leaves the chambers to each other."""
     diagonal = 1.0 / (GAMMA * step)
     inverse_a, inverse_b = 1.0 / (diagonal - a.by_pressure), 1.0 / (diagonal - b.by_pressure)
-    a1, b1 = a.rate * inverse_a, b.rate * inverse_b
+    exchange = Exchange(a.by_other * inverse_a, b.by_other * inverse_b)
+    a1, b1 = exchanged(exchange, a.rate * inverse_a, b.rate * inverse_b)
     halfway = Motion(state.position, 0.0, state.pressure_a + a1, state.pressure_b + b1)
     later_a, later_b = pressure_rates(plant, halfway, inflows(plant, lands, halfway), 0.0)
-    a2 = (later_a.rate + C21 / step * a1) * inverse_a
-    b2 = (later_b.rate + C21 / step * b1) * inverse_b
-    a3 = (later_a.rate + C31 / step * a1 + C32 / step * a2) * inverse_a
-    b3 = (later_b.rate + C31 / step * b1 + C32 / step * b2) * inverse_b
+    a2, b2 = exchanged(
+        exchange,
+        (later_a.rate + C21 / step * a1) * inverse_a,
+        (later_b.rate + C21 / step * b1) * inverse_b,
+    )
+    a3, b3 = exchanged(
+        exchange,
+        (later_a.rate + C31 / step * a1 + C32 / step * a2) * inverse_a,
+        (later_b.rate + C31 / step * b1 + C32 / step * b2) * inverse_b,
+    )
     after = Motion(
         state.position,
         0.0,

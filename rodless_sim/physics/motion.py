@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
+from rodless_sim.physics import heated  # noqa: F401  versions of what is used here
 from rodless_sim.physics.equations import (
     Inflows,
     breakaway_limits,
@@ -19,7 +20,7 @@ from rodless_sim.physics.integrator import next_step, sliding_step, sticking_ste
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import Motion, stopped
+from rodless_sim.physics.state import AnyMotion, stopped
 
 # What happens within a longer step might leave no trace at its end.
 LONGEST_STEP = 1e-3  # s
@@ -44,7 +45,7 @@ FALL_ACCURACY = 10.0
 class Attempt(NamedTuple):
     """Where a step has led."""
 
-    state: Motion
+    state: AnyMotion
     direction: int  # of sliding from then on, 0 for a carriage at rest
     elapsed: float  # s, 0 where the step was too long and has not been taken
     step: float  # s, to try next
@@ -89,7 +90,7 @@ def cruises(speed: float, rate: float, after: float, stribeck_velocity: float, s
 def sliding_attempt(
     plant: Plant,
     lands: Lands,
-    state: Motion,
+    state: AnyMotion,
     flows: Inflows,
     direction: int,
     step: float,
@@ -126,7 +127,7 @@ def sliding_attempt(
 
 @kernel
 def sticking_attempt(
-    plant: Plant, lands: Lands, state: Motion, flows: Inflows, step: float, tolerance: float
+    plant: Plant, lands: Lands, state: AnyMotion, flows: Inflows, step: float, tolerance: float
 ) -> Attempt:
     """:func:`sliding_attempt` for a carriage at rest."""
     a, b = pressure_rates(plant, state, flows, 0.0)
@@ -143,8 +144,8 @@ def sticking_attempt(
 
 @kernel
 def advance_from(
-    plant: Plant, lands: Lands, state: Motion, flows: Inflows, period: float, tolerance: float
-) -> tuple[Motion, int]:
+    plant: Plant, lands: Lands, state: AnyMotion, flows: Inflows, period: float, tolerance: float
+) -> tuple[AnyMotion, int]:
     """:func:`advance` from a state that ``flows`` enter, which need not be computed again."""
     left = step = period
     direction = sliding_direction(plant, state)
@@ -170,8 +171,8 @@ def advance_from(
 
 @kernel
 def advance(
-    plant: Plant, lands: Lands, state: Motion, period: float, tolerance: float
-) -> tuple[Motion, int]:
+    plant: Plant, lands: Lands, state: AnyMotion, period: float, tolerance: float
+) -> tuple[AnyMotion, int]:
     """Keep the valve at its openings ``lands`` for ``period`` s.
 
     The integrator chooses its steps anew in every call, for an error of ``tolerance``
@@ -183,8 +184,8 @@ def advance(
 
 @outlined_kernel
 def advance_at_voltage(
-    plant: Plant, voltage: float, state: Motion, period: float, tolerance: float
-) -> tuple[Motion, float, float, int]:
+    plant: Plant, voltage: float, state: AnyMotion, period: float, tolerance: float
+) -> tuple[AnyMotion, float, float, int]:
     """:func:`advance` at ``voltage`` (V), with the mass flows into A and B (kg/s) at the end."""
     lands = openings(plant, voltage)
     fault = 0

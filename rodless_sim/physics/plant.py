@@ -3,11 +3,13 @@
 from typing import Any, NamedTuple
 
 from rodless_base.parameters import ParameterSet
-from rodless_sim.physics import forces
+from rodless_sim.physics import forces, heat
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
+from rodless_sim.physics.flow_law import FlowLaw
 from rodless_sim.physics.friction import Friction
+from rodless_sim.physics.leak import Leak
 from rodless_sim.physics.valve import Valve
 from rodless_sim.physics.valve_assembly import Assembly
 
@@ -18,12 +20,15 @@ class Plant(NamedTuple):
     air: Air
     valve: Valve
     assembly: Assembly
+    flow_law: FlowLaw
     cylinder: Cylinder
+    leak: Leak
     friction: Friction
     end_stop: EndStop
     forces: tuple[Any, ...]  # constants of each of forces.FORCES
     supply_pressure: float  # Pa, absolute
     ambient_pressure: float  # Pa, absolute
+    heat: Any  # Heat, () where the chambers have no temperatures of their own
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
@@ -33,10 +38,13 @@ class Plant(NamedTuple):
             air=air,
             valve=valve,
             assembly=Assembly.of(parameters, air, valve),
+            flow_law=FlowLaw.of(parameters),
             cylinder=Cylinder.of(parameters),
+            leak=Leak.of(parameters),
             friction=Friction.of(parameters),
             end_stop=EndStop.of(parameters),
             forces=forces.of(parameters),
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),
+            heat=heat.of(parameters),
         )

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel
-from rodless_sim.physics import valve_assembly
-from rodless_sim.physics.flow import Flow, both, orifice
+from rodless_sim.physics import flow_law, valve_assembly
+from rodless_sim.physics.flow import Flow, both
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.plant import Plant
 
@@ -17,13 +17,22 @@ def openings(plant: Plant, voltage: float) -> Lands:
 
 
 @kernel
-def flow_past(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> Flow:
-    """Flow from side 1 to side 2 of an edge: orifice and gap side by side."""
+def restrictions(
+    plant: Plant, edge: Edge, pressure_1: float, pressure_2: float
+) -> tuple[Flow, Flow]:
+    """Flows from side 1 to side 2 through the orifice of an edge and through its gap."""
     air, assembly = plant.air, plant.assembly
-    return both(
-        orifice(air, edge.orifice_area, pressure_1, pressure_2),
+    return (
+        flow_law.orifice(plant.flow_law, air, edge.orifice_area, pressure_1, pressure_2),
         valve_assembly.gap(assembly.code, assembly.own, air, edge, pressure_1, pressure_2),
     )
+
+
+@kernel
+def flow_past(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) -> Flow:
+    """Flow from side 1 to side 2 of an edge: orifice and gap side by side."""
+    through, along = restrictions(plant, edge, pressure_1, pressure_2)
+    return both(through, along)
 
 
 @kernel
@@ -33,10 +42,11 @@ def edge_flow(plant: Plant, edge: Edge, pressure_1: float, pressure_2: float) ->
 
 
 class Inflow(NamedTuple):
-    """The net mass flow into a chamber, and how it changes with the pressure in it."""
+    """The net mass flow into a chamber, and how it changes with the pressures."""
 
     mass_flow: float  # kg/s
-    by_pressure: float  # kg/(s·Pa)
+    by_pressure: float  # kg/(s·Pa), with the chamber's own
+    by_other: float  # kg/(s·Pa), with the other chamber's
 
 
 @kernel
@@ -45,7 +55,7 @@ def net_inflow(plant: Plant, inlet: Edge, outlet: Edge, pressure: float) -> Infl
     inward = flow_past(plant, inlet, plant.supply_pressure, pressure)
     outward = flow_past(plant, outlet, pressure, plant.ambient_pressure)
     return Inflow(
-        inward.mass_flow - outward.mass_flow, inward.by_pressure_2 - outward.by_pressure_1
+        inward.mass_flow - outward.mass_flow, inward.by_pressure_2 - outward.by_pressure_1, 0.0
     )
 
 
@@ -63,18 +73,6 @@ def inflow_b(plant: Plant, lands: Lands, pressure: float) -> Inflow:
     inlet = lands.closing if lands.forward else lands.opening
     outlet = lands.opening if lands.forward else lands.closing
     return net_inflow(plant, inlet, outlet, pressure)
-
-
-@kernel
-def flow_into_a(plant: Plant, lands: Lands, pressure: float) -> float:
-    """Net mass flow into chamber A in kg/s."""
-    return inflow_a(plant, lands, pressure).mass_flow
-
-
-@kernel
-def flow_into_b(plant: Plant, lands: Lands, pressure: float) -> float:
-    """Net mass flow into chamber B in kg/s."""
-    return inflow_b(plant, lands, pressure).mass_flow
 
 
 @kernel

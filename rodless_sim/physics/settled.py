@@ -1,17 +1,24 @@
-"""Chamber pressures of a held carriage once the flows through the valve balance."""
+"""What the chambers of a held carriage settle at, once flows and heat balance."""
 
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
+from typing import Any
 
-from scipy.optimize import brentq
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq, root
 
+from rodless_sim.physics.cylinder import volume_a, volume_b
+from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.heat import NetInflow, wall_area
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 
-ChamberFlow = Callable[[Plant, Lands, float], float]
+# What counts as balanced: heat that would warm a chamber by some microkelvins in a second.
+SMALLEST_POWER = 1e-6  # W
 
 
 @lru_cache(maxsize=256)
@@ -21,22 +28,128 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
     A valve that seals perfectly leaves both at ambient pressure. Raises SimulationError for one
     that fills a chamber past the supply's pressure.
     """
-    lands = openings(plant, voltage)
-    supply, ambient = plant.supply_pressure, plant.ambient_pressure
+    lands, ambient = openings(plant, voltage), plant.ambient_pressure
 
-    def balance(chamber_flow: ChamberFlow) -> float:
-        def net(pressure: float) -> float:
-            return chamber_flow(plant, lands, pressure)
+    def net(pressure_a: float, pressure_b: float) -> tuple[float, float]:
+        a, b = inflows(plant, lands, Motion(0.0, 0.0, pressure_a, pressure_b))
+        return a.mass_flow, b.mass_flow
 
-        if net(ambient) <= 0.0:
-            return ambient
-        # Coefficients beyond any valve overflow, and then no pressure balances either.
-        if net(supply) <= 0.0:
-            with suppress(ValueError, RuntimeError):
-                return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
+    def balance(chamber_flow: Callable[[float], float]) -> float:
+        return _without_flow(plant, voltage, chamber_flow)
+
+    def balance_a(pressure_b: float) -> float:
+        return balance(lambda pressure: net(pressure, pressure_b)[0])
+
+    if plant.leak.across == 0.0:
+        return balance_a(ambient), balance(lambda pressure: net(ambient, pressure)[1])
+    pressure_b = balance(lambda pressure: net(balance_a(pressure), pressure)[1])
+    return balance_a(pressure_b), pressure_b
+
+
+def settled_motion(plant: Plant, voltage: float, position: float) -> AnyMotion:
+    """Return the state at rest at ``position`` (m) with the chambers settled at ``voltage`` (V)."""
+    if not plant.heat:
+        return Motion(position, 0.0, *settled_pressures(plant, voltage))
+    return settled_air(plant, voltage, position)
+
+
+@lru_cache(maxsize=256)
+def settled_air(plant: Plant, voltage: float, position: float) -> HeatedMotion:
+    """Return the state at rest in which neither mass nor energy of a chamber changes.
+
+    The carriage is held at ``position`` (m), the valve at ``voltage`` (V). Raises as
+    :func:`settled_pressures`.
+    """
+    lands, ambient, wall = openings(plant, voltage), plant.ambient_pressure, _wall(plant)
+
+    def flows(a: tuple[float, float], b: tuple[float, float]) -> Any:
+        return inflows(plant, lands, HeatedMotion(0.0, 0.0, a[0], b[0], a[1], b[1]))
+
+    losses = [
+        plant.heat.coefficient * wall_area(plant.heat, volume)
+        for volume in (volume_a(plant.cylinder, position), volume_b(plant.cylinder, position))
+    ]
+    if plant.leak.across == 0.0:
+        a = _chamber(plant, voltage, losses[0], lambda p, t: flows((p, t), (ambient, wall)).a)
+        b = _chamber(plant, voltage, losses[1], lambda p, t: flows((ambient, wall), (p, t)).b)
+    else:
+        a, b = _both(plant, voltage, losses, flows)
+    return HeatedMotion(position, 0.0, a[0], b[0], a[1], b[1])
+
+
+def _wall(plant: Plant) -> float:
+    return float(plant.heat.wall_temperature)
+
+
+def _chamber(
+    plant: Plant, voltage: float, loss: float, chamber: Callable[[float, float], NetInflow]
+) -> tuple[float, float]:
+    """Return P and T (Pa, K) of a chamber that has nothing to do with the other."""
+
+    def pressure(temperature: float) -> float:
+        return _without_flow(plant, voltage, lambda p: chamber(p, temperature).mass_flow)
+
+    def power(temperature: float) -> float:
+        flow = chamber(pressure(temperature), temperature)
+        return float(flow.enthalpy_flow + loss * (_wall(plant) - temperature))
+
+    # The air settles between the coldest and the warmest that it meets.
+    known = (plant.air.temperature, _wall(plant), plant.heat.ambient_temperature)
+    low, high = min(known) - 1.0, max(known) + 1.0
+    if power(low) == power(high):  # nothing flows, no wall warms: any temperature is settled
+        return pressure(_wall(plant)), _wall(plant)
+    temperature = float(brentq(power, low, high, xtol=1e-9, rtol=1e-14))
+    return pressure(temperature), temperature
+
+
+def _both(
+    plant: Plant,
+    voltage: float,
+    losses: list[float],
+    flows: Callable[[tuple[float, float], tuple[float, float]], Any],
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return P and T (Pa, K) of chambers that leak into each other.
+
+    Looked for from the pressures they settle at with one temperature, which are near.
+    """
+    pressures = settled_pressures(plant, voltage)
+    warmth = plant.air.temperature
+    scale = np.array([*pressures, warmth, warmth])
+
+    def powers(unknown: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        pressure_a, pressure_b, warm_a, warm_b = (scale * unknown).tolist()
+        a, b = flows((pressure_a, warm_a), (pressure_b, warm_b))
+        capacity = a.enthalpy_flow, b.enthalpy_flow
+        heat = [
+            flow + loss * (_wall(plant) - warm)
+            for flow, loss, warm in zip(capacity, losses, (warm_a, warm_b), strict=True)
+        ]
+        # Mass flows as power too, so that all are of one size.
+        per_mass = plant.air.gas_constant * warmth
+        return np.array([per_mass * a.mass_flow, per_mass * b.mass_flow, *heat])
+
+    start = np.array([1.0, 1.0, _wall(plant) / warmth, _wall(plant) / warmth])
+    # As near as floats can tell: what counts is what is left over.
+    found = root(powers, start, tol=1e-14)
+    if not np.abs(powers(found.x)).max() <= SMALLEST_POWER:
         raise SimulationError(
-            f"the chambers do not settle at {voltage:g} V; check valve.area_coefficients and "
-            "valve.flow_coefficients"
+            f"the chambers do not settle at {voltage:g} V; check the leak.*, or give pressures "
+            "and temperatures to start from"
         )
+    pressure_a, pressure_b, warm_a, warm_b = (scale * found.x).tolist()
+    return (pressure_a, warm_a), (pressure_b, warm_b)
 
-    return balance(flow_into_a), balance(flow_into_b)
+
+def _without_flow(plant: Plant, voltage: float, net: Callable[[float], float]) -> float:
+    """Return the pressure in Pa at which ``net`` (kg/s by pressure) is zero."""
+    supply, ambient = plant.supply_pressure, plant.ambient_pressure
+    if net(ambient) <= 0.0:
+        return ambient
+    # Coefficients beyond any valve overflow, and then no pressure balances either.
+    if net(supply) <= 0.0:
+        with suppress(ValueError, RuntimeError):
+            return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
+    raise SimulationError(
+        f"the chambers do not settle at {voltage:g} V; check valve.area_coefficients and "
+        "valve.flow_coefficients"
+    )

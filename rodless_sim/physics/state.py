@@ -1,14 +1,26 @@
-"""The rig's states, each with unit and meaning: traces, records and docs follow from this list."""
+"""The rig's states, each with unit and meaning: traces, records and docs follow from this list.
+
+A rig has the states that its options need. A plant whose chambers have temperatures of their own
+moves as :class:`HeatedMotion`; no other carries them along. Which of the two a state is, is known
+when the equations are compiled: what differs between them is a version of its own.
+"""
 
 from typing import Annotated, NamedTuple, TypeVar
 
 from rodless_base.columns import quantities
-from rodless_base.kernels import kernel
+from rodless_base.kernels import kernel, kernel_by_type, version_for
 
 Position = Annotated[float, "m", "position of the carriage, 0 at chamber A's end"]
 Velocity = Annotated[float, "m/s", "velocity of the carriage, positive toward chamber B's end"]
 PressureA = Annotated[float, "Pa", "absolute pressure in chamber A"]
 PressureB = Annotated[float, "Pa", "absolute pressure in chamber B"]
+TemperatureA = Annotated[float, "K", "temperature of the air in chamber A"]
+TemperatureB = Annotated[float, "K", "temperature of the air in chamber B"]
+Voltage = Annotated[float, "V", "command that the valve follows"]
+Time = Annotated[float, "s", "plant time since the start or the last reset"]
+PneumaticForce = Annotated[float, "N", "pneumatic force on the carriage, A (P_a − P_b)"]
+MassFlowA = Annotated[float, "kg/s", "mass flow into chamber A"]
+MassFlowB = Annotated[float, "kg/s", "mass flow into chamber B"]
 
 
 Kind = TypeVar("Kind", bound=type)
@@ -31,7 +43,22 @@ class Motion(NamedTuple):
     pressure_b: PressureB
 
 
-@kernel
+@documented
+class HeatedMotion(NamedTuple):
+    """:class:`Motion` of a rig whose chambers have temperatures of their own."""
+
+    position: Position
+    velocity: Velocity
+    pressure_a: PressureA
+    pressure_b: PressureB
+    temperature_a: TemperatureA
+    temperature_b: TemperatureB
+
+
+AnyMotion = Motion | HeatedMotion
+
+
+@kernel_by_type
 def moved(state: Motion, rate: Motion, duration: float) -> Motion:
     """State after ``duration`` seconds at a constant rate; also state + factor · change."""
     return Motion(
@@ -42,10 +69,46 @@ def moved(state: Motion, rate: Motion, duration: float) -> Motion:
     )
 
 
+@version_for(HeatedMotion, moved)
+def _moved(state: HeatedMotion, rate: HeatedMotion, duration: float) -> HeatedMotion:
+    return HeatedMotion(
+        state.position + duration * rate.position,
+        state.velocity + duration * rate.velocity,
+        state.pressure_a + duration * rate.pressure_a,
+        state.pressure_b + duration * rate.pressure_b,
+        state.temperature_a + duration * rate.temperature_a,
+        state.temperature_b + duration * rate.temperature_b,
+    )
+
+
+@kernel_by_type
+def carried(state: Motion, position: float, velocity: float) -> Motion:
+    """Return the same state with the carriage at ``position`` (m) and ``velocity`` (m/s)."""
+    return Motion(position, velocity, state.pressure_a, state.pressure_b)
+
+
+@version_for(HeatedMotion, carried)
+def _carried(state: HeatedMotion, position: float, velocity: float) -> HeatedMotion:
+    return HeatedMotion(
+        position,
+        velocity,
+        state.pressure_a,
+        state.pressure_b,
+        state.temperature_a,
+        state.temperature_b,
+    )
+
+
 @kernel
-def stopped(state: Motion) -> Motion:
+def stopped(state: AnyMotion) -> AnyMotion:
     """Return the same state with the carriage at rest, exactly."""
-    return Motion(state.position, 0.0, state.pressure_a, state.pressure_b)
+    return carried(state, state.position, 0.0)
+
+
+NO_TEMPERATURES = (
+    "the chambers have no temperatures: all air has supply.temperature, unless "
+    "chambers.thermodynamics is energy_balance"
+)
 
 
 @documented
@@ -61,12 +124,51 @@ class State(NamedTuple):
 
     """
 
-    time: Annotated[float, "s", "plant time since the start or the last reset"]
+    time: Time
     position: Position
     velocity: Velocity
     pressure_a: PressureA
     pressure_b: PressureB
-    voltage: Annotated[float, "V", "command that the valve follows"]
-    force: Annotated[float, "N", "pneumatic force on the carriage, A (P_a − P_b)"]
-    mass_flow_a: Annotated[float, "kg/s", "mass flow into chamber A"]
-    mass_flow_b: Annotated[float, "kg/s", "mass flow into chamber B"]
+    voltage: Voltage
+    force: PneumaticForce
+    mass_flow_a: MassFlowA
+    mass_flow_b: MassFlowB
+
+    @property
+    def temperature_a(self) -> float:
+        """Chamber A has no temperature of its own; a :class:`HeatedState` has one, in K."""
+        raise AttributeError(NO_TEMPERATURES)
+
+    @property
+    def temperature_b(self) -> float:
+        """Chamber B has no temperature of its own; a :class:`HeatedState` has one, in K."""
+        raise AttributeError(NO_TEMPERATURES)
+
+
+@documented
+class HeatedState(NamedTuple):
+    """:class:`State` of a rig with ``chambers.thermodynamics`` ``energy_balance``.
+
+    Type checkers are told that it is a :class:`State`: it has all that one has, in its order.
+
+    Examples
+    --------
+    >>> from rodless_sim import Rig, RigParameters
+    >>> rig = Rig(RigParameters({"chambers.thermodynamics": "energy_balance"}))
+    >>> state = rig.advance(voltage=6.0, duration=0.5)
+    >>> f"A {state.temperature_a:.0f} K, B {state.temperature_b:.0f} K"
+    'A 303 K, B 284 K'
+
+    """
+
+    time: Time
+    position: Position
+    velocity: Velocity
+    pressure_a: PressureA
+    pressure_b: PressureB
+    voltage: Voltage
+    force: PneumaticForce
+    mass_flow_a: MassFlowA
+    mass_flow_b: MassFlowB
+    temperature_a: TemperatureA
+    temperature_b: TemperatureB

@@ -94,6 +94,24 @@ PARAMETERS = declare(
         -10.0,
         10.0,
     ),
+    Parameter(
+        "valve.discharge",
+        "polynomial",
+        "",
+        "flow coefficient C_v: polynomial: eq. (25), valve.flow_coefficients; constant: "
+        "valve.discharge_coefficient at any opening",
+        f"{PAPER}, eq. (25)",
+        choices=("polynomial", "constant"),
+    ),
+    Parameter(
+        "valve.discharge_coefficient",
+        0.9,
+        "",
+        "flow coefficient C_v at any opening (constant)",
+        f"{JUDGEMENT}: rated flow 100 L/min ± 10 %, within 3-5 % of the maker's curve",
+        0.0,
+        2.0,
+    ),
     Parameter("valve.spool_diameter", 6e-3, "m", "spool diameter d_s", f"{PAPER}, 3.2", 1e-3, 0.05),
     Parameter(
         "valve.sleeve_diameter",
@@ -136,7 +154,7 @@ class Valve(NamedTuple):
     def of(cls, parameters: ParameterSet) -> "Valve":
         """Return the constants for ``parameters``."""
         area: Any = scaled_amplitudes(parameters.numbers("valve.area_coefficients"), 6)
-        coefficient: Any = parameters.numbers("valve.flow_coefficients")
+        coefficient: Any = flow_polynomial(parameters)
         return cls(
             closed_voltage=parameters.number("valve.closed_voltage"),
             curve_centre=parameters.number("valve.curve_centre"),
@@ -147,6 +165,13 @@ class Valve(NamedTuple):
             gap_length=parameters.number("valve.gap_length"),
             gap_height=parameters.number("valve.gap_height"),
         )
+
+
+def flow_polynomial(parameters: ParameterSet) -> tuple[float, ...]:
+    """Return the powers of C_v in use, from the constant term on: a constant has no others."""
+    if parameters.text("valve.discharge") == "constant":
+        return parameters.number("valve.discharge_coefficient"), 0.0, 0.0, 0.0, 0.0, 0.0
+    return parameters.numbers("valve.flow_coefficients")
 
 
 def check(parameters: ParameterSet) -> None:

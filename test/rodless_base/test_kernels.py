@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import get_args, get_type_hints
+from typing import NamedTuple, get_args, get_type_hints
 
 import numba
 import numpy as np
@@ -294,3 +294,41 @@ def test_everything_runs_uncompiled() -> None:
     law = Pid(PidParameters())
     for sample, expected in zip(SAMPLES, plain, strict=True):
         assert list(law.update(*sample)) == pytest.approx(expected, rel=1e-12, abs=1e-15)
+
+
+class Metres(NamedTuple):
+    """A length."""
+
+    value: float
+
+
+class Feet(NamedTuple):
+    """Another."""
+
+    value: float
+
+
+@kernels.kernel_by_type
+def in_metres(factor: float, length: Metres) -> float:
+    """Return ``factor`` times a length."""
+    return factor * length.value
+
+
+@kernels.version_for(Feet, in_metres)
+def _in_metres(factor: float, length: Feet) -> float:
+    return factor * in_metres(0.3048, Metres(length.value))
+
+
+@kernels.kernel
+def both_in_metres(one: Metres, other: Feet) -> float:
+    """Return the sum of both."""
+    return in_metres(1.0, one) + in_metres(1.0, other)
+
+
+def test_the_type_of_an_argument_chooses_the_version() -> None:
+    """Called from Python, from compiled code and from uncompiled; one version may call another."""
+    assert in_metres(2.0, Metres(3.0)) == 6.0
+    assert in_metres(2.0, Feet(10.0)) == 2.0 * 3.048
+    assert both_in_metres(Metres(1.0), Feet(10.0)) == 1.0 + 3.048
+    plain = both_in_metres.py_func  # type: ignore[attr-defined]
+    assert plain(Metres(1.0), Feet(10.0)) == 1.0 + 3.048

@@ -11,10 +11,10 @@ from rodless_base.columns import quantities
 from rodless_base.measurement import Measurement
 from rodless_lab import ClosedLoopTrace
 from rodless_lab.reports.parameters import parameter_reference
-from rodless_sim import Rig, RigParameters, State, Trace, simulate
+from rodless_sim import HeatedState, Rig, RigParameters, State, Trace, simulate
 from rodless_sim.node import messages
-from rodless_sim.physics.state import Motion
-from rodless_sim.trace import COLUMNS
+from rodless_sim.physics.state import HeatedMotion, Motion
+from rodless_sim.trace import COLUMNS, HEATED_COLUMNS
 
 NAMES = [quantity.name for quantity in quantities(State)]
 RUN = simulate(RigParameters(), [6.0] * 20, 1e-3)
@@ -26,6 +26,14 @@ def test_every_field_of_the_state_has_a_unit_and_a_meaning() -> None:
     assert all(quantity.unit and quantity.meaning for quantity in quantities(State))
     assert set(quantities(Motion)) <= set(quantities(State))
     assert [quantity.name for quantity in quantities(Motion)] == list(Motion._fields)
+
+
+def test_temperatures_stand_behind_what_every_rig_has() -> None:
+    """Both of the state and of a record: what reads the one can read the other."""
+    assert quantities(HeatedState)[: len(NAMES)] == quantities(State)
+    assert quantities(HeatedMotion)[: len(Motion._fields)] == quantities(Motion)
+    assert set(quantities(HeatedMotion)) <= set(quantities(HeatedState))
+    assert HEATED_COLUMNS[: len(HeatedMotion._fields)] == HeatedMotion._fields
 
 
 def test_a_trace_has_the_columns_of_the_list() -> None:
@@ -49,7 +57,8 @@ def test_a_closed_loop_adds_its_own_columns() -> None:
 
 def test_type_checkers_know_the_columns_of_a_trace() -> None:
     """The annotations of Trace are the state's fields, in their order, and nothing else."""
-    assert list(Trace.__annotations__) == NAMES
+    assert list(Trace.__annotations__) == [quantity.name for quantity in quantities(HeatedState)]
+    assert list(Trace.__annotations__)[: len(NAMES)] == NAMES
 
 
 def test_a_record_begins_with_all_that_is_integrated() -> None:
@@ -104,7 +113,7 @@ def test_joint_states_hold_readings_and_the_true_velocity() -> None:
 def test_the_page_lists_the_state() -> None:
     """Name, unit and meaning of each, from the list."""
     page = parameter_reference()
-    for name, unit, meaning in quantities(State):
+    for name, unit, meaning in quantities(HeatedState):
         assert f"| `{name}` | {unit} | {meaning} |" in page
     written = Path(__file__).resolve().parents[2] / "docs" / "parameters.md"
     assert page == written.read_text(encoding="utf-8")

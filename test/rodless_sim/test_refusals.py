@@ -10,7 +10,11 @@ import pytest
 from rodless_base.one_line import shown
 from rodless_sim import ParameterError, Rig, RigParameters, SimulationError, Trace, simulate
 from rodless_sim.physics import settled
+from rodless_sim.physics.equations import Inflows
+from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import Inflow
+from rodless_sim.physics.state import Motion
 
 
 @pytest.fixture(scope="module")
@@ -185,9 +189,12 @@ def test_a_valve_beyond_any_says_that_chambers_do_not_settle(
 ) -> None:
     """Where flows are no numbers the root finder gives up; its own words do not come out."""
     plant = Plant.of(RigParameters())
-    monkeypatch.setattr(
-        settled, "flow_into_a", lambda _plant, _lands, p: math.nan if p < 3e5 else -1.0
-    )
+
+    def no_numbers(_plant: Plant, _lands: Lands, state: Motion) -> Inflows:
+        flow = Inflow(math.nan if state.pressure_a < 3e5 else -1.0, 0.0, 0.0)
+        return Inflows(flow, flow)
+
+    monkeypatch.setattr(settled, "inflows", no_numbers)
     settled.settled_pressures.cache_clear()
     with pytest.raises(SimulationError, match=r"do not settle at 5\.08 V; check valve"):
         settled.settled_pressures(plant, 5.08)

@@ -11,7 +11,7 @@ PROGRAM = """
 import json
 from rodless_sim import RigParameters
 from rodless_sim.physics.motion import advance
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import HeatedMotion, Motion
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 
@@ -26,6 +26,12 @@ for assembly in ("reconciled", "printed"):
             (4.0, Motion(0.0005, -0.4, 3.0e5, 4.5e5)),
         ):
             ends.append(advance(plant, openings(plant, voltage), state, 0.01, 1.0)[0])
+plant = Plant.of(RigParameters({"chambers.thermodynamics": "energy_balance"}))
+for voltage, state in (
+    (7.0, HeatedMotion(0.1, 0.0, 4.6e5, 4.1e5, 300.0, 280.0)),
+    (4.0, HeatedMotion(0.0005, -0.4, 3.0e5, 4.5e5, 280.0, 300.0)),
+):
+    ends.append(advance(plant, openings(plant, voltage), state, 0.01, 1.0)[0])
 print(json.dumps(ends))
 """
 
@@ -48,7 +54,7 @@ def run(disable: str) -> list[list[float]]:
 def test_plain_python_gives_the_compiled_numbers() -> None:
     """With NUMBA_DISABLE_JIT=1 every end state is the compiled one to within rounding."""
     compiled, plain = run("0"), run("1")
-    assert len(compiled) == 12
+    assert len(compiled) == 14
     for one, other in zip(compiled, plain, strict=True):
         assert one == pytest.approx(other, rel=1e-10, abs=1e-12)
     assert any(abs(end[0] - 0.1) > 1e-6 for end in compiled)

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
-from rodless_sim.physics.equations import breakaway_limits, net_force
+from rodless_sim.physics.equations import breakaway_limits, inflows, net_force
 from rodless_sim.physics.friction import sliding_friction
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion
 
 Array = npt.NDArray[np.float64]
@@ -39,14 +39,14 @@ def rates(plant: Plant, lands: Lands, state: Motion, direction: int) -> Motion:
         velocity = state.velocity
         friction = sliding_friction(plant.friction, velocity, direction)
         acceleration = (net_force(plant, state) - friction) / cylinder.moving_mass
-    flow_a = flow_into_a(plant, lands, state.pressure_a)
-    flow_b = flow_into_b(plant, lands, state.pressure_b)
+    to_a, to_b = inflows(plant, lands, state)
+    first, second = volume_a(cylinder, state.position), volume_b(cylinder, state.position)
     grown = cylinder.piston_area * velocity
     return Motion(
         velocity,
         acceleration,
-        pressure_rate(air, volume_a(cylinder, state.position), grown, state.pressure_a, flow_a),
-        pressure_rate(air, volume_b(cylinder, state.position), -grown, state.pressure_b, flow_b),
+        pressure_rate(air, first, grown, state.pressure_a, to_a.mass_flow),
+        pressure_rate(air, second, -grown, state.pressure_b, to_b.mass_flow),
     )
 
 

@@ -8,8 +8,10 @@ from rodless_base.kernels import kernel
 from rodless_lab.identification.friction.uniform_motion import position_noise
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
+from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.state import Motion
 
 Array = npt.NDArray[np.float64]
 
@@ -51,14 +53,12 @@ def chamber_pressures(
             where = position[k] + speed * step * (i + 0.5)
             first, second = volume_a(cylinder, where), volume_b(cylinder, where)
             change = cylinder.piston_area * speed
-            flow_a = flow_into_a(plant, lands, a)
-            flow_b = flow_into_b(plant, lands, b)
-            half_a = a + 0.5 * step * pressure_rate(air, first, change, a, flow_a)
-            half_b = b + 0.5 * step * pressure_rate(air, second, -change, b, flow_b)
-            flow_a = flow_into_a(plant, lands, half_a)
-            flow_b = flow_into_b(plant, lands, half_b)
-            a += step * pressure_rate(air, first, change, half_a, flow_a)
-            b += step * pressure_rate(air, second, -change, half_b, flow_b)
+            to_a, to_b = inflows(plant, lands, Motion(where, speed, a, b))
+            half_a = a + 0.5 * step * pressure_rate(air, first, change, a, to_a.mass_flow)
+            half_b = b + 0.5 * step * pressure_rate(air, second, -change, b, to_b.mass_flow)
+            to_a, to_b = inflows(plant, lands, Motion(where, speed, half_a, half_b))
+            a += step * pressure_rate(air, first, change, half_a, to_a.mass_flow)
+            b += step * pressure_rate(air, second, -change, half_b, to_b.mass_flow)
     return pressures
 
 

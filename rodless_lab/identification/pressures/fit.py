@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import optimize
 
+from rodless_base.parameters import ParameterError
 from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.chamber_model import (
@@ -25,6 +26,7 @@ from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import POSITION_RANGE, PRESSURE_RANGE
 from rodless_sim.instruments.transmitter import lagged
+from rodless_sim.physics.heat import ENERGY_BALANCE
 from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
@@ -111,8 +113,14 @@ def fit_pressures(
 
     Intervals come from the Jacobian and the scatter of the residuals, widened by how far these are
     correlated in time, and by the bias of the sensors as ``parameters`` state it. Raises
-    :class:`UninformativeRunError` where no pressure changes.
+    :class:`UninformativeRunError` where no pressure changes, ParameterError for chambers with
+    temperatures.
     """
+    if parameters.text("chambers.thermodynamics") == ENERGY_BALANCE:
+        raise ParameterError(
+            f"chambers.thermodynamics: {ENERGY_BALANCE} refused, the fit knows no temperatures; "
+            "identify with adiabatic, and expect other dead volumes where heat matters"
+        )
     problem = _Problem(run, parameters, unknowns)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:

@@ -12,10 +12,12 @@ from rodless_lab.identification.pressures.fit import (
 )
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
+from rodless_sim.physics.flow_laws import iso_6358
 from rodless_sim.physics.plant import Plant
 
 CLOSED = "valve.closed_voltage"
 AREA = "valve.area_coefficients"
+CONDUCTANCE = "valve.sonic_conductance"
 AREA_FACTOR = "area factor"
 
 
@@ -48,7 +50,22 @@ def valve_findings(run: MeasuredRun, parameters: RigParameters) -> list[Finding]
     fit = identify_valve(run, parameters)
     factor = fit.estimates[AREA_FACTOR]
     findings = findings_of(fit, (CLOSED, GAP, SUPPLY))
+    if parameters.text("valve.flow_law") == iso_6358.NAME:
+        closed = findings[0].value
+        conductance = _conductance(parameters, factor, closed)
+        return [*findings, Finding(CONDUCTANCE, conductance, {AREA_FACTOR: factor})]
     return [*findings, Finding(AREA, _scaled(parameters, factor), {AREA_FACTOR: factor})]
+
+
+def _conductance(
+    parameters: RigParameters, factor: Estimate, closed: float | tuple[float, ...] | None
+) -> float | None:
+    """C with which the valve passes what it was found to pass: the curve only shares C out."""
+    if not factor.informed:
+        return None
+    found = parameters if closed is None else parameters.with_values({CLOSED: closed})
+    reach = iso_6358.widest_opening_of(found) / iso_6358.widest_opening_of(parameters)
+    return parameters.number(CONDUCTANCE) * factor.value * reach
 
 
 def _scaled(parameters: RigParameters, factor: Estimate) -> tuple[float, ...] | None:

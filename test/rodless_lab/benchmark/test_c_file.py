@@ -65,7 +65,14 @@ def test_same_events(c_file: CFile, preset: str, changes: dict[str, object]) -> 
 def test_other_rigs_are_refused(c_file: CFile) -> None:
     """A rig that the C file does not know is refused, not computed as another."""
     work = Work("paper", "step")
-    for name, value in (("valve.assembly", "printed"), ("cylinder.locked", True)):
+    for name, value in (
+        ("valve.assembly", "printed"),
+        ("cylinder.locked", True),
+        ("valve.flow_law", "iso_6358"),
+        ("leak.b", 1e-9),
+        ("rail.tilt", 0.1),
+        ("chambers.thermodynamics", "polytropic"),
+    ):
         plant = Plant.of(RigParameters({name: value}))
         with pytest.raises(ValueError, match="the C file knows"):
             c_file.open_loop(plant, np.array([6.0]), work.state, PERIOD, 1.0)

@@ -173,6 +173,8 @@ def test_refusals_name_value_cause_and_way_out() -> None:
         linearise(parameters, 0.1, 6.0, velocity=float("inf"))
     with pytest.raises(ValueError, match=r"cylinder\.locked"):
         linearise(parameters.with_values({"cylinder.locked": True}), 0.1, 6.0)
+    with pytest.raises(ValueError, match="energy_balance refused"):
+        linearise(parameters.with_values({"chambers.thermodynamics": "energy_balance"}), 0.1, 6.0)
     with pytest.raises(TypeError, match="RigParameters"):
         linearise({}, 0.1, 6.0)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="'speed' is unknown: must be one of position, velocity"):

@@ -126,7 +126,7 @@ def test_chamber_pressure_rates() -> None:
                 volume = 1.2e-4 + area * y
                 return pressure_rate(AIR, volume, area * v, p, flow - 3e-9 * (p - at))  # noqa: B023
 
-            found = chamber_rate(AIR, 1.2e-4 + area * y, area, v, p, flow, -3e-9)
+            found = chamber_rate(AIR, 1.2e-4 + area * y, area, v, p, flow, -3e-9, 0.0)
             assert found.rate == rate(y, v, p)
             assert found.by_position == near(slope(lambda x: rate(x, v, p), y, 1e-4), found[1])  # noqa: B023
             assert found.by_velocity == near(slope(lambda x: rate(y, x, p), v, 1e-3), found[2])  # noqa: B023

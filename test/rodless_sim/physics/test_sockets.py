@@ -79,17 +79,17 @@ from rodless_base.parameters import Parameter, ParameterError, declare
 from rodless_sim.physics.force import Force
 
 PARAMETERS = declare(
-    Parameter("rail.tilt", 0.0, "rad", "tilt of the rail, B's end up", "test", -1.6, 1.6)
+    Parameter("slope.angle", 0.0, "rad", "slope under the rail, B's end up", "test", -1.6, 1.6)
 )
 
 
 def check(parameters):
-    if parameters.number("rail.tilt") > parameters.number("cylinder.moving_mass"):
-        raise ParameterError("rail.tilt: too steep for this carriage")
+    if parameters.number("slope.angle") > parameters.number("cylinder.moving_mass"):
+        raise ParameterError("slope.angle: too steep for this carriage")
 
 
 def of(parameters):
-    angle = parameters.number("rail.tilt")
+    angle = parameters.number("slope.angle")
     return (9.81 * parameters.number("cylinder.moving_mass") * math.sin(angle),)
 
 
@@ -137,7 +137,7 @@ def extended(tmp_path: Path) -> Path:
     for file, line, longer in (
         ("friction.py", '"saturating",', '"saturating", "coulomb",'),
         ("valve_assembly.py", '"printed",', '"printed", "orifice",'),
-        ("forces.py", "    (),", '    ("tilt",),'),
+        ("forces.py", '("rail",)', '("rail", "tilt")'),
     ):
         path = physics / file
         text = path.read_text(encoding="utf-8")
@@ -187,7 +187,7 @@ def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(exte
         friction__dry=21.5,
         valve__assembly="orifice",
         valve__area_gain=2e-7,
-        rail__tilt=0.5235987755982988,
+        slope__angle=0.5235987755982988,
         cylinder__moving_mass=2.0,
     )
     assert after["friction"] == [-21.5, 21.5]
@@ -204,7 +204,7 @@ def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(exte
     [
         ({"friction__dry": 60.0}, "friction.dry: above what this seal bears"),
         ({"valve__area_gain": 0.0}, "valve.area_gain: the valve never opens"),
-        ({"rail__tilt": 1.5}, "rail.tilt: too steep for this carriage"),
+        ({"slope__angle": 1.5}, "slope.angle: too steep for this carriage"),
     ],
     ids=["friction form", "assembly", "force"],
 )

@@ -1,0 +1,58 @@
+"""Pictures of what the paper leaves out: the step to 58 mm with each option and without."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rodless_base.atomic_write import atomic_write
+from rodless_control import PidParameters, references
+from rodless_lab.figures.comparison import draw_comparison
+from rodless_lab.figures.files import png
+from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
+from rodless_lab.simulation.closed_loop import closed_loop
+from rodless_sim import RigParameters
+
+DURATION = 1.5  # s
+AT = 0.1  # s
+TARGET = 0.058  # m
+
+
+class Option(NamedTuple):
+    """An option as its page shows it."""
+
+    page: str  # docs/options/<page>.md, and the picture's name
+    name: str  # in the picture
+    values: Mapping[str, object]
+
+
+OPTIONS = (
+    Option("flow-law", "iso_6358", {"valve.flow_law": "iso_6358"}),
+    Option("leak", "0.05 mm² across the piston", {"leak.across": 5e-8}),
+    Option("tilt", "upright", {"rail.tilt": math.pi / 2.0}),
+    Option(
+        "thermodynamics",
+        "isothermal",
+        {"chambers.thermodynamics": "polytropic", "chambers.polytropic_index": 1.0},
+    ),
+    Option("discharge", "constant 0.9", {"valve.discharge": "constant"}),
+)
+
+
+def step(values: Mapping[str, object]) -> MeasuredRun:
+    """Run the step to 58 mm of the preset ``calibrated`` with ``values``."""
+    parameters = RigParameters.preset("calibrated").with_values(values)
+    law = PidParameters.preset("calibrated")
+    run = closed_loop(parameters, law, references.step(0.0, TARGET, at=AT), DURATION, 1e-3)
+    return run_of_trace(run, parameters.number("supply.pressure"))
+
+
+def save_option(folder: Path, option: Option) -> None:
+    """Draw the step without and with ``option`` into ``folder``."""
+    runs = step({}), step(option.values)
+    time = np.arange(0.0, DURATION, 1e-3)
+    names = "calibrated", option.name
+    picture = png(lambda: draw_comparison(names, runs, time))
+    atomic_write(folder / f"{option.page}.png", picture)

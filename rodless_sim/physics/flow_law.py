@@ -1,0 +1,68 @@
+"""How the flow through an orifice of the valve follows from the pressures, in one of several laws.
+
+A law is one module of ``flow_laws`` with ``NAME``, ``MEANING``, its own ``PARAMETERS``, its
+constants ``of(parameters)``, and a kernel ``function(constants, air, ratio)``: the dimensionless
+flow ψ = ṁ √(R T) / (C_v S P_1) at ``ratio`` r = P_2/P_1 ≤ 1, and dψ/dr. Where it has
+``check(parameters)``, that raises ParameterError for values that contradict each other.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rodless_base.kernels import dispatch, kernel
+from rodless_base.parameters import Parameter, ParameterSet, collect, declare
+from rodless_base.sockets import choices
+from rodless_sim.physics.air import Air
+from rodless_sim.physics.flow import Flow, pressure_ratio, throttled
+from rodless_sim.physics.sources import PAPER
+
+LAWS = choices(
+    "rodless_sim.physics.flow_laws",
+    (
+        "nozzle",
+        "iso_6358",
+    ),
+    kernels=("function",),
+)
+
+PARAMETERS = collect(
+    declare(
+        Parameter(
+            "valve.flow_law",
+            "nozzle",
+            "",
+            "; ".join(f"{law.NAME}: {law.MEANING}" for law in LAWS),
+            f"{PAPER}, eq. (6)",
+            choices=tuple(law.NAME for law in LAWS),
+        )
+    ),
+    *(law.PARAMETERS for law in LAWS),
+)
+
+
+class FlowLaw(NamedTuple):
+    """The law in use."""
+
+    code: int  # its place in LAWS
+    own: tuple[Any, ...]  # each law's own constants
+
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> "FlowLaw":
+        """Return the constants for ``parameters``."""
+        return cls(
+            code=parameters.choice("valve.flow_law"),
+            own=tuple(law.of(parameters) for law in LAWS),
+        )
+
+
+function: Callable[..., tuple[float, float]] = dispatch([law.function for law in LAWS])
+
+
+@kernel
+def orifice(law: FlowLaw, air: Air, area: float, pressure_1: float, pressure_2: float) -> Flow:
+    """Flow from side 1 to side 2 of an orifice of the valve; ``area`` is C_v·S in m²."""
+    if area == 0.0:
+        return Flow(0.0, 0.0, 0.0)
+    ratio = pressure_ratio(pressure_1, pressure_2)
+    found, slope = function(law.code, law.own, air, ratio)
+    return throttled(air, area, pressure_1, pressure_2, found, slope)

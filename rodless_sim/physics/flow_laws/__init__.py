@@ -1,0 +1,1 @@
+"""The laws of flow that ``valve.flow_law`` chooses from."""

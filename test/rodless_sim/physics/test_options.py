@@ -1,0 +1,94 @@
+"""What the paper leaves out, in any combination: a rig comes out all the same."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from rodless_control import PidParameters, references
+from rodless_lab import closed_loop
+from rodless_sim import RigParameters
+
+# The parameters of each option: a range, or what is chosen.
+OPTIONS: dict[str, dict[str, tuple[float, float] | str]] = {
+    "flow law": {
+        "valve.flow_law": "iso_6358",
+        "valve.sonic_conductance": (1e-10, 1e-8),
+        "valve.critical_ratio": (0.0, 0.9),
+        "valve.subsonic_index": (0.3, 1.0),
+    },
+    "leak across": {"leak.across": (0.0, 1e-5)},
+    "leaks to ambient": {"leak.a": (0.0, 1e-5), "leak.b": (0.0, 1e-5)},
+    "tilt": {"rail.tilt": (-1.5707, 1.5707)},
+    "exponent": {
+        "chambers.thermodynamics": "polytropic",
+        "chambers.polytropic_index": (1.0, 1.4),
+    },
+    "discharge": {"valve.discharge": "constant", "valve.discharge_coefficient": (0.2, 2.0)},
+    "heat": {
+        "chambers.thermodynamics": "energy_balance",
+        "chambers.heat_transfer_coefficient": (0.0, 500.0),
+        "chambers.wall_temperature": (250.0, 350.0),
+    },
+}
+# Both choose the same parameter: the last one wins.
+CHOICES = ("exponent", "heat")
+PAIRS = [pair for pair in combinations(OPTIONS, 2) if pair != CHOICES]
+RANDOM = 200
+
+
+def drawn(generator: np.random.Generator, names: tuple[str, ...]) -> RigParameters:
+    """A rig near a preset's with the options ``names``, their values drawn from their ranges.
+
+    Small areas as often as large ones: half of what starts at zero is spread over four decades.
+    """
+    preset = RigParameters.preset(str(generator.choice(["paper", "calibrated"])))
+    values: dict[str, object] = {
+        "supply.pressure": float(generator.uniform(4e5, 8e5)),
+        "cylinder.moving_mass": float(generator.uniform(0.5, 4.0)),
+        "valve.assembly": str(generator.choice(["reconciled", "printed"])),
+    }
+    for name in names:
+        for parameter, found in OPTIONS[name].items():
+            if isinstance(found, str):
+                values[parameter] = found
+                continue
+            share = float(generator.random())
+            if found[0] == 0.0 and generator.random() < 0.5:
+                share = 10.0 ** -float(generator.uniform(0.0, 4.0))
+            values[parameter] = found[0] + share * (found[1] - found[0])
+    return preset.with_values(values)
+
+
+def run_is_clean(parameters: RigParameters, generator: np.random.Generator) -> float:
+    """Control the rig for 0.5 s; assert that it stays one, and return how far it moved (m)."""
+    start, target = generator.uniform(0.0, 0.2, 2).tolist()
+    law = PidParameters.preset("calibrated")
+    run = closed_loop(parameters, law, references.step(start, target, at=0.05), 0.5, 1e-3, start)
+    for name, values in run.columns().items():
+        assert np.isfinite(values).all(), name
+    assert run.position.min() >= 0.0
+    assert run.position.max() <= 0.2
+    ambient, supply = (parameters.number(f"{p}.pressure") for p in ("atmosphere", "supply"))
+    # A carriage that is thrown compresses the air ahead of it, and expands that behind it.
+    assert min(run.pressure_a.min(), run.pressure_b.min()) > 0.3 * ambient
+    assert max(run.pressure_a.max(), run.pressure_b.max()) < 3.0 * supply
+    return float(np.ptp(run.position))
+
+
+@pytest.mark.parametrize("names", PAIRS, ids=" and ".join)
+def test_each_pair_runs(names: tuple[str, ...]) -> None:
+    """Five rigs with both options, half a second of closed loop each."""
+    generator = np.random.default_rng([12, PAIRS.index(names)])
+    for _ in range(5):
+        run_is_clean(drawn(generator, names), generator)
+
+
+def test_random_combinations_run() -> None:
+    """200 rigs, each option on in half of them, half a second each; most of them move."""
+    generator = np.random.default_rng(2000)
+    travels = []
+    for _ in range(RANDOM):
+        names = tuple(name for name in OPTIONS if generator.random() < 0.5)
+        travels.append(run_is_clean(drawn(generator, names), generator))
+    assert np.mean(np.array(travels) > 1e-3) > 0.7
