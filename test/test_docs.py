@@ -12,7 +12,7 @@ from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 
 
 def test_parameter_page_is_what_the_declarations_say() -> None:
