@@ -29,7 +29,7 @@ TEST_REQUIREMENTS = [
     "pytest-xdist",  # make test-fast uses every core
     "coverage>=7.10",  # measures the nodes, which are processes of their own
     "hypothesis",  # draws rigs from all declared ranges at once
-    "rosbags>=0.10.9",  # an independent reader of the bags
+    "rosbags>=0.10.11",  # an independent reader of the bags
     "pandas",  # runs as data frames,
     "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
@@ -116,7 +116,7 @@ setup(
         ],  # runs as data frames and as Parquet; CSV needs neither
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.
-        "bags": ["rosbags>=0.10.9"],
+        "bags": ["rosbags>=0.10.11"],
         "bench": [
             "psutil>=5.9",  # reads the processor time of the nodes
             "scikit-sundae>=1.0",  # CVODE, to compare with
