@@ -17,11 +17,18 @@ SOURCED := $(shell $(PYTHON) -c 'import rclpy, sys; print(sys.prefix == sys.base
 	not rclpy.__file__.startswith(sys.prefix))' 2>/dev/null)
 endif
 
+# LOCKED=1: what locked.txt names, checked by its hashes, in an environment of its own.
+ifdef LOCKED
+ifneq ($(filter True,$(SOURCED))$(ROS_DISTRO),jazzy)
+$(error LOCKED=1 is for the jazzy wheels: unset AMENT_PREFIX_PATH and ROS_DISTRO)
+endif
+endif
+
 ifeq ($(SOURCED),True)
 VENV := .venv-sourced-$(ROS_DISTRO)
 VENV_OPTIONS := --system-site-packages
 else
-VENV := .venv$(if $(filter-out jazzy,$(ROS_DISTRO)),-$(ROS_DISTRO))
+VENV := .venv$(if $(LOCKED),-locked)$(if $(filter-out jazzy,$(ROS_DISTRO)),-$(ROS_DISTRO))
 # The wheels re-execute python once to find their libraries and say so in the environment. Called
 # from inside another environment, ours would inherit that and load the other one's libraries.
 ifneq ($(_ROS_WHEELS_BOOTSTRAP_COMPLETE)$(AMENT_PREFIX_PATH),)
@@ -29,10 +36,11 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE LD_LIBRARY_PATH AMENT_PREFIX_PATH PYTHON
 endif
 endif
 
+UV = $(VENV)/bin/uv
 PYTHON_VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 PACKAGES := rodless_base rodless_sim rodless_control rodless_lab rodless_pytest
 # Folders too, so that a deleted file counts as a change.
-SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmarks config launch \
+SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmarks config description launch \
 	resource templates scripts -name __pycache__ -prune -o -print)
 
 # Per cent: of all packages, and of those a rig is made of. Not in pyproject.toml: `colcon test`
@@ -47,7 +55,8 @@ MODULES ?=
 SECONDS ?= 60
 SEED ?= 1
 
-.PHONY: demo experiments test test-fast fuzz mutation reliability bench lint headers release-check clean
+.PHONY: demo experiments test test-fast test-lowest fuzz mutation reliability bench lint lock audit \
+	sbom headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -86,6 +95,13 @@ mutation: test-tools mutation-tools
 fuzz: test-tools
 	@$(VENV)/bin/python test/fuzz --seconds $(SECONDS) --seed $(SEED)
 
+# The same with the oldest dependencies that setup.py admits.
+test-lowest: supply-tools
+	$(PYTHON) -m venv --clear .venv-lowest
+	$(UV) pip install -q --python .venv-lowest --resolution lowest-direct '.[data,bags,bench,control]'
+	$(UV) pip install -q --python .venv-lowest '.[test]'
+	.venv-lowest/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
+
 bench: bench-tools
 	$(VENV)/bin/rodless bench
 
@@ -93,6 +109,22 @@ lint: test-tools
 	$(VENV)/bin/python -m ruff check .
 	$(VENV)/bin/python -m ruff format --check .
 	$(VENV)/bin/python -m mypy
+
+# The newest dependencies that setup.py admits, for all versions of Python at once, with hashes.
+lock: supply-tools
+	env -u AMENT_PREFIX_PATH ROS_DISTRO=jazzy $(UV) pip compile -q --upgrade --universal \
+	--python-version 3.10 --generate-hashes --custom-compile-command 'make lock' \
+	setup.py -o locked.txt
+
+audit: supply-tools
+	@$(VENV)/bin/python .ci/audit.py locked.txt
+
+# The bill of materials of what LOCKED=1 installs, in CycloneDX.
+sbom: supply-tools
+	@$(MAKE) -s LOCKED=1 installed
+	@mkdir -p results
+	$(VENV)/bin/cyclonedx-py environment .venv-locked/bin/python --output-reproducible \
+	-o results/sbom.cdx.json
 
 # The licence's header, where a Python file lacks it.
 headers:
@@ -108,8 +140,8 @@ clean:
 
 # One make at a time builds the environment, however many run in this checkout: the inner make looks
 # at the stamps again once it holds the lock.
-.PHONY: installed test-tools bench-tools mutation-tools
-installed test-tools bench-tools mutation-tools:
+.PHONY: installed test-tools bench-tools mutation-tools supply-tools
+installed test-tools bench-tools mutation-tools supply-tools:
 	@flock Makefile $(MAKE) -s $(VENV)/$@
 
 $(VENV)/python$(PYTHON_VERSION):
@@ -117,13 +149,25 @@ $(VENV)/python$(PYTHON_VERSION):
 	@$(PYTHON) -m venv --clear $(VENV_OPTIONS) $(VENV)
 	@touch $@
 
-# setuptools would carry modules deleted since the last build from build/lib into the new one.
-# With -qq pip prints errors only.
-$(VENV)/installed: $(SOURCES) | $(VENV)/python$(PYTHON_VERSION)
-	@echo "Installing rodless_sim into $(VENV)$(if $(wildcard $@),, (a minute or two the first time))"
-	@rm -rf build/lib build/bdist.*
+ifdef LOCKED
+# setuptools is among the locked, so that the build fetches nothing beside.
+define INSTALL
+	@$(VENV)/bin/pip install -qq --require-hashes -r locked.txt
+	@$(VENV)/bin/pip install -qq --force-reinstall --no-deps --no-build-isolation .
+endef
+else
+define INSTALL
 	@$(VENV)/bin/pip install -qq --force-reinstall --no-deps .
 	@$(VENV)/bin/pip install -qq rodless_sim
+endef
+endif
+
+# setuptools would carry modules deleted since the last build from build/lib into the new one.
+# With -qq pip prints errors only.
+$(VENV)/installed: $(SOURCES) $(if $(LOCKED),locked.txt) | $(VENV)/python$(PYTHON_VERSION)
+	@echo "Installing rodless_sim into $(VENV)$(if $(wildcard $@),, (a minute or two the first time))"
+	@rm -rf build/lib build/bdist.*
+	$(INSTALL)
 	@touch $@
 
 # By name, for the extra's own requirements: the project itself is installed already.

@@ -10,15 +10,17 @@ from setuptools import find_packages, setup
 MANIFEST = ElementTree.parse(Path(__file__).resolve().with_name("package.xml")).getroot()
 NAME = MANIFEST.findtext("name")
 
+# The lower bounds are what Ubuntu 24.04 has, whose packages a release installs, or the oldest that
+# passes: `make test-lowest` runs the tests with them.
 REQUIREMENTS = [
-    "numpy",  # traces are arrays
-    "scipy",  # solves for the settled chambers
-    "numba",  # compiles the plant and the controller
-    "PyYAML",  # parameter files
-    "mcap",  # rosbag2's storage format, written without rosbag2,
-    "lz4",  # and its compressions, which mcap needs too
-    "zstandard",
-    "matplotlib",  # pictures of runs
+    "numpy>=1.26",  # traces are arrays
+    "scipy>=1.11",  # solves for the settled chambers
+    "numba>=0.58,<0.69",  # compiles the rig and the laws; a newer one may keep its cache otherwise
+    "PyYAML>=6",  # parameter files
+    "mcap>=1.1",  # rosbag2's storage format, written without rosbag2,
+    "lz4>=4",  # and its compressions, which mcap needs too
+    "zstandard>=0.19",
+    "matplotlib>=3.6",  # pictures of runs
 ]
 
 TEST_REQUIREMENTS = [
@@ -28,11 +30,12 @@ TEST_REQUIREMENTS = [
     "pytest-rerunfailures",  # a crowded machine may keep two processes apart for minutes
     "coverage>=7.10",  # measures the nodes, which are processes of their own
     "hypothesis",  # draws rigs from all declared ranges at once
-    "rosbags",  # an independent reader of the bags
+    "rosbags>=0.10.11",  # an independent reader of the bags
     "pandas",  # runs as data frames,
     "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
     "control",  # takes linear models over
+    "packaging",  # reads the lock file as pip does
     "catkin_pkg",  # reads the changelog as catkin_prepare_release does
     "colcon-common-extensions",  # the packaging test builds with colcon,
     "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
@@ -112,15 +115,23 @@ setup(
     extras_require={
         "test": TEST_REQUIREMENTS,
         "mutation": ["cosmic-ray", "tomli; python_version < '3.11'"],  # make mutation
-        "data": ["pandas", "pyarrow"],  # runs as data frames and as Parquet; CSV needs neither
+        "data": [
+            "pandas>=2.1",
+            "pyarrow>=14",
+        ],  # runs as data frames and as Parquet; CSV needs neither
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.
-        "bags": ["rosbags"],
-        "control": ["control"],  # linear models with python-control's plots and design methods
+        "bags": ["rosbags>=0.10.11"],
+        "control": ["control>=0.10"],  # linear models with python-control's plots and design methods
         "bench": [
-            "psutil",  # reads the processor time of the nodes
-            "scikit-sundae",  # CVODE, to compare with
-            "casadi",  # CVODES, to compare with
+            "psutil>=5.9",  # reads the processor time of the nodes
+            "scikit-sundae>=1.0",  # CVODE, to compare with
+            "casadi>=3.6",  # CVODES, to compare with
+        ],
+        "supply": [
+            "uv",  # locks, and installs the oldest dependencies,
+            "pip-audit",  # looks up known vulnerabilities
+            "cyclonedx-bom",  # writes the bill of materials
         ],
     },
 )

@@ -1,29 +1,26 @@
 """Put the licence's header before every Python file that lacks it: `make headers`.
 
-The text is that of LICENSE, appendix; the holder is the maintainer in package.xml. ament_copyright
-accepts nothing shorter: it knows no SPDX lines.
+The text is that of LICENSE, appendix, in as few lines as it fits; ament_copyright accepts nothing
+shorter and knows no SPDX lines, but does not mind where lines end.
 """
 
 import subprocess
 import sys
-from datetime import datetime, timezone
+import textwrap
 from pathlib import Path
-from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[1]
-FIRST, LAST = "Copyright [yyyy] [name of copyright owner]", "limitations under the License."
+COPYRIGHT = "Copyright 2026 rodless_sim contributors"
+FIRST = 'Licensed under the Apache License, Version 2.0 (the "License");'
+WIDTH = 100
 
 
 def header() -> str:
     """Return the header as comment lines."""
-    lines = [line.strip() for line in (ROOT / "LICENSE").read_text(encoding="utf-8").splitlines()]
-    text = lines[lines.index(FIRST) : lines.index(LAST) + 1]
-    # The address stands apart.
-    address = next(k for k, line in enumerate(text) if line.startswith("http"))
-    text[address] = "    " + text[address]
-    holder = ElementTree.parse(ROOT / "package.xml").findtext("maintainer")
-    text[0] = f"Copyright {datetime.now(timezone.utc).year} {holder}"
-    return "".join(f"# {line}".rstrip() + "\n" for line in text)
+    licence = (ROOT / "LICENSE").read_text(encoding="utf-8")
+    notice = licence[licence.index(FIRST) :]
+    lines = textwrap.wrap(" ".join(notice.split()), WIDTH - len("# "), break_on_hyphens=False)
+    return "".join(f"# {line}\n" for line in (COPYRIGHT, *lines))
 
 
 def files() -> list[Path]:

@@ -14,14 +14,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import (
-    CompileResultCacheImpl,
-    FunctionCache,
-    IndexDataCacheFile,
-    UserProvidedCacheLocator,
-)
+from numba.core import caching
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 
 from rodless_base.one_line import in_one_line
+
+# Ubuntu 24.04 has numba 0.58, where the name begins with an underscore.
+LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator") or caching._UserProvidedCacheLocator
 
 LOGGER = logging.getLogger("rodless_sim")
 
@@ -57,7 +56,7 @@ def announce() -> None:
     LOGGER.info("compiling, which takes about a minute; the next start finds the result")
 
 
-class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
+class _Locator(LOCATOR):  # type: ignore[misc]
     """numba's, but for a folder that cannot be written: what it holds is used all the same."""
 
     def ensure_cache_path(self) -> None:

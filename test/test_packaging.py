@@ -46,6 +46,7 @@ THIRD_PARTY = {
     "hypothesis": ("hypothesis", "python3-hypothesis"),
     "rosbags": ("rosbags", None),
     "setuptools": ("setuptools", None),
+    "packaging": ("packaging", "python3-packaging"),
     "catkin_pkg": ("catkin_pkg", "python3-catkin-pkg"),
     "ament_copyright": (None, "ament_copyright"),
     "ament_flake8": (None, "ament_flake8"),

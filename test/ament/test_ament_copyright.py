@@ -8,7 +8,7 @@ from ament_copyright.main import main
 ROOT = Path(__file__).parents[2]
 PLACES = (
     *("rodless_base", "rodless_sim", "rodless_control", "rodless_lab", "rodless_pytest"),
-    *("test", "launch", "templates", "setup.py", "LICENSE"),
+    *("test", "launch", "templates", "setup.py", "LICENSE", "CONTRIBUTING.md"),
 )
 
 
