@@ -122,7 +122,7 @@ setup(
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.
         "bags": ["rosbags>=0.10.11"],
-        "control": ["control>=0.10"],  # linear models with python-control's plots and design methods
+        "control": ["control>=0.10"],  # linear models with the methods of python-control
         "bench": [
             "psutil>=5.9",  # reads the processor time of the nodes
             "scikit-sundae>=1.0",  # CVODE, to compare with
