@@ -1,3 +1,11 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
 """The compiled plant against a stiff solver on equations written anew from the paper.
 
 Nothing here calls the plant's equations: the formulas below are a second reading of eqs.
@@ -373,7 +381,7 @@ BEYOND: dict[str, dict[str, object]] = {
 CHOICES = {"polytropic", "heat"}
 GROUPS = [
     *(pair for pair in combinations(BEYOND, 2) if set(pair) != CHOICES),
-    *(tuple(name for name in BEYOND if name != other) for other in CHOICES),
+    *(tuple(name for name in BEYOND if name != other) for other in sorted(CHOICES)),
 ]
 THERE_AND_BACK = ((6.0, 0.25), (5.08, 0.1), (4.2, 0.3))
 

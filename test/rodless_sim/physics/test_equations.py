@@ -1,8 +1,17 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
 """The equations of motion by hand, and whether a carriage sticks or slides, and which way."""
 
 import math
 
 import pytest
+from chamber_flows import flow_into_a, flow_into_b
 
 from rodless_sim import RigParameters
 from rodless_sim.physics.equations import (
@@ -14,7 +23,7 @@ from rodless_sim.physics.equations import (
     sliding_rates,
 )
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import Motion
 
 HEAVY = Plant.of(RigParameters({"cylinder.moving_mass": 4.0}))

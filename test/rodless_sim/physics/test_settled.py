@@ -1,10 +1,19 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
 """The pressures at which the flows through the valve balance, without a run in time."""
 
 import pytest
+from chamber_flows import flow_into_a, flow_into_b
 
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import flow_into_a, flow_into_b, openings
+from rodless_sim.physics.ports import openings
 from rodless_sim.physics.settled import settled_pressures
 
 SUPPLY, AMBIENT = 621325.0, 101325.0
