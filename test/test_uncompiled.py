@@ -29,7 +29,7 @@ QUICK = (
     "rodless_sim/physics/test_derivatives.py",
     "rodless_sim/physics/test_equations.py",
     "rodless_sim/physics/test_events.py",
-    "rodless_sim/physics/test_faults.py",
+    "rodless_sim/physics/test_fault_codes.py",
     "rodless_sim/physics/test_flow.py",
     "rodless_sim/physics/test_friction.py",
     "rodless_sim/physics/test_integrator.py",

@@ -8,6 +8,7 @@
 
 """A linear model with names: what :func:`~rodless_lab.simulation.linearise.linearise` returns."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,9 +17,13 @@ import numpy.typing as npt
 from scipy import signal
 
 from rodless_base.columns import Quantity
+from rodless_base.one_line import shown
 from rodless_sim.physics.state import Motion
+from rodless_sim.single_number import single_number
 
 Array = npt.NDArray[np.float64]
+
+HIGHEST_FREQUENCY = 1e12  # Hz
 
 
 class OperatingPoint(NamedTuple):
@@ -95,13 +100,10 @@ class LinearModel:
         Raises
         ------
         ValueError
-            For a name that the model does not have, or frequencies not above 0.
+            For a name that the model does not have, or frequencies that are none.
         """
-        hertz = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
-        if not (np.isfinite(hertz) & (hertz > 0.0)).all():
-            raise ValueError("frequencies must be finite and above 0 Hz")
         matrices = self._channel(output, source)
-        return _gains(*matrices, 2j * np.pi * hertz)
+        return _gains(*matrices, 2j * np.pi * _hertz(frequencies))
 
     def sampled_response(
         self,
@@ -111,9 +113,8 @@ class LinearModel:
         source: str = "voltage",
     ) -> npt.NDArray[np.complex128]:
         """:meth:`response` of samples ``period`` s apart, each input held until the next."""
-        hertz = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
         matrices = signal.cont2discrete(self._channel(output, source), period)[:4]
-        return _gains(*matrices, np.exp(2j * np.pi * hertz * period))
+        return _gains(*matrices, np.exp(2j * np.pi * _hertz(frequencies) * period))
 
     def _channel(self, output: str, source: str) -> tuple[Array, Array, Array, Array]:
         """Return the matrices from one input to one output."""
@@ -172,8 +173,25 @@ def _gains(
     return np.array(gains, dtype=np.complex128)
 
 
+def _hertz(frequencies: npt.ArrayLike) -> Array:
+    """Return the frequencies as an array; raises ValueError for what are none."""
+    single = frequencies if isinstance(frequencies, Sequence | np.ndarray) else [frequencies]
+    try:
+        numbers = [single_number(one, "frequency", "hertz") for one in single]
+    except TypeError as error:
+        raise ValueError(f"frequencies refused: {error}") from error
+    hertz = np.array(numbers, dtype=np.float64)
+    # 1e12 Hz is no frequency of a rig, and far beyond that a response overflows.
+    if not ((hertz > 0.0) & (hertz < HIGHEST_FREQUENCY)).all():
+        raise ValueError(
+            f"frequencies {shown(frequencies)} refused: must be above 0 and below "
+            f"{HIGHEST_FREQUENCY:g} Hz"
+        )
+    return hertz
+
+
 def _index(known: tuple[Quantity, ...], name: str) -> int:
     names = [quantity.name for quantity in known]
-    if name not in names:
-        raise ValueError(f"{name!r} is unknown: must be one of {', '.join(names)}")
+    if not isinstance(name, str) or name not in names:
+        raise ValueError(f"{shown(name)} is unknown: must be one of {', '.join(names)}")
     return names.index(name)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Quantity, quantities
+from rodless_base.one_line import shown
 from rodless_lab.simulation.linear_model import LinearModel, OperatingPoint
 from rodless_lab.simulation.steady_motion import steady_motion, steady_pressures
 from rodless_sim.parameters import RigParameters
@@ -104,8 +105,10 @@ def _operating_point(
 ) -> OperatingPoint:
     where = single_number(position, "position", "metres")
     applied = applied_voltage(voltage)
-    if applied != voltage:
-        raise ValueError(f"voltage {voltage:g} V refused: beyond 0 to 10 V the valve saturates")
+    if applied != single_number(voltage, "voltage", "volts"):
+        raise ValueError(
+            f"voltage {shown(voltage)} V refused: beyond 0 to 10 V the valve saturates"
+        )
     if not 0.0 < where < plant.cylinder.stroke:
         raise ValueError(
             f"position {where:g} m refused: must be within the stroke, above 0 and below "
@@ -117,7 +120,7 @@ def _operating_point(
         return OperatingPoint(steady_motion(plant, where, applied), applied, 0.0)
     speed = single_number(velocity, "velocity", "m/s")
     if not np.isfinite(speed):
-        raise ValueError(f"velocity {velocity!r} refused: not a finite number")
+        raise ValueError(f"velocity {shown(velocity)} refused: not a finite number")
     motion = steady_pressures(plant, where, applied, speed, _direction(speed))
     found = rates(plant, openings(plant, applied), motion, _direction(speed))
     return OperatingPoint(motion, applied, -plant.cylinder.moving_mass * found.velocity)

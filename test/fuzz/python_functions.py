@@ -35,7 +35,7 @@ from rodless_control.controller_parameters import ControllerParameters as Contro
 from rodless_control.loop import ControlLoop
 from rodless_control.setpoint import SetpointFollower
 from rodless_control.trajectory import Trajectory, Waypoint
-from rodless_lab import closed_loop, read_bag, read_commands, read_run
+from rodless_lab import closed_loop, linearise, read_bag, read_commands, read_run
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.step_metrics import step_metrics
 from rodless_sim import Rig, RigParameters, simulate
@@ -44,6 +44,8 @@ RIG = RigParameters.preset("paper")
 CONTROLLER = ControllerParameters.preset("paper")
 RUN = simulate(RIG, [6.0] * 30 + [5.08] * 30, 1e-3)
 MEASURED = run_of_trace(RUN, RIG.number("supply.pressure"))
+
+MODEL = linearise(RIG, 0.1, 6.0)
 
 # Given where a function leaves open what is in it.
 TIMES = np.linspace(0.0, 1.0, 50)
@@ -226,6 +228,14 @@ def calls(folder: Path) -> dict[str, Call]:
             lambda answer: closed_loop(RIG, lambda _m, _r: answer, step, 0.005, 1e-3).columns(),
             given(answer=5.5),
         ),
+        "rodless_lab.linearise": Call(
+            lambda **arguments: tuple(linearise(**arguments).A.ravel()),
+            given(parameters=RIG, position=0.1, voltage=6.0, velocity=None),
+        ),
+        "rodless_lab.LinearModel": Call(
+            lambda **arguments: tuple(MODEL.response(**arguments)),
+            given(frequencies=[1.0, 10.0], output="velocity", source="voltage"),
+        ),
         "rodless_lab.read_bag": Call(read_bag, given(path=str(folder), recover=False)),
         "rodless_lab.read_run": Call(read_run, given(path=str(folder), namespace="")),
         "rodless_lab.read_commands": Call(read_commands, given(path=str(folder), namespace="")),
@@ -270,7 +280,7 @@ ODD = (None, True, "1", b"1", [], (1.0,), 1j, {}, -1, 0, 10**400)
 
 # What is public and has nothing to call that others here do not call.
 PASSIVE = {
-    "rodless_sim": {"ParameterError", "SimulationError", "State", "Trace"},
+    "rodless_sim": {"HeatedState", "ParameterError", "SimulationError", "State", "Trace"},
     "rodless_control": {
         "Command", "CompiledLaw", "Law", "Measurement", "ParameterError", "ReferencePoint",
         "references",
