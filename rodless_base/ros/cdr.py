@@ -11,8 +11,10 @@
 From Python a conversion costs several times the rest of publishing or taking a small message.
 """
 
+import math
 import struct
 from enum import Enum
+from typing import Any
 
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64
@@ -98,10 +100,22 @@ def pack_float64(value: float) -> bytes:
 
 
 def unpack_float64(data: bytes) -> float:
-    """Return what a std_msgs/Float64 holds."""
-    if data.startswith(ENCAPSULATION):
+    """Return what a std_msgs/Float64 holds, NaN for bytes that are no such message."""
+    if len(data) == len(ENCAPSULATION) + _NUMBER.size and data.startswith(ENCAPSULATION):
         return unpack_number(data, len(ENCAPSULATION))
-    return float(deserialize_message(data, Float64).data)
+    message = deserialised(data, Float64)
+    return math.nan if message is None else float(message.data)
+
+
+def deserialised(data: bytes, kind: Any) -> Any:
+    """Return the message of type ``kind``, or None for bytes that are none.
+
+    rclpy does not say which errors it raises for those.
+    """
+    try:
+        return deserialize_message(data, kind)
+    except Exception:
+        return None
 
 
 def unpack_number(data: bytes, offset: int) -> float:

@@ -15,10 +15,9 @@ at. One that begins otherwise is deserialised by rclpy.
 import math
 from typing import Any, NamedTuple
 
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import FluidPressure, JointState
 
-from rodless_base.ros.cdr import ENCAPSULATION, unpack_number, unpack_stamp
+from rodless_base.ros.cdr import ENCAPSULATION, deserialised, unpack_number, unpack_stamp
 from rodless_base.ros.joint import joint_position
 from rodless_base.ros.topics import stamp_nanoseconds
 
@@ -67,12 +66,14 @@ class PressureReader:
         """Expect messages of any publisher."""
         self._remembered = _Remembered()
 
-    def read(self, data: bytes) -> Reading:
-        """Return the reading of a message."""
+    def read(self, data: bytes) -> Reading | None:
+        """Return the reading of a message, or None for bytes that are none."""
         found = self._remembered.find(data)
         if found is not None:
             return found
-        message = deserialize_message(data, FluidPressure)
+        message = deserialised(data, FluidPressure)
+        if message is None:
+            return None
         found = Reading(stamp_nanoseconds(message.header.stamp), float(message.fluid_pressure))
         self._remembered.remember(data, found, _numbers_start(message))
         return found
@@ -93,8 +94,8 @@ class PositionReader:
         found = self._remembered.find(data)
         if found is not None:
             return found
-        message = deserialize_message(data, JointState)
-        position = joint_position(message, joint)
+        message = deserialised(data, JointState)
+        position = None if message is None else joint_position(message, joint)
         if position is None:
             return None
         found = Reading(stamp_nanoseconds(message.header.stamp), position)

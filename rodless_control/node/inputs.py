@@ -60,7 +60,9 @@ class Inputs:
         reader = PressureReader()
 
         def take(message: bytes, info: Info) -> None:
-            self._put(field, reader.read(message), info)
+            reading = reader.read(message)
+            if reading is not None:  # else the sample stays incomplete, and is counted as that
+                self._put(field, reading, info)
 
         return with_info(take)
 

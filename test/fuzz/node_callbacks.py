@@ -23,6 +23,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from target import Change, Target
 
 from rodless_base.one_line import traced
+from rodless_base.ros.cdr import unpack_float64
 from rodless_base.ros.guarded_node import GuardedNode, _passed_our_code
 from rodless_base.ros.message_info import delivered_now, wants_info
 from rodless_control.node.controller_node import ControllerNode
@@ -139,12 +140,14 @@ class NodeCallbacks(Target):
         return service.callback(request or kind.Request(), kind.Response())
 
     def _deliver(self, subscription: Any, data: bytes) -> None:
-        try:
-            message = deserialize_message(data, subscription.msg_type)
-        except Exception:  # rclpy's own, before any callback
-            return
+        message: Any = data
+        if not subscription.raw:
+            try:
+                message = deserialize_message(data, subscription.msg_type)
+            except Exception:  # rclpy's own, before any callback
+                return
         if wants_info(subscription.callback):
-            subscription.callback((message, delivered_now()))
+            subscription.callback((message, delivered_now(1)))
         else:
             subscription.callback(message)
 
@@ -170,8 +173,9 @@ class NodeCallbacks(Target):
         return traced(error)
 
     def _check_command(self, _publisher: object, message: Any) -> None:
-        if not 0.0 <= message.data <= 10.0:
-            raise FoundError(f"commanded {message.data} V")
+        voltage = unpack_float64(message)
+        if not 0.0 <= voltage <= 10.0:
+            raise FoundError(f"commanded {voltage} V")
 
     def _state(self) -> object:
         """Return what must be finite; raise for what no rig has."""

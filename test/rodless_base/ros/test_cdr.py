@@ -45,6 +45,12 @@ def test_a_float64_of_the_other_byte_order_is_read_too() -> None:
     assert unpack_float64(data) == 5.5
 
 
+@pytest.mark.parametrize("data", [b"", b"\x00\x01", b"\x00\x01\x00\x00\x00\x00"])
+def test_bytes_that_are_no_float64_are_no_number(data: bytes) -> None:
+    """A command that is cut off closes the valve, as one that is no number does."""
+    assert math.isnan(unpack_float64(data))
+
+
 @pytest.mark.parametrize("frame", ["", "a", "ab", "abc", "abcd", "left/chamber_a", "ü"])
 @pytest.mark.parametrize("joint", ["", "j", "jo", "joi", "join", "left/carriage"])
 def test_texts_of_all_lengths_are_padded_as_rclpy_pads_them(frame: str, joint: str) -> None:

@@ -24,6 +24,7 @@ from std_srvs.srv import Trigger
 from rodless_base.ros.diagnostics import Diagnostics, steady_clock
 from rodless_base.ros.guarded_node import CALLBACK_ERRORS, GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, DirectNode, _deliveries
+from rodless_base.ros.message_info import delivered_now
 from rodless_base.ros.process import make_executor, spin
 from rodless_base.start import Stop
 from rodless_sim import RigParameters
@@ -153,7 +154,7 @@ def test_delivery_inside_the_process_is_guarded_too(running: Running) -> None:
     node.create_subscription(Float64, "direct", take, 10)
     delivery.attach(running.executor, running.stop)
     for number in range(3):
-        publisher.readers[0].put(Float64(data=float(number)))
+        publisher.readers[0].put(Float64(data=float(number)), delivered_now(number))
     running.until(lambda: len(heard) == 3, "all messages")
     assert node.callback_errors == 3
 

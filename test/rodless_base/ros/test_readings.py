@@ -15,11 +15,12 @@ from unittest.mock import patch
 
 import pytest
 from builtin_interfaces.msg import Time
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Header
 
 from rodless_base.ros import readings
+from rodless_base.ros.cdr import deserialised
 from rodless_base.ros.joint import joint_position
 from rodless_base.ros.readings import PositionReader, PressureReader, Reading
 
@@ -61,7 +62,7 @@ def test_positions_are_those_of_rclpy_whatever_comes() -> None:
 def test_messages_that_begin_alike_are_deserialised_once(names: list[str]) -> None:
     """The other joints move as well; stamps, NaN and infinity arrive as they are."""
     reader = PositionReader()
-    with patch.object(readings, "deserialize_message", wraps=deserialize_message) as slow:
+    with patch.object(readings, "deserialised", wraps=deserialised) as slow:
         for k, value in enumerate([0.1, 0.2, math.nan, math.inf, -0.0]):
             positions = [float(k)] * (len(names) - 1) + [value]
             message = JointState(header=header(k), name=names, position=positions)
@@ -83,7 +84,7 @@ def test_another_joint_is_looked_for_anew() -> None:
 def test_pressures_are_those_of_rclpy() -> None:
     """With frames of any length, and deserialised only where the frame changes."""
     reader = PressureReader()
-    with patch.object(readings, "deserialize_message", wraps=deserialize_message) as slow:
+    with patch.object(readings, "deserialised", wraps=deserialised) as slow:
         for frame in ("", "a", "abc", "chamber_a", "abc"):
             for k in range(3):
                 message = FluidPressure(header=header(k, frame), fluid_pressure=1e5 + k)
@@ -101,3 +102,15 @@ def test_the_other_byte_order_is_left_to_rclpy() -> None:
             b"\x00\x00\x00\x00" + struct.pack(">iI", 0, k) + text + struct.pack(">dd", 1e5 + k, 0)
         )
         assert reader.read(data) == Reading(k, 1e5 + k)
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\x00", b"\x00\x01\x00\x00", b"\x00\x01\x00\x00" + b"\xff" * 9]
+)
+def test_bytes_that_are_no_message_have_no_reading(data: bytes) -> None:
+    """Cut off or with lengths that lead nowhere; the next good message is read as ever."""
+    pressures, positions = PressureReader(), PositionReader()
+    assert pressures.read(data) is None
+    assert positions.read(data, "carriage") is None
+    good = FluidPressure(header=header(0, "chamber_a"), fluid_pressure=1e5)
+    assert pressures.read(serialize_message(good)) == Reading(0, 1e5)
