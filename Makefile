@@ -95,7 +95,7 @@ mutation: test-tools mutation-tools
 fuzz: test-tools
 	@$(VENV)/bin/python test/fuzz --seconds $(SECONDS) --seed $(SEED)
 
-# The same with the oldest dependencies that setup.py admits.
+# The quick tests with the oldest dependencies that setup.py admits.
 test-lowest: supply-tools
 	$(PYTHON) -m venv --clear .venv-lowest
 	$(UV) pip install -q --python .venv-lowest --resolution lowest-direct '.[data,bags,bench,control]'

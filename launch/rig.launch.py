@@ -71,12 +71,15 @@ def start_rig(context: LaunchContext) -> list[Node]:
         "on_exit": end_with_it,
         "ros_arguments": ["--log-level", chosen["log_level"], *clock_of_its_own(chosen)],
     }
+    described = chosen["description"] == "true"
+    others = [state_publisher(parameters, chosen["namespace"])] if described else []
     with_controller = chosen["controller"] == "true"
     recorded = chosen["record"] == "true"
     if with_controller and chosen["use_composition"] == "true":
         # One process records itself, at a fraction of what it costs from beside it.
         record = ["--record", *filter(None, [chosen["bag"]])] if recorded else []
-        return [Node(executable="rig", arguments=record, parameters=parameters, **common)]
+        rig = Node(executable="rig", arguments=record, parameters=parameters, **common)
+        return [rig, *others]
     names = ["plant", "controller"] if with_controller else ["plant"]
     nodes = [Node(executable=name, name=name, parameters=parameters, **common) for name in names]
     if recorded:
@@ -86,9 +89,7 @@ def start_rig(context: LaunchContext) -> list[Node]:
         nodes.append(
             Node(executable="recorder", arguments=[ROS_CLOCK, *RIG_TOPICS, *output], **common)
         )
-    if chosen["description"] == "true":
-        nodes.append(state_publisher(parameters, chosen["namespace"]))
-    return nodes
+    return [*nodes, *others]
 
 
 def state_publisher(files: list[str], namespace: str) -> Node:

@@ -27,7 +27,7 @@ NEEDED = 1_000_000
 LEAST = 16_384
 
 # A segment, 16 hexadecimal digits, has a file beside it that its owner keeps locked while it lives.
-LOCK_FILE = re.compile(r"fastrtps_[0-9a-z]{16}_[es]l")
+LOCK_FILE = re.compile(r"fast(?:rtps|dds)_[0-9a-z]{16}_[es]l")
 
 # Before it is locked such a file is there for a moment; wall-clock s.
 YOUNG = 10.0
@@ -109,6 +109,6 @@ def _free(folder: Path) -> float:
         found = os.statvfs(folder)
     except OSError:
         return float("inf")
-    # Of a read-only one Fast DDS says so itself, and goes on over UDP.
-    is_read_only = found.f_flag & os.ST_RDONLY
-    return float("inf") if is_read_only else float(found.f_bavail * found.f_frsize)
+    # Of a read-only one Fast DDS says so itself, and goes on over UDP; one without a limit says 0.
+    is_unknown = found.f_flag & os.ST_RDONLY or not found.f_blocks
+    return float("inf") if is_unknown else float(found.f_bavail * found.f_frsize)

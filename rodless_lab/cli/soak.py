@@ -84,7 +84,10 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         default=Path("results/soak/soak.md"),
         help="the report (default: %(default)s)",
     )
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if not (options.seconds or options.steps):
+        parser.error("--seconds 0 and --steps 0: nothing to run")
+    return options
 
 
 def _seconds(text: str) -> float:

@@ -8,6 +8,7 @@
 
 """A linear model with names: what :func:`~rodless_lab.simulation.linearise.linearise` returns."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -112,9 +113,15 @@ class LinearModel:
         output: str = "position",
         source: str = "voltage",
     ) -> npt.NDArray[np.complex128]:
-        """:meth:`response` of samples ``period`` s apart, each input held until the next."""
-        matrices = signal.cont2discrete(self._channel(output, source), period)[:4]
-        return _gains(*matrices, np.exp(2j * np.pi * _hertz(frequencies) * period))
+        """:meth:`response` of samples ``period`` s apart, each input held until the next.
+
+        Raises ValueError for a period that is not above 0 and finite, too.
+        """
+        step = single_number(period, "period", "seconds")
+        if not 0.0 < step < math.inf:
+            raise ValueError(f"period {shown(period)} s refused: must be above 0 and finite")
+        matrices = signal.cont2discrete(self._channel(output, source), step)[:4]
+        return _gains(*matrices, np.exp(2j * np.pi * _hertz(frequencies) * step))
 
     def _channel(self, output: str, source: str) -> tuple[Array, Array, Array, Array]:
         """Return the matrices from one input to one output."""

@@ -22,6 +22,9 @@ from rodless_sim.physics.state import Motion
 # Between these pressures, as logarithms of Pa, any chamber settles.
 LOGARITHMS = (math.log(1e-3), math.log(1e10))
 
+# Each chamber in turn: once is enough, unless a leak joins them.
+MOST_ROUNDS = 1000
+
 # Faster than any cylinder: no steady motion up to here means that there is none.
 FASTEST = 100.0  # m/s
 
@@ -56,10 +59,13 @@ def steady_pressures(
             ) from error
 
     state = Motion(position, velocity, plant.supply_pressure, plant.supply_pressure)
-    before = None
-    while before is None or not np.allclose(before, state, rtol=1e-12, atol=0.0):
+    for _ in range(MOST_ROUNDS):
         before, state = state, settled(settled(state, "pressure_a"), "pressure_b")
-    return state
+        if np.allclose(before, state, rtol=1e-12, atol=0.0):
+            return state
+    raise NoSteadyMotionError(
+        f"the pressures do not settle at {voltage:g} V and {velocity:g} m/s; check leak.across"
+    )
 
 
 def steady_motion(plant: Plant, position: float, voltage: float) -> Motion:

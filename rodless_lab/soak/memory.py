@@ -8,6 +8,7 @@
 
 """How much memory processes keep: readings over time, and whether they grow."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 # The first part of a run, in which caches fill, tells nothing of leaks.
 SETTLING = 0.25
 
-PAGE = 4096  # bytes, of /proc/<pid>/statm on every machine that this runs on
+PAGE = os.sysconf("SC_PAGE_SIZE")  # bytes, of /proc/<pid>/statm
 MEGA = 1e6
 
 

@@ -108,7 +108,7 @@ def of(parameters: ParameterSet) -> Heat | tuple[()]:
 
     The dead volume is a cavity of the cylinder, a tube and fittings in unknown proportions. Its
     wall is taken for that of as much more bore: the wall grows by 4/d with any volume. A bare tube
-    of 4 mm would have six times as much, and fill a chamber no slower by a tenth.
+    of 4 mm would have six times as much, and the chamber would fill 4 % later.
     """
     if parameters.text("chambers.thermodynamics") != ENERGY_BALANCE:
         return ()

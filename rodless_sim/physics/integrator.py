@@ -25,8 +25,7 @@ chambers by :func:`exchanged`, then the position, and the velocity is what remai
 that changes with itself and the carriage (a bristle, a coupled mass) is one more leaf here and one
 more term of the velocity's pivot; states that change with each other are one leaf of two states, as
 pressure and temperature of one chamber in :mod:`~rodless_sim.physics.heated`. A state that an
-option leaves out has no leaf and costs
-nothing.
+option leaves out has no leaf and costs nothing.
 """
 
 from typing import Any, NamedTuple

@@ -194,6 +194,8 @@ def test_the_description_is_that_of_the_rig_it_starts(monkeypatch: pytest.Monkey
     values = {"supply.pressure": 401325.0, "frame_prefix": "left/"}
     preset = RigParameters.preset("paper")
     assert given == {"robot_description": robot_description(preset.with_values(values))}
+    both = launch_nodes(RIG, description="true", use_composition="true")
+    assert [node.executable for node in both] == ["rig", "robot_state_publisher"]
 
 
 def test_rviz_shows_what_the_description_says() -> None:

@@ -104,13 +104,14 @@ def soak_lockstep(steps: int, tell: Callable[[str], None], check: Callable[[], o
         "time.duration": steps * PERIOD,
     }
     listener = _Listener(array("d"))
+    # First: where so many samples have no room, that is known before the hours of the run.
+    parameters = RigParameters.preset("paper")
+    run = closed_loop(parameters, PidParameters.preset("paper"), _sine(), steps * PERIOD, PERIOD)
     with _rig(plant, check) as (processes, observer):
         observer.node.create_subscription(JointState, JOINT_STATES, listener.take, LOSSLESS)
         observer.wait(lambda: listener.count, "the first sample", START)
         end = steps * NANOSECONDS
         _watch(found, processes, observer, lambda: listener.last >= end, listener, tell)
-    parameters = RigParameters.preset("paper")
-    run = closed_loop(parameters, PidParameters.preset("paper"), _sine(), steps * PERIOD, PERIOD)
     assert listener.positions is not None
     assert listener.first is not None
     seen = np.array(listener.positions)

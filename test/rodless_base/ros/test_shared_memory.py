@@ -53,7 +53,7 @@ def test_what_lives_or_is_none_of_ours_stays(tmp_path: Path) -> None:
     for name in (f"fastrtps_{8:016x}", "fastrtps_port7411_el", f"other_{9:016x}_el"):
         (tmp_path / name).touch()
         os.utime(tmp_path / name, (0, 0))
-    segment(tmp_path, 2, age=0.0)
+    segment(tmp_path, 2, age=-3600.0)
     with segment(tmp_path, 1).open("ab") as owner:
         fcntl.flock(owner, fcntl.LOCK_EX)
         before = sorted(tmp_path.iterdir())

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+import psutil
 import pytest
 from running import StartProcess, until_it_says
 
@@ -158,8 +159,7 @@ def rig_on_its_own(start_process: StartProcess) -> Iterator[int]:
 
 def children(pid: int) -> list[int]:
     """Return the processes that a process has started."""
-    tasks = Path(f"/proc/{pid}/task").iterdir()
-    return [int(one) for task in tasks for one in (task / "children").read_text().split()]
+    return [one.pid for one in psutil.Process(pid).children()]
 
 
 def test_a_rig_listens_on_loopback_alone(rig_on_its_own: int) -> None:

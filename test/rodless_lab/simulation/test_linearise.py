@@ -189,6 +189,8 @@ def test_refusals_name_value_cause_and_way_out() -> None:
         model().response([1.0], "speed")
     with pytest.raises(ValueError, match="above 0"):
         model().response([0.0])
+    with pytest.raises(ValueError, match=r"period 0\.0 s refused"):
+        model().sampled_response([1.0], 0.0)
 
 
 def test_python_control_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
