@@ -85,7 +85,7 @@ test-fast: test-tools
 # and stops. docs/reliability.md names the tests.
 reliability: test-tools
 	@$(VENV)/bin/python -m pytest test/privileged
-	@RODLESS_CYCLES=$${RODLESS_CYCLES:-100} $(VENV)/bin/python -m pytest test/rodless_lab/test_start_and_stop.py
+	@RODLESS_CYCLES=$${RODLESS_CYCLES:-100} $(VENV)/bin/python -m pytest test/privileged/test_start_and_stop.py
 
 # Small faults put into the code: do the quick tests find them? Takes an hour or two.
 mutation: test-tools mutation-tools
