@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.atomic_write import atomic_write
+from rodless_base.extras import missing_extra
 from rodless_base.one_line import OneLineError, shown
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Columns:
         try:
             from pandas import DataFrame  # noqa: PLC0415  an extra
         except ModuleNotFoundError as error:
-            raise _missing("a data frame", error) from error
+            raise missing_extra("a data frame", error.name, "data") from error
         frame: DataFrame = DataFrame(self.columns())
         frame.attrs["units"] = self.units()
         return frame
@@ -125,7 +126,7 @@ class Columns:
             import pyarrow as arrow  # noqa: PLC0415  an extra
             from pyarrow import parquet  # noqa: PLC0415
         except ModuleNotFoundError as error:
-            raise _missing("Parquet", error) from error
+            raise missing_extra("Parquet", error.name, "data") from error
         columns, units = self.columns(), self.units()
         arrays = [arrow.array(np.ascontiguousarray(values)) for values in columns.values()]
         schema = arrow.schema(
@@ -137,11 +138,3 @@ class Columns:
         buffer = BytesIO()
         parquet.write_table(arrow.Table.from_arrays(arrays, schema=schema), buffer)
         return buffer.getvalue()
-
-
-def _missing(what: str, error: ModuleNotFoundError) -> ModuleNotFoundError:
-    """Say how to get the extra."""
-    return ModuleNotFoundError(
-        f"{what} needs {error.name}, which is not installed: pip install 'rodless_sim[data]'",
-        name=error.name,
-    )

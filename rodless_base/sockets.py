@@ -14,11 +14,19 @@ from types import ModuleType
 
 from rodless_base.kernels import is_kernel
 from rodless_base.one_line import shown
+from rodless_base.parameters import Parameter, declare
 
 
 def modules(package: str, names: Sequence[str]) -> tuple[ModuleType, ...]:
     """Return the modules ``names`` of ``package``, in this order."""
     return tuple(import_module(f"{package}.{name}") for name in names)
+
+
+def chooser(name: str, found: Sequence[ModuleType], source: str) -> dict[str, Parameter]:
+    """Declare the parameter ``name`` that chooses one of :func:`choices`, by default the first."""
+    meaning = "; ".join(f"{module.NAME}: {module.MEANING}" for module in found)
+    names = tuple(module.NAME for module in found)
+    return declare(Parameter(name, names[0], "", meaning, source, choices=names))
 
 
 def check_kernel(module: ModuleType, name: str, example: object, *arguments: object) -> None:

@@ -28,6 +28,9 @@ PRESSURES = {
     "supply_pressure": "supply/pressure",
 }
 
+# The frame of each: the place that its topic names.
+PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
+
 # What a bag of the rig holds. A plant waits for recorders of the other topics, not for one of the
 # valve's state: subscribed to first, that is heard by then.
 RIG_TOPICS = (VALVE_STATE, JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)

@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from rodless_base.constants import CARRIAGE
 from rodless_base.frames import prefixed
-from rodless_base.topics import PRESSURES
+from rodless_base.topics import PRESSURE_FRAMES
 from rodless_sim.parameters import RigParameters
 
 BASE = "base_link"
@@ -70,17 +70,12 @@ def robot_description(parameters: RigParameters) -> str:
         _colour(cap, "cap")
     _carriage(robot, parameters, frame_prefix)
     places = ((-reach, 0.0), (stroke + reach, 0.0), (0.5 * stroke, -2.5 * bore))
-    for frame, (x, y) in zip(_frames(), places, strict=True):
+    for frame, (x, y) in zip(PRESSURE_FRAMES.values(), places, strict=True):
         SubElement(robot, "link", name=frame_prefix + frame)
         joint = _joint(robot, "fixed", frame_prefix, frame)
         _origin(joint, x=x, y=y)
     ElementTree.indent(robot)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding="unicode") + "\n"
-
-
-def _frames() -> list[str]:
-    """Return the places that the pressures' topics name: both chambers and the supply."""
-    return [topic.partition("/")[0] for topic in PRESSURES.values()]
 
 
 def _carriage(robot: Element, parameters: RigParameters, prefix: str) -> None:

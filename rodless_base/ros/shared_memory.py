@@ -33,10 +33,10 @@ LOCK_FILE = re.compile(r"fast(?:rtps|dds)_[0-9a-z]{16}_[es]l")
 YOUNG = 10.0
 
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
-
-# With it ROS makes a transport for shared memory whatever else is set.
-LOCALHOST = "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST"
+# With this range ROS makes a transport for shared memory whatever else is set.
+LOCALHOST = "LOCALHOST"
 
 
 def is_fast_dds() -> bool:
@@ -59,9 +59,8 @@ def prepare_shared_memory(folder: Path = FOLDER) -> str | None:
     if free >= NEEDED or TRANSPORTS in os.environ or not is_fast_dds():
         return None
     lack = f"{folder}: {free / 1e3:.0f} kB free, nodes need {NEEDED / 1e3:.0f} kB of shared memory"
-    name, _, value = LOCALHOST.partition("=")
-    if os.environ.get(name) == value:
-        raise RuntimeError(f"{lack} with {LOCALHOST}: free some, or leave that out")
+    if os.environ.get(RANGE) == LOCALHOST:
+        raise RuntimeError(f"{lack} with {RANGE}={LOCALHOST}: free some, or leave that out")
     os.environ[TRANSPORTS] = "UDPv4"
     return f"{lack}: going without, over UDP ({TRANSPORTS}=UDPv4)"
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
+from rodless_lab.cli.number import number
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -42,10 +43,7 @@ def add_timeout(parser: argparse.ArgumentParser, meaning: str, default: float = 
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = number(text)
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is not a positive number of seconds")
     return value

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
+from rodless_lab.cli.number import number
 
 if TYPE_CHECKING:
     from rodless_lab.soak.ros.soak import Soak
@@ -91,10 +92,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = number(text)
     if not 0.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds")
     return value

@@ -16,10 +16,14 @@ from xml.etree import ElementTree
 from rclpy.logging import get_logger
 
 from rodless_base.ros.share import share_directories
-from rodless_base.ros.shared_memory import TRANSPORTS, is_fast_dds, prepare_shared_memory
+from rodless_base.ros.shared_memory import (
+    LOCALHOST,
+    RANGE,
+    TRANSPORTS,
+    is_fast_dds,
+    prepare_shared_memory,
+)
 from rodless_lab.session.errors import HarnessError
-
-RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 # Where Fast DDS looks for profiles: 2, up to jazzy, and 3, from kilted on.
 PROFILE_VARIABLES = {2: "FASTRTPS_DEFAULT_PROFILES_FILE", 3: "FASTDDS_DEFAULT_PROFILES_FILE"}
@@ -53,7 +57,7 @@ def this_machine() -> dict[str, str]:
         "",
         *map(_profile, KINDS),
     ):
-        return {RANGE: "LOCALHOST"}
+        return {RANGE: LOCALHOST}
     make_room_for_nodes()
     profile = _profile("_udp" if os.environ.get(TRANSPORTS) == "UDPv4" else "")
     # All is in the profile: for any other range ROS adds transports of its own.

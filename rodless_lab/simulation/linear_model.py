@@ -18,6 +18,7 @@ import numpy.typing as npt
 from scipy import signal
 
 from rodless_base.columns import Quantity
+from rodless_base.extras import missing_extra
 from rodless_base.one_line import shown
 from rodless_sim.physics.state import Motion
 from rodless_sim.single_number import single_number
@@ -146,11 +147,7 @@ class LinearModel:
         try:
             import control  # noqa: PLC0415  an extra
         except ModuleNotFoundError as error:
-            raise ModuleNotFoundError(
-                "to_control() needs python-control, which is not installed: "
-                "pip install 'rodless_sim[control]'",
-                name=error.name,
-            ) from error
+            raise missing_extra("to_control()", error.name, "control") from error
         return control.ss(
             self.A,
             self.B,

@@ -33,7 +33,7 @@ INPUTS = (
 
 # Of a central difference, by unit: the curves are straight over these to some parts in 10⁸, and
 # the rates are known to some parts in 10¹⁵.
-STEPS = {"m": 1e-6, "m/s": 1e-6, "Pa": 1.0, "V": 1e-5, "K": 1e-3}
+STEPS = {"m": 1e-6, "m/s": 1e-6, "Pa": 1.0, "V": 1e-5}
 
 
 def linearise(

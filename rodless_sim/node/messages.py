@@ -16,11 +16,7 @@ from collections.abc import Callable
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
 from rodless_base.measurement import Measurement
 from rodless_base.ros.cdr import Field, Layout
-from rodless_base.topics import PRESSURES
 from rodless_sim.physics.valve import spool_displacement
-
-# The frame of each pressure, by field of Measurement: the place that its topic names.
-PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
 
 # Uncompiled: compiling it would hold up the first sample that somebody records.
 _displacement = getattr(spool_displacement, "py_func", spool_displacement)

@@ -19,7 +19,7 @@ from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.publish import OnDemand, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
-from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_STATE
+from rodless_base.topics import JOINT_STATES, PRESSURE_FRAMES, PRESSURES, VALVE_STATE
 from rodless_sim.node import messages
 from rodless_sim.node.clock_publishers import ClockPublishers
 from rodless_sim.node.ready import all_listen
@@ -46,7 +46,7 @@ class SamplePublishers:
         pressures = {
             field: OnDemand(
                 publisher(FluidPressure, topic),
-                messages.pressures(prefixed(values, messages.PRESSURE_FRAMES[field])),
+                messages.pressures(prefixed(values, PRESSURE_FRAMES[field])),
                 self.outbox,
             )
             for field, topic in PRESSURES.items()

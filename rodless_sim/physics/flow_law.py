@@ -18,8 +18,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from rodless_base.kernels import dispatch, kernel
-from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_base.sockets import choices
+from rodless_base.parameters import ParameterSet, collect
+from rodless_base.sockets import choices, chooser
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.flow import Flow, pressure_ratio, throttled
 from rodless_sim.physics.sources import PAPER
@@ -34,16 +34,7 @@ LAWS = choices(
 )
 
 PARAMETERS = collect(
-    declare(
-        Parameter(
-            "valve.flow_law",
-            "nozzle",
-            "",
-            "; ".join(f"{law.NAME}: {law.MEANING}" for law in LAWS),
-            f"{PAPER}, eq. (6)",
-            choices=tuple(law.NAME for law in LAWS),
-        )
-    ),
+    chooser("valve.flow_law", LAWS, f"{PAPER}, eq. (6)"),
     *(law.PARAMETERS for law in LAWS),
 )
 

@@ -27,7 +27,7 @@ from rodless_base.parameters import (
     collect,
     declare,
 )
-from rodless_base.sockets import check_kernel, choices
+from rodless_base.sockets import check_kernel, choices, chooser
 from rodless_sim.physics.friction_forms.direction import (
     Direction,
     Drag,
@@ -46,16 +46,7 @@ FORMS = choices(
 )
 
 PARAMETERS = collect(
-    declare(
-        Parameter(
-            "friction.form",
-            "stribeck",
-            "",
-            "; ".join(f"{form.NAME}: {form.MEANING}" for form in FORMS),
-            f"{PAPER}, eq. (29)",
-            choices=tuple(form.NAME for form in FORMS),
-        )
-    ),
+    chooser("friction.form", FORMS, f"{PAPER}, eq. (29)"),
     declare_direction("forward", Direction(29.0, 12.0, 1.3e-3, 4500.0)),
     declare_direction("reverse", Direction(36.0, 12.5, 3.6e-3, 4800.0)),
     *(form.PARAMETERS for form in FORMS),

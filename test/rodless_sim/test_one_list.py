@@ -17,6 +17,7 @@ from sensor_msgs.msg import JointState
 
 from rodless_base.columns import quantities
 from rodless_base.measurement import Measurement
+from rodless_base.topics import PRESSURE_FRAMES
 from rodless_lab import ClosedLoopTrace
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_sim import HeatedState, Rig, RigParameters, State, Trace, simulate
@@ -104,7 +105,7 @@ def test_a_trace_shows_itself_in_a_line() -> None:
 
 def test_everything_that_is_read_is_published() -> None:
     """Messages carry each field of a measurement: stamp and position, and every pressure."""
-    assert {"stamp", "position", *messages.PRESSURE_FRAMES} == set(Measurement._fields)
+    assert {"stamp", "position", *PRESSURE_FRAMES} == set(Measurement._fields)
 
 
 def test_joint_states_hold_readings_and_the_true_velocity() -> None:
