@@ -27,7 +27,8 @@ from launch_ros.actions import Node
 from rodless_base.topics import RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.processes import write_parameters
-from rodless_sim import RigParameters
+from rodless_sim import ParameterError, RigParameters
+from rodless_sim.cylinder_series import sizes
 from rodless_sim.description import robot_description
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
@@ -41,6 +42,7 @@ ARGUMENTS = (
     ("sensors", "ideal", ["ideal", "data_sheet"], "instruments: ideal, or the paper's"),
     ("parameters", "", None, "parameter file on top of those"),
     ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
+    ("cylinder", "", None, "model of the CY3R series, such as CY3R32-500; empty: the preset's"),
     ("controller", "true", BOOL, "start our controller; false: the plant waits for yours"),
     ("namespace", "", None, "namespace of all nodes"),
     ("frame_prefix", "", None, "put before frame_ids and the joint's name: left/"),
@@ -147,6 +149,9 @@ def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, objec
         if chosen[argument]:
             plant[name] = number(argument, chosen[argument])
     controller: dict[str, object] = {"use_sim_time": True, "controller.recorders": recorders}
+    if chosen["cylinder"]:
+        plant["cylinder.model"] = chosen["cylinder"]
+        controller["reference.maximum"] = stroke(chosen["cylinder"])
     prefix = {"frame_prefix": chosen["frame_prefix"]} if chosen["frame_prefix"] else {}
     return {"plant": {**plant, **prefix}, "controller": {**controller, **prefix}}
 
@@ -157,6 +162,14 @@ def number(argument: str, text: str) -> float:
         return float(text)
     except ValueError:
         raise RuntimeError(f"{argument}:={text}: not a number") from None
+
+
+def stroke(model: str) -> float:
+    """Return the stroke of a cylinder in m; raises RuntimeError for a model that is none."""
+    try:
+        return sizes(model).stroke
+    except ParameterError as error:
+        raise RuntimeError(f"cylinder:={model}: {error}") from None
 
 
 def publishes_on_ros_clock(chosen: dict[str, str]) -> bool:

@@ -14,7 +14,7 @@ from typing import ClassVar
 from rodless_base import frames
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value, collect
-from rodless_sim import timing
+from rodless_sim import cylinder_series, timing
 from rodless_sim.instruments import instruments
 from rodless_sim.node import command
 from rodless_sim.physics import (
@@ -36,6 +36,7 @@ DECLARATIONS = collect(
     valve.PARAMETERS,
     flow_law.PARAMETERS,
     command.PARAMETERS,
+    cylinder_series.PARAMETERS,
     cylinder.PARAMETERS,
     heat.PARAMETERS,
     leak.PARAMETERS,
@@ -89,7 +90,7 @@ class RigParameters(ParameterSet):
 
     def derived(self, changed: Collection[str]) -> Mapping[str, Value]:
         """Return what follows from the values ``changed`` for others that are not."""
-        return air.derived(self, changed)
+        return {**air.derived(self, changed), **cylinder_series.derived(self, changed)}
 
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""
@@ -99,7 +100,7 @@ class RigParameters(ParameterSet):
             *friction.FORMS,
             *forces.FORCES,
         )
-        for thing in (air, valve, friction, cylinder, frames, *sockets):
+        for thing in (air, valve, friction, cylinder_series, cylinder, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

@@ -44,6 +44,7 @@ PHYSICS = ("supply.", "atmosphere.", "air.", "valve.", "cylinder.", "end_stop.",
 # number stays the same rig.
 FIXED = (
     "valve.command_timeout",
+    "cylinder.model",
     "cylinder.locked",
     "cylinder.initial_position",
     "air.critical_ratio",

@@ -20,6 +20,7 @@ from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
 from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, NodeDiedError
+from rodless_sim.cylinder_series import sizes
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 if TYPE_CHECKING:
@@ -88,6 +89,9 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         help="ideal (default), or as accurate as those of the paper",
     )
     parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
+    parser.add_argument(
+        "--cylinder", metavar="MODEL", help="of the CY3R series, such as CY3R32-500"
+    )
     add_namespace(parser)
     parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
@@ -111,6 +115,11 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         parser.error("--record is for both nodes in one process; use `rodless record` here")
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")
+    if options.cylinder is not None:
+        try:
+            sizes(options.cylinder)
+        except ParameterError as error:
+            parser.error(str(error))
     return options
 
 
@@ -122,10 +131,14 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
         plant["supply.pressure"] = options.supply_pressure
     if options.lockstep:
         plant["time.mode"] = "lockstep"
+    controller: dict[str, object] = {}
+    if options.cylinder is not None:
+        plant["cylinder.model"] = options.cylinder
+        controller["reference.maximum"] = sizes(options.cylinder).stroke
     return ProcessPlan(
         options.preset,
         plant,
-        None if options.without_controller else {},
+        None if options.without_controller else controller,
         parameter_file=options.parameters,
         namespace=options.namespace,
         one_process=(options.one_process or options.record is not None)

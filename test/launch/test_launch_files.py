@@ -73,6 +73,7 @@ def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
     [
         ({"speed": "0.5"}, "time.speed", 0.5),
         ({"supply_pressure": "600000"}, "supply.pressure", 6e5),
+        ({"cylinder": "CY3R32-500"}, "cylinder.model", "CY3R32-500"),
         ({"publish_clock": "false"}, "time.publish_clock", False),
         ({"namespace": "left"}, "time.publish_clock", False),
         ({"namespace": "left", "publish_clock": "true"}, "time.publish_clock", True),
@@ -91,6 +92,7 @@ def test_an_argument_reaches_the_plant(arguments: dict[str, str], name: str, val
         ({"parameters": "/"}, "parameters:=/: no such file"),
         ({"speed": "fast"}, "speed:=fast: not a number"),
         ({"supply_pressure": "6 bar"}, "supply_pressure:=6 bar: not a number"),
+        ({"cylinder": "CY3R26-500"}, "cylinder:=CY3R26-500: cylinder.model: CY3R26-500 refused"),
         ({"log_level": "loud"}, "log_level:=loud: not one of"),
     ],
 )

@@ -28,16 +28,22 @@ STOP_SECONDS = 4.0
 def test_options_reach_the_nodes_and_ctrl_c_ends_them(
     rodless: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:
-    """Preset, sensors, a file and the supply pressure are in force; SIGINT ends all with 0."""
+    """Preset, sensors, cylinder, file and supply are in force; SIGINT ends all with 0."""
     file = tmp_path / "mine.yaml"
     file.write_text("/**/plant:\n  ros__parameters:\n    cylinder.moving_mass: 1.5\n")
-    options = "rig --preset calibrated --sensors data-sheet --supply-pressure 600000"
+    options = (
+        "rig --preset calibrated --sensors data-sheet --supply-pressure 600000 "
+        "--cylinder CY3R32-500"
+    )
     form = RigParameters.preset("calibrated")["friction.form"]
     expected = {**DATA_SHEET, "supply.pressure": 6e5, "friction.form": form}
     expected["cylinder.moving_mass"] = 1.5
+    expected |= {"cylinder.bore": 0.032, "cylinder.stroke": 0.5}
     assert form != RigParameters()["friction.form"]
     with rodless(*options.split(), "--namespace", "left", "--parameters", str(file)) as rig:
         assert observer.get_parameters("/left/plant", expected) == expected
+        reach = {"reference.maximum": 0.5}
+        assert observer.get_parameters("/left/controller", reach) == reach
         observer.wait(lambda: observer.node.count_publishers("/left/valve/voltage"), "a controller")
         rig.signal(signal.SIGINT)
         assert rig.wait(STOP_SECONDS) == 0
@@ -87,3 +93,10 @@ def test_what_is_not_there_is_named(rodless: StartProcess, options: str) -> None
         assert rig.wait() == 2
         assert options.split()[1] in rig.output
         assert "Traceback" not in rig.output
+
+
+def test_a_cylinder_that_is_none_is_refused(rodless: StartProcess) -> None:
+    """Before anything starts, with exit code 2 and the form of a model number."""
+    with rodless("rig", "--cylinder", "CY3R26-100") as rig:
+        assert rig.wait() == 2
+        assert "the series has the bores 6, 10, 15" in rig.output

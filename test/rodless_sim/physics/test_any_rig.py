@@ -20,7 +20,8 @@ from rodless_base.parameters import Parameter, ParameterError
 from rodless_sim import Rig, RigParameters, SimulationError, Trace, simulate
 from rodless_sim.physics.valve import LARGEST_AMPLITUDE, scaled_amplitudes
 
-# How plant time passes on a wall clock is no matter of motion; the tolerance is what is compared.
+# How plant time passes on a wall clock is no matter of motion; the tolerance is what is compared;
+# a model number only sets others.
 OUTSIDE = (
     "time.mode",
     "time.speed",
@@ -30,6 +31,7 @@ OUTSIDE = (
     "time.publish_clock",
     "time.tolerance",
     "frame_prefix",
+    "cylinder.model",
 )
 PAIRS = (
     ("friction.forward.coulomb", "friction.forward.static"),
