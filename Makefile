@@ -65,15 +65,17 @@ demo: installed
 experiments: installed
 	$(VENV)/bin/rodless experiment all
 
-# The coverage data has a folder of its own, so that two runs at once do not mix theirs. A ROS test
-# that fails gets a second try, and stands in the summary as RERUN.
+# First what needs no nodes, on every core; then the nodes, one test after the other. A ROS test that
+# fails gets a second try, and stands in the summary as RERUN. The coverage data has a folder of its
+# own, so that two runs at once do not mix theirs.
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
-	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/python -m pytest \
-	--reruns 1 -rR \
-	--cov --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
+	export COVERAGE_FILE="$$scratch/coverage" && \
+	$(VENV)/bin/python -m pytest -n auto --dist loadfile -m "not ros" --cov --cov-report= && \
+	$(VENV)/bin/python -m pytest -m ros --reruns 1 -rR --cov --cov-append \
+	--cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	printf 'Coverage of rodless_base, rodless_sim and rodless_control, per cent: ' && \
-	COVERAGE_FILE="$$scratch/coverage" $(VENV)/bin/python -m coverage report --format=total \
+	$(VENV)/bin/python -m coverage report --format=total \
 	--include='*/rodless_base/*,*/rodless_sim/*,*/rodless_control/*' \
 	--fail-under=$(COVERAGE_FLOOR_CORE)
 

@@ -29,10 +29,18 @@ def atomic_write(path: Path, content: str | bytes) -> None:
             os.fchmod(file.fileno(), 0o666 & ~_mask())
             file.flush()
             os.fsync(file.fileno())
-        unfinished.replace(path)
+        _rename(unfinished, path)
     except BaseException:
         unfinished.unlink(missing_ok=True)
         raise
+
+
+def _rename(unfinished: Path, path: Path) -> None:
+    """Rename; an error names the file that is wanted only."""
+    try:
+        unfinished.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def check_writable(folder: Path) -> None:

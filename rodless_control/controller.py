@@ -12,6 +12,7 @@ A :class:`Law` is plain Python. A :class:`CompiledLaw` is made of pure compiled 
 in one loop with the rig. Both serve ``rodless_lab.closed_loop`` and the controller node alike.
 """
 
+import inspect
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -179,8 +180,17 @@ class FunctionLaw(Law):
     Parameters = LawParameters
 
     def __init__(self, function: Callable[[Measurement, ReferencePoint], float]) -> None:
-        """Take the function."""
+        """Take the function; raises TypeError for one that does not take two arguments."""
         super().__init__()
+        try:
+            inspect.signature(function).bind(None, None)
+        except TypeError as error:
+            raise TypeError(
+                f"{shown(function)} is no control law, {error}: give a function "
+                "(measurement, reference) -> voltage in V"
+            ) from error
+        except ValueError:  # one of C that does not say what it takes
+            pass
         self.function = function
 
     def __repr__(self) -> str:

@@ -29,7 +29,7 @@ from rodless_control import (
     PidParameters,
     ReferencePoint,
 )
-from rodless_control.controller import LawError, checked_answer
+from rodless_control.controller import FunctionLaw, LawError, checked_answer
 from rodless_control.laws import law_with
 from rodless_control.loop import ControlLoop
 from rodless_sim import RigParameters
@@ -312,3 +312,18 @@ def test_a_compiled_law_that_cannot_run_is_one_line(
     assert complaint in str(refusal.value)
     assert "\n" not in str(refusal.value)
     assert len(str(refusal.value)) < 600
+
+
+@pytest.mark.parametrize("function", [math.sin, lambda: 5.0, lambda _a, _b, _c: 5.0])
+def test_a_function_that_takes_other_arguments_is_no_law(
+    function: Callable[..., float],
+) -> None:
+    """Refused before the run, with what it should be."""
+    with pytest.raises(TypeError, match=r"no control law, .*\(measurement, reference\) -> voltage"):
+        FunctionLaw(function)
+
+
+def test_a_function_that_takes_both_is_a_law() -> None:
+    """By position, with or without defaults, bound to an object or not."""
+    for function in (lambda _m, _r: 5.0, lambda *_both: 5.0, lambda _m, _r, scale=5.0: scale):
+        assert FunctionLaw(function).update(Measurement(0, 0.1), ReferencePoint(0.1), 0.0) == 5.0

@@ -1,0 +1,35 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Files that are there whole or not at all."""
+
+import errno
+from pathlib import Path
+
+import pytest
+
+from rodless_base.atomic_write import atomic_write
+
+
+def test_an_error_names_the_file_that_was_wanted(tmp_path: Path) -> None:
+    """Not the unfinished one beside it, of which nothing is left."""
+    path = tmp_path / ("a" * 300 + ".csv")
+    with pytest.raises(OSError, match="too long") as caught:
+        atomic_write(path, "1")
+    assert caught.value.errno == errno.ENAMETOOLONG
+    assert (caught.value.filename, caught.value.filename2) == (str(path), None)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_error_leaves_what_was_there(tmp_path: Path) -> None:
+    """A folder in the place of the file stays as it is."""
+    folder = tmp_path / "run.csv"
+    (folder / "in").mkdir(parents=True)
+    with pytest.raises(OSError, match="directory"):
+        atomic_write(folder, "1")
+    assert [path.name for path in tmp_path.rglob("*")] == ["run.csv", "in"]
