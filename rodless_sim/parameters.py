@@ -26,6 +26,7 @@ from rodless_sim.physics import (
     friction,
     heat,
     leak,
+    spool,
     valve,
     valve_assembly,
 )
@@ -34,6 +35,7 @@ DECLARATIONS = collect(
     air.PARAMETERS,
     valve_assembly.PARAMETERS,
     valve.PARAMETERS,
+    spool.PARAMETERS,
     flow_law.PARAMETERS,
     command.PARAMETERS,
     cylinder_series.PARAMETERS,

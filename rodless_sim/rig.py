@@ -12,7 +12,6 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal
 from numbers import Real
-from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +21,7 @@ from rodless_base.kernels import specialise
 from rodless_base.measurement import Measurement
 from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError
+from rodless_sim.commands import Commands
 from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
@@ -30,11 +30,19 @@ from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_motion
-from rodless_sim.physics.state import AnyMotion, HeatedMotion, HeatedState, Motion, State
+from rodless_sim.physics.spool import AnySpool, Spool, spool_voltage, starting_spool
+from rodless_sim.physics.state import (
+    TEMPERATURES,
+    AnyMotion,
+    HeatedMotion,
+    Motion,
+    State,
+    state_with,
+)
 from rodless_sim.physics.streams import heated_supply_flow
 from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
-from rodless_sim.trace import Trace, run_open_loop, trace
+from rodless_sim.trace import Trace, columns_of, further_of, run_open_loop, trace
 
 # Flows at much more than this (Pa) overflow.
 LARGEST_PRESSURE = 1e150
@@ -124,7 +132,6 @@ def starting_motion(
 
 
 PRESSURES = ("pressure_a", "pressure_b")
-TEMPERATURES = ("temperature_a", "temperature_b")
 
 
 def _two_of(name: str, unit: str, values: object) -> tuple[float, float]:
@@ -203,12 +210,18 @@ class Rig:
         self._plant = Plant.of(self._parameters)
         self._sampling: Sampling | None = None
         self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 0.0, 0.0))
+        self._spool = self._resting_spool(self._plant.valve.closed_voltage)
         self._specialise()
         self._nanoseconds = 0
         self.reset()
 
     def _specialise(self) -> None:
-        self._advance = specialise(advance_at_voltage, self._plant, 0.0, self._motion, 0.0, 1.0)
+        self._advance = specialise(
+            advance_at_voltage, self._plant, self._spool, 0.0, self._motion, 0.0, 1.0
+        )
+
+    def _resting_spool(self, voltage: float) -> AnySpool:
+        return starting_spool(self._plant.drive, voltage)
 
     def __repr__(self) -> str:
         """Show time, position and velocity, and the parameters."""
@@ -265,9 +278,12 @@ class Rig:
         self._parameters, self._plant = parameters, Plant.of(parameters)
         try:
             self._motion = with_states_of(self._plant, self._motion)
-            if bool(self._plant.heat) != bool(before["_plant"].heat):
+            if bool(self._spool) != bool(self._plant.drive):
+                self._spool = self._resting_spool(self._voltage)
+                self._commands = Commands(self._voltage)
+            if further_of(self._plant) != further_of(before["_plant"]):
                 self._specialise()
-            self._apply(self._voltage, self._motion, 0.0)
+            self._apply(self._voltage, self._motion, self._spool, self._commands, 0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
         except BaseException:
@@ -282,14 +298,32 @@ class Rig:
                 f"{self._motion.position:g} m; move it back or reset the rig first"
             )
 
-    def _apply(self, voltage: float, motion: AnyMotion, period: float) -> None:
+    def _apply(
+        self,
+        voltage: float,
+        motion: AnyMotion,
+        spool: AnySpool,
+        commands: Commands,
+        span: int,
+    ) -> None:
+        """Advance by ``span`` ns from ``motion`` and ``spool``, piece by piece as commands arrive.
+
+        Raises SimulationError; the rig stays as it was then.
+        """
+        pieces, now = [(voltage, span)], self._nanoseconds
+        if self._plant.drive:
+            dead_time = self._plant.drive.dead_time
+            pieces, commands = commands.during(voltage, now, span, dead_time)
         tolerance = self._parameters.number("time.tolerance")
-        after, flow_a, flow_b, fault = self._advance(
-            self._plant, voltage, motion, period, tolerance
-        )
-        if fault:
-            raise simulation_error(fault, self._nanoseconds * SECONDS_PER_NANOSECOND, after)
-        self._voltage, self._motion = voltage, after
+        for arrived, length in pieces:
+            seconds = length * SECONDS_PER_NANOSECOND
+            motion, spool, flow_a, flow_b, fault = self._advance(
+                self._plant, spool, arrived, motion, seconds, tolerance
+            )
+            if fault:
+                raise simulation_error(fault, now * SECONDS_PER_NANOSECOND, motion, spool)
+        self._voltage, self._motion, self._commands = voltage, motion, commands
+        self._spool = Spool(*spool) if spool else ()
         self._flow_a, self._flow_b = flow_a, flow_b
 
     def reset(
@@ -321,7 +355,8 @@ class Rig:
 
         """
         motion = starting_motion(self._plant, self._parameters, position, pressures, temperatures)
-        self._apply(self._plant.valve.closed_voltage, motion, 0.0)
+        closed = self._plant.valve.closed_voltage
+        self._apply(closed, motion, self._resting_spool(closed), Commands(closed), 0)
         self._nanoseconds = 0
         if self._sampling is not None:
             self._sampling.start()
@@ -350,7 +385,7 @@ class Rig:
         """
         applied = applied_voltage(voltage)
         span = nanoseconds(duration)
-        self._apply(applied, self._motion, span * SECONDS_PER_NANOSECOND)
+        self._apply(applied, self._motion, self._spool, self._commands, span)
         self._nanoseconds += span
         return self.state
 
@@ -384,7 +419,7 @@ class Rig:
     def free_air_flow(self) -> float:
         """Air taken from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
         plant, motion = self._plant, self._motion
-        lands = openings(plant, self._voltage)
+        lands = openings(plant, self.state.spool_voltage)
         if isinstance(motion, HeatedMotion):
             mass_flow = heated_supply_flow(plant, lands, motion)
         else:
@@ -398,12 +433,21 @@ class Rig:
         motion = self._motion
         force = self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b)
         time = self._nanoseconds * SECONDS_PER_NANOSECOND
-        rest = self._voltage, force, self._flow_a, self._flow_b
-        if not isinstance(motion, HeatedMotion):
-            return State(time, *motion, *rest)
         position, velocity, pressure_a, pressure_b, *temperatures = motion
-        shared = time, position, velocity, pressure_a, pressure_b
-        return cast(State, HeatedState(*shared, *rest, *temperatures))
+        spool = [float(spool_voltage(self._spool))] if self._spool else []
+        return state_with(further_of(self._plant))(
+            time,
+            position,
+            velocity,
+            pressure_a,
+            pressure_b,
+            self._voltage,
+            force,
+            self._flow_a,
+            self._flow_b,
+            *temperatures,
+            *spool,
+        )
 
 
 def simulate(
@@ -451,13 +495,15 @@ def simulate(
     plant = Plant.of(rig_parameters(parameters))
     commands = applied_voltages(voltages)
     span = nanoseconds(period, "period")
-    rows, state, done, fault = run_open_loop(
+    rows, state, spool, done, fault = run_open_loop(
         plant,
         commands,
         starting_motion(plant, parameters, position, pressures, temperatures),
-        span * SECONDS_PER_NANOSECOND,
+        starting_spool(plant.drive, plant.valve.closed_voltage),
+        span,
         parameters.number("time.tolerance"),
+        len(columns_of(plant)),
     )
     if fault:
-        raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state)
+        raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state, spool)
     return trace(plant, span, np.append(commands, commands[-1]), rows)

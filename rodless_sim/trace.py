@@ -12,12 +12,22 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns, quantities
-from rodless_base.kernels import kernel, outlined_kernel
+from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
+from rodless_sim.physics.course import course_at, spool_of
+from rodless_sim.physics.dead_time import advance_period, arriving
 from rodless_sim.physics.equations import Inflows, inflows
-from rodless_sim.physics.motion import advance_from
+from rodless_sim.physics.lands import AnyCourse, Course
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import AnyMotion, HeatedMotion, HeatedState, Motion, State
+from rodless_sim.physics.spool import AnySpool, spool_voltage
+from rodless_sim.physics.state import (
+    FURTHER,
+    SPOOL,
+    TEMPERATURES,
+    AnyMotion,
+    HeatedMotion,
+    Motion,
+    state_with,
+)
 from rodless_sim.timing import sample_times
 
 Array = npt.NDArray[np.float64]
@@ -33,7 +43,7 @@ def read_only(array: Array) -> Array:
 class Trace(Columns):
     """A run as arrays, one for each field of :class:`~rodless_sim.State`, one entry per sample.
 
-    Of a rig with temperatures of its own it has those of :class:`~rodless_sim.HeatedState`.
+    Of a rig with further states, such as temperatures of its own, it has those of its state.
 
     Sample 0 is the start. ``voltage[k]`` applies from sample k to sample k+1, and flows are those
     just after it is applied; the last entry has no sample after it. The arrays are read-only:
@@ -73,6 +83,8 @@ class Trace(Columns):
     # Those of a rig whose chambers have temperatures.
     temperature_a: Array
     temperature_b: Array
+    # That of a rig whose spool does not follow at once.
+    spool_voltage: Array
 
     def __init__(self, **columns: "Array") -> None:
         """Take the columns; raises TypeError."""
@@ -96,52 +108,79 @@ class Trace(Columns):
 
     def units(self) -> dict[str, str]:
         """Return the unit of each column by name: those of the state, then a subclass's own."""
-        kind = HeatedState if any(name in vars(self) for name in FURTHER) else State
+        kind = state_with(tuple(name for name in FURTHER if name in vars(self)))
         return {name: unit for name, unit, _ in quantities(kind)} | super().units()
 
-
-# What a trace has only of a rig with these states.
-FURTHER = tuple(name for name in HeatedMotion._fields if name not in Motion._fields)
 
 # The plant's part of a recorded sample.
 FLOWS = ("mass_flow_a", "mass_flow_b")
 COLUMNS = (*Motion._fields, *FLOWS)
 HEATED_COLUMNS = (*HeatedMotion._fields, *FLOWS)
+MOST_COLUMNS = len(HEATED_COLUMNS) + len(SPOOL)
 
 
 def columns_of(plant: Plant) -> tuple[str, ...]:
     """Return the names of what is recorded of each sample."""
-    return HEATED_COLUMNS if plant.heat else COLUMNS
+    return (HEATED_COLUMNS if plant.heat else COLUMNS) + (SPOOL if plant.drive else ())
+
+
+def further_of(plant: Plant) -> tuple[str, ...]:
+    """Return the names of what a state of the plant has behind what every rig has."""
+    return (TEMPERATURES if plant.heat else ()) + (SPOOL if plant.drive else ())
 
 
 @kernel
-def record(state: AnyMotion, flows: Inflows, row: Array) -> None:
+def record(state: AnyMotion, course: AnyCourse, flows: Inflows, row: Array) -> None:
     """Write one sample into ``row``: ``columns_of`` the plant."""
     states = len(state)
     for k in range(states):
         row[k] = state[k]
     row[states], row[states + 1] = flows.a.mass_flow, flows.b.mass_flow
+    record_spool(course, row)
+
+
+@kernel_by_type
+def record_spool(course: AnyCourse, row: Array) -> None:
+    """Write where the spool is behind all else; nothing where it follows at once."""
+
+
+@version_for(Course, record_spool)
+def _record_spool(course: Course, row: Array) -> None:
+    row[row.size - 1] = spool_voltage(course.spool)
 
 
 @outlined_kernel
 def run_open_loop(
-    plant: Plant, voltages: Array, state: AnyMotion, period: float, tolerance: float
-) -> tuple[Array, AnyMotion, int, int]:
-    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``period`` s.
+    plant: Plant,
+    voltages: Array,
+    state: AnyMotion,
+    spool: AnySpool,
+    period: int,
+    tolerance: float,
+    columns: int,
+) -> tuple[Array, AnyMotion, AnySpool, int, int]:
+    """Apply each of ``voltages`` (shape (n,), V, n > 0) for ``period`` ns.
 
-    Returns rows 0 to n, the last state, how many voltages were applied, and the fault at which that
-    ended, as :func:`advance` returns it.
+    Returns rows 0 to n of so many ``columns``, the last state and spool, how many voltages were
+    applied, and the fault at which that ended, as :func:`advance` returns it.
     """
-    rows = np.empty((voltages.size + 1, len(state) + len(FLOWS)))
+    rows = np.empty((voltages.size + 1, columns))
+    closed = plant.valve.closed_voltage
     for k in range(voltages.size):
-        lands = openings(plant, voltages[k])
-        flows = inflows(plant, lands, state)
-        record(state, flows, rows[k])
-        state, fault = advance_from(plant, lands, state, flows, period, tolerance)
+        arrivals = arriving(plant.drive, voltages, k, period, closed)
+        course = course_at(plant, spool, arrivals[0])
+        flows = inflows(plant, course, state)
+        record(state, course, flows, rows[k])
+        state, course, fault = advance_period(
+            plant, course, state, flows, arrivals, period, tolerance
+        )
+        spool = spool_of(course)
         if fault != 0:
-            return rows, state, k, fault
-    record(state, inflows(plant, openings(plant, voltages[-1]), state), rows[-1])
-    return rows, state, voltages.size, 0
+            return rows, state, spool, k, fault
+    last = arriving(plant.drive, voltages, voltages.size - 1, period, closed)[1]
+    course = course_at(plant, spool, last)
+    record(state, course, inflows(plant, course, state), rows[-1])
+    return rows, state, spool, voltages.size, 0
 
 
 def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:

@@ -73,9 +73,12 @@ def by_radau(
 
     ``voltages``, shape (n,), V, apply for ``period`` s each. The carriage starts at rest at
     ``position`` (m), the chambers settled. Raises RuntimeError where Radau gives up, and
-    TimeoutError where it takes longer than ``timeout`` s.
+    TimeoutError where it takes longer than ``timeout`` s. Raises ValueError for a valve whose spool
+    does not follow at once.
     """
     plant = Plant.of(parameters)
+    if plant.drive:
+        raise ValueError("by_radau() keeps the openings constant: it knows no spool that moves")
     deadline = time.monotonic() + timeout
     state: Array = np.array(starting_motion(plant, parameters, position), dtype=np.float64)
     rows: list[Array] = [state[None]]

@@ -54,6 +54,11 @@ FIXED = (
     "valve.subsonic_index",
     "valve.discharge",
     "valve.discharge_coefficient",
+    "valve.dynamics",
+    "valve.natural_frequency",
+    "valve.damping",
+    "valve.hysteresis",
+    "valve.dead_time",
 )
 # Measured curves. Drawn number by number they are no valve's: done for half of the rigs.
 AREA = "valve.area_coefficients"

@@ -99,12 +99,13 @@ def _plant(plant: Plant) -> _Plant:
         LAWS[plant.flow_law.code] is not nozzle
         or plant.leak.open
         or plant.heat
+        or plant.drive
         or plant.air.chamber_index != plant.air.isentropic_index
         or plant.forces != forces.of(RigParameters())
     )
     if beyond:
         raise ValueError(
-            "the C file knows no flow law, leak, tilt, exponent or heat beyond the paper"
+            "the C file knows no flow law, leak, tilt, exponent, heat or drive beyond the paper"
         )
     known = {
         **plant.air._asdict(),

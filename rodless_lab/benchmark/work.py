@@ -26,7 +26,7 @@ from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import AnyMotion
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
-from rodless_sim.trace import run_open_loop
+from rodless_sim.trace import COLUMNS, run_open_loop
 
 Array = npt.NDArray[np.float64]
 
@@ -134,7 +134,7 @@ class Work:
         voltages = self.voltages
         if voltages is not None:
             return lambda tolerance: run_open_loop(
-                self.plant, voltages, self.state, PERIOD, tolerance
+                self.plant, voltages, self.state, (), nanoseconds(PERIOD), tolerance, len(COLUMNS)
             )[0]
         loop, gains = loop_of(self.law)
         instruments, _ = instruments_and_noise(self.parameters)
@@ -147,8 +147,10 @@ class Work:
             limits_of(self.law),
             self.references,
             self.state,
+            (),
             tolerance,
             nanoseconds(PERIOD),
+            len(COLUMNS),
             1 + len(self.law.TERMS),
         )[0]
 

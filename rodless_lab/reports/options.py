@@ -45,6 +45,9 @@ OPTIONS = (
         "isothermal",
         {"chambers.thermodynamics": "polytropic", "chambers.polytropic_index": 1.0},
     ),
+    Option("spool", "115 Hz", {"valve.dynamics": "second_order"}),
+    Option("hysteresis", "0.4 %", {"valve.hysteresis": 0.004}),
+    Option("dead-time", "1 ms", {"valve.dead_time": 1e-3}),
     Option("discharge", "constant 0.9", {"valve.discharge": "constant"}),
 )
 

@@ -11,8 +11,8 @@
 from rodless_base.columns import quantities
 from rodless_base.parameters import Parameter, ParameterSet, Value
 from rodless_control import ControllerParameters
-from rodless_sim import HeatedState, RigParameters
-from rodless_sim.physics.state import HeatedMotion, Motion
+from rodless_sim import RigParameters
+from rodless_sim.physics.state import FURTHER, HeatedMotion, Motion, state_with
 
 INTRODUCTION = """# Parameters
 
@@ -41,11 +41,17 @@ STATE = """
 
 What is known of the plant at one instant: fields of `State`, columns of `Trace`. Of these the plant
 integrates {integrated}. Where `chambers.thermodynamics` is `energy_balance` it integrates
-{further} too, and the state is a `HeatedState`; other rigs do not have them.
+{further} too, and the state is a `HeatedState`. With
+`valve.dynamics`, `valve.hysteresis` or `valve.dead_time` there is `spool_voltage`. Other rigs do
+not have these.
 
 | name | unit | meaning |
 |---|---|---|
 """
+
+
+# The state of a rig with every option.
+EVERYTHING = state_with(tuple(FURTHER))
 
 
 def parameter_reference() -> str:
@@ -56,7 +62,7 @@ def parameter_reference() -> str:
 
 def _state() -> str:
     """What a state, a trace and a record of the plant hold, from the one list of it."""
-    rows = [f"| `{name}` | {unit} | {meaning} |" for name, unit, meaning in quantities(HeatedState)]
+    rows = [f"| `{name}` | {unit} | {meaning} |" for name, unit, meaning in quantities(EVERYTHING)]
     everywhere, all_of_them = len(Motion._fields), [f"`{name}`" for name in HeatedMotion._fields]
     text = STATE.format(
         integrated=", ".join(all_of_them[:everywhere]),

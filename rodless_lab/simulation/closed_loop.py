@@ -41,26 +41,27 @@ from rodless_control.references import Reference, sampled
 from rodless_sim import RigParameters, Trace
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, are_ideal, instruments_and_noise
+from rodless_sim.physics.course import course_at, spool_of
+from rodless_sim.physics.dead_time import advance_period, arriving
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import simulation_error
-from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import openings
+from rodless_sim.physics.spool import AnySpool, starting_spool
 from rodless_sim.physics.state import AnyMotion
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.timing import nanoseconds, sample_times
-from rodless_sim.trace import FLOWS, HEATED_COLUMNS, read_only, record, trace
+from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
 
 # Numbers that a run keeps of each sample, at the most: noise, reference, rows, their copies by
 # columns, times, reference and error; and for the voltage and each term, the command and its copy.
-NUMBERS_PER_SAMPLE = NOISE_CHANNELS + 3 * 2 + 2 * len(HEATED_COLUMNS) + 8
+NUMBERS_PER_SAMPLE = NOISE_CHANNELS + 3 * 2 + 2 * MOST_COLUMNS + 8
 NUMBERS_PER_COMMAND = 3
 
-# Rows, commands, number of samples done, fault and last state of a run.
-LoopResult = tuple[Array, Array, int, int, AnyMotion]
+# Rows, commands, number of samples done, fault, last state and last place of the spool of a run.
+LoopResult = tuple[Array, Array, int, int, AnyMotion, AnySpool]
 
 # What closed_loop takes for a law.
 AnyLaw = (
@@ -143,25 +144,28 @@ def run_closed_loop(
     limits: tuple[float, float],
     references: Array,
     state: AnyMotion,
+    spool: AnySpool,
     tolerance: float,
     period: int,
+    recorded: int,
     columns: int,
 ) -> LoopResult:
     """Control ``state`` along ``references`` (shape (n, 2): m, m/s), one row per sample.
 
     ``noise``, shape (n, 4), are what the instruments' noise is made of, ``period`` is in ns and
-    ``limits`` in V. Returns the rows of :func:`rodless_sim.trace.record` as read; the commands,
-    shape (n, columns): the voltage, within ``limits``, and the law's terms; the number of samples
-    done: fewer than n where the law's voltage was not finite, or where the motion ended with the
-    fault that comes next; and the last state.
+    ``limits`` in V. Returns the rows of :func:`rodless_sim.trace.record` as read, shape
+    (n, recorded); the commands, shape (n, columns): the voltage, within ``limits``, and the law's
+    terms; the number of samples done: fewer than n where the law's voltage was not finite, or where
+    the motion ended with the fault that comes next; and the last state and spool.
     """
-    rows = np.empty((len(references), len(state) + len(FLOWS)))
+    rows = np.empty((len(references), recorded))
     commands = np.empty((len(references), columns))
     true = truth(plant, 0, state)
     lags = Lags(true, true)
     read, _ = read_rig(instruments, lags, true, noise[0])
     memory = begin(gains, read)
     seconds = period * SECONDS_PER_NANOSECOND
+    closed = plant.valve.closed_voltage
     for k in range(len(references)):
         since = 0.0 if k == 0 else seconds
         read, lags = read_rig(instruments, lags, truth(plant, k * period, state), noise[k])
@@ -170,19 +174,23 @@ def run_closed_loop(
         for column in range(columns):
             commands[k, column] = command[column]
         if not math.isfinite(command[0]):
-            return rows, commands, k, 0, state
+            return rows, commands, k, 0, state, spool
         voltage = min(max(command[0], limits[0]), limits[1])
         commands[k, 0] = voltage
-        lands = openings(plant, voltage)
-        flows = inflows(plant, lands, state)
-        record(state, flows, rows[k])
+        arrivals = arriving(plant.drive, commands[:, 0], k, period, closed)
+        course = course_at(plant, spool, arrivals[0])
+        flows = inflows(plant, course, state)
+        record(state, course, flows, rows[k])
         rows[k, 0], rows[k, 2], rows[k, 3] = read.position, read.pressure_a, read.pressure_b
         # A run ends with its last sample: nobody sees what comes after it.
         if k + 1 < len(references):
-            state, fault = advance_from(plant, lands, state, flows, seconds, tolerance)
+            state, course, fault = advance_period(
+                plant, course, state, flows, arrivals, period, tolerance
+            )
+            spool = spool_of(course)
             if fault != 0:
-                return rows, commands, k, fault, state
-    return rows, commands, len(references), 0, state
+                return rows, commands, k, fault, state, spool
+    return rows, commands, len(references), 0, state, spool
 
 
 @cache
@@ -334,7 +342,7 @@ def closed_loop(
     instruments, generator = instruments_and_noise(rig_parameters)
     shape = (count, NOISE_CHANNELS)
     run, gains = loop_of(chosen)
-    rows, commands, done, fault, state = run(
+    rows, commands, done, fault, state, spool = run(
         plant,
         instruments,
         np.zeros(shape) if are_ideal(instruments) else generator.standard_normal(shape),
@@ -342,12 +350,14 @@ def closed_loop(
         limits,
         references,
         start,
+        starting_spool(plant.drive, plant.valve.closed_voltage),
         rig_parameters.number("time.tolerance"),
         span,
+        len(columns_of(plant)),
         1 + len(terms),
     )
     if fault:
-        raise simulation_error(fault, float(times[done]), state)
+        raise simulation_error(fault, float(times[done]), state, spool)
     if done < count:
         raise LawError(
             f"at {times[done]:g} s: {law_name(chosen)} answered {commands[done, 0]!s} V: "

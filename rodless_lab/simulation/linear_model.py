@@ -78,7 +78,9 @@ class LinearModel:
 
     def _scaled(self) -> Array:
         """Return A in units that make its entries comparable: Pa are small, metres large."""
-        size = np.array([{"Pa": 1e5, "m": 1e-2, "m/s": 1e-1}.get(s.unit, 1.0) for s in self.states])
+        size = np.array(
+            [{"Pa": 1e5, "m": 1e-2, "m/s": 1e-1, "V/s": 1e3}.get(s.unit, 1.0) for s in self.states]
+        )
         scaled: Array = self.A * size / size[:, None]
         return scaled
 

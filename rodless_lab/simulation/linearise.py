@@ -19,6 +19,7 @@ from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.equations import rates
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
+from rodless_sim.physics.spool import Drive
 from rodless_sim.physics.state import Motion
 from rodless_sim.rig import applied_voltage, rig_parameters
 from rodless_sim.single_number import single_number
@@ -29,6 +30,12 @@ INPUTS = (
     Quantity("voltage", "V", "command to the valve"),
     Quantity("load", "N", "force on the carriage toward chamber B's end"),
     Quantity("supply_pressure", "Pa", "absolute supply pressure"),
+)
+
+# States of a spool that swings, behind those of the motion.
+SPOOL_STATES = (
+    Quantity("spool_voltage", "V", "where the valve's spool is: the command that would hold it"),
+    Quantity("spool_speed", "V/s", "rate of change of spool_voltage"),
 )
 
 # Of a central difference, by unit: the curves are straight over these to some parts in 10⁸, and
@@ -62,13 +69,15 @@ def linearise(
     -------
     LinearModel
         Its states are those of the rig, and all of them its outputs; its inputs are the voltage,
-        a load on the carriage, and the supply pressure.
+        a load on the carriage, and the supply pressure. With ``valve.dynamics`` ``second_order``
+        the spool has two states more.
 
     Raises
     ------
     ValueError
         For a position outside the stroke, values that are not finite, a voltage at which the
-        carriage sticks, a locked carriage, or chambers with temperatures of their own.
+        carriage sticks, a locked carriage, chambers with temperatures of their own, or a valve
+        with hysteresis or dead time.
     TypeError
         For what are no :class:`RigParameters`.
 
@@ -87,16 +96,46 @@ def linearise(
             "chambers.thermodynamics energy_balance refused: linear models of chambers with "
             "temperatures are not built; adiabatic and polytropic have one"
         )
+    for name in ("valve.hysteresis", "valve.dead_time"):
+        if parameters.number(name):
+            raise ValueError(
+                f"{name}: {parameters.number(name):g} refused, a linear model has neither a play "
+                "nor a delay; set it to 0"
+            )
     point = _operating_point(plant, position, voltage, velocity)
+    by_state, by_input, states = (
+        _by_state(plant, point),
+        _by_input(plant, point),
+        quantities(Motion),
+    )
+    if plant.drive:
+        by_state, by_input = _behind_the_spool(plant.drive, by_state, by_input)
+        states += SPOOL_STATES
     return LinearModel(
-        A=_by_state(plant, point),
-        B=_by_input(plant, point),
-        C=np.eye(len(Motion._fields)),
-        D=np.zeros((len(Motion._fields), len(INPUTS))),
-        states=quantities(Motion),
+        A=by_state,
+        B=by_input,
+        C=np.eye(len(states)),
+        D=np.zeros((len(states), len(INPUTS))),
+        states=states,
         inputs=INPUTS,
-        outputs=quantities(Motion),
+        outputs=states,
         point=point,
+    )
+
+
+def _behind_the_spool(drive: Drive, by_state: Array, by_input: Array) -> tuple[Array, Array]:
+    """Return A and B where the voltage moves the spool, and the spool's place acts as it did."""
+    motions, inputs = by_input.shape
+    frequency = drive.natural_frequency
+    oscillator = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * drive.damping * frequency]])
+    place = np.column_stack([by_input[:, 0], np.zeros(motions)])
+    direct = by_input.copy()
+    direct[:, 0] = 0.0
+    driven = np.zeros((2, inputs))
+    driven[1, 0] = frequency**2
+    return (
+        np.block([[by_state, place], [np.zeros((2, motions)), oscillator]]),
+        np.vstack([direct, driven]),
     )
 
 

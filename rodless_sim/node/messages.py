@@ -47,17 +47,17 @@ def joint_states(joint: str = CARRIAGE) -> Callable[[Measurement, float, float],
     return pack
 
 
-def valve_states(joint: str = SPOOL) -> Callable[[float, int], bytes]:
-    """Return what makes a sensor_msgs/JointState of a voltage (V) and plant time (ns).
+def valve_states(joint: str = SPOOL) -> Callable[[float, float, int], bytes]:
+    """Return what makes a sensor_msgs/JointState of the spool, a voltage (V) and plant time (ns).
 
-    What the valve held up to a sample: displacement of its spool (m), eq. (24), and voltage. That
-    stands in ``effort``: it is what drives the joint.
+    The true displacement of the spool (m) at a sample, eq. (24) of the voltage that would hold it
+    there, and the command up to it. That stands in ``effort``: it is what drives the joint.
     """
     layout = Layout(Field.STAMP, "", 1, joint, 1, Field.NUMBER, 0, 1, Field.NUMBER)
 
-    def pack(voltage: float, nanoseconds: int) -> bytes:
+    def pack(spool: float, voltage: float, nanoseconds: int) -> bytes:
         stamp = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
-        return layout.pack(*stamp, _displacement(voltage), voltage)
+        return layout.pack(*stamp, _displacement(spool), voltage)
 
     return pack
 

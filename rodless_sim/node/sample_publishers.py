@@ -101,7 +101,7 @@ class SamplePublishers:
         self.clock.publish(time)
         for field, publisher in self._pressures:
             publisher.publish(getattr(measurement, field), self._pressure_variance, time)
-        self._valve_state.publish(state.voltage, time)
+        self._valve_state.publish(state.spool_voltage, state.voltage, time)
         message = self._joint_message(measurement, state.velocity, self._piston_area)
         self.outbox.send(self._joint_states, message)
 

@@ -16,7 +16,7 @@ from rodless_sim.physics.cylinder import PressureRate, chamber_rate, volume_a, v
 from rodless_sim.physics.force import Force
 from rodless_sim.physics.forces import other_forces
 from rodless_sim.physics.friction import sliding
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import AnyCourse, Lands
 from rodless_sim.physics.leak import Leaking, leaking
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import Inflow, inflow_a, inflow_b
@@ -160,7 +160,7 @@ def motion_rate(velocity: float, acceleration: float, a: PressureRate, b: Pressu
 
 
 @kernel
-def rates(plant: Plant, lands: Lands, state: AnyMotion, direction: int) -> AnyMotion:
+def rates(plant: Plant, lands: AnyCourse, state: AnyMotion, direction: int) -> AnyMotion:
     """Time derivative of the state: eqs. (26), (31); ``direction`` 0 holds the carriage."""
     flows = inflows(plant, lands, state)
     if direction == 0:

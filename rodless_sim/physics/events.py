@@ -25,7 +25,7 @@ from rodless_sim.physics.equations import (
     sliding_direction,
 )
 from rodless_sim.physics.integrator import sliding_step, sticking_step
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import AnyCourse
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import AnyMotion, carried, stopped
 
@@ -134,7 +134,7 @@ def stops_within(speed: float, rate: float, after: float, rate_after: float, ste
 @kernel
 def standstill(
     plant: Plant,
-    lands: Lands,
+    course: AnyCourse,
     state: AnyMotion,
     direction: int,
     first: Rates,
@@ -147,7 +147,7 @@ def standstill(
         # It stops and would slide on: look for an instant between.
         for part in range(1, PARTS):
             time = step * part / PARTS
-            found, _ = sliding_step(plant, lands, state, direction, first, time)
+            found, _ = sliding_step(plant, course, state, direction, first, time)
             if direction * found.velocity <= 0.0:
                 bracket = earlier_end(bracket, time, direction * found.velocity)
                 break
@@ -158,7 +158,7 @@ def standstill(
         time = bracket.after
         for _ in range(MOST_HALVINGS):
             time *= 0.5
-            found, _ = sliding_step(plant, lands, state, direction, first, time)
+            found, _ = sliding_step(plant, course, state, direction, first, time)
             if direction * found.velocity > 0.0:
                 bracket = later_start(bracket, time, direction * found.velocity)
                 break
@@ -168,7 +168,7 @@ def standstill(
     found = after
     for _ in range(MOST_TRIALS):
         time = guess(bracket)
-        found, _ = sliding_step(plant, lands, state, direction, first, time)
+        found, _ = sliding_step(plant, course, state, direction, first, time)
         value = direction * found.velocity
         bracket = narrowed(bracket, time, value)
         if abs(value) < SMALLEST_VELOCITY or bracket.before == bracket.after:
@@ -179,7 +179,7 @@ def standstill(
 
 @kernel
 def impact(
-    plant: Plant, lands: Lands, state: AnyMotion, direction: int, first: Rates, until: Event
+    plant: Plant, course: AnyCourse, state: AnyMotion, direction: int, first: Rates, until: Event
 ) -> Event:
     """Find where a sliding carriage strikes a cap that it has passed at ``until``."""
     bracket = Bracket(
@@ -192,7 +192,7 @@ def impact(
     if bracket.value_before > 0.0:
         for _ in range(MOST_TRIALS):
             elapsed = guess(bracket)
-            found, _ = sliding_step(plant, lands, state, direction, first, elapsed)
+            found, _ = sliding_step(plant, course, state, direction, first, elapsed)
             gap = gap_ahead(plant, found, direction)
             bracket = narrowed(bracket, elapsed, gap)
             if abs(gap) < SMALLEST_GAP or bracket.before == bracket.after:
@@ -205,7 +205,7 @@ def impact(
 @outlined_kernel
 def sliding_event(
     plant: Plant,
-    lands: Lands,
+    course: AnyCourse,
     state: AnyMotion,
     direction: int,
     first: Rates,
@@ -219,18 +219,18 @@ def sliding_event(
     """
     event = Event(after, direction, step)
     if stops:
-        found = standstill(plant, lands, state, direction, first, step, after)
+        found = standstill(plant, course, state, direction, first, step, after)
         if found.elapsed >= 0.0:
             event = found
     if gap_ahead(plant, event.state, direction) <= 0.0 and event.elapsed > 0.0:
-        event = impact(plant, lands, state, direction, first, event)
+        event = impact(plant, course, state, direction, first, event)
     return event
 
 
 @outlined_kernel
 def breakaway(
     plant: Plant,
-    lands: Lands,
+    course: AnyCourse,
     state: AnyMotion,
     a: PressureRate,
     b: PressureRate,
@@ -252,7 +252,7 @@ def breakaway(
         # The push starts at the limit, or past it by rounding: it may fall first and grow later.
         for _ in range(MOST_HALVINGS // 2):
             time = 0.5 * bracket.after
-            found, _ = sticking_step(plant, lands, state, a, b, time)
+            found, _ = sticking_step(plant, course, state, a, b, time)
             value = direction * net_force(plant, found) - limit
             if value < 0.0:
                 bracket = later_start(bracket, time, value)
@@ -262,7 +262,7 @@ def breakaway(
             return Event(found, direction, bracket.after)
     for _ in range(MOST_TRIALS):
         time = guess(bracket)
-        found, _ = sticking_step(plant, lands, state, a, b, time)
+        found, _ = sticking_step(plant, course, state, a, b, time)
         value = direction * net_force(plant, found) - limit
         bracket = narrowed(bracket, time, value)
         if abs(value) < SMALLEST_FORCE or bracket.before == bracket.after:

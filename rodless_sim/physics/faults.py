@@ -13,6 +13,7 @@ import math
 from rodless_base.kernels import kernel_by_type
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.spool import AnySpool, spool_voltage
 from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 
 SOUND = 0
@@ -78,12 +79,16 @@ def fault_of(plant: Plant, state: Motion) -> int:
     return SOUND
 
 
-def simulation_error(fault: int, time: float, state: AnyMotion) -> SimulationError:
+def simulation_error(
+    fault: int, time: float, state: AnyMotion, spool: AnySpool = ()
+) -> SimulationError:
     """Return the error for a fault in the sample period that began at ``time`` (s)."""
     what, advice = MEANING[fault]
     air = f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa"
     if isinstance(state, HeatedMotion):
         air += f", temperatures {state.temperature_a:g} and {state.temperature_b:g} K"
+    if spool:
+        air += f", spool at {spool_voltage(spool):g} V"
     return SimulationError(
         f"after {time:g} s: {what} (position {state.position:g} m, "
         f"velocity {state.velocity:g} m/s, {air}); {advice}"

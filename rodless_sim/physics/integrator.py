@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 from rodless_base.kernels import kernel, kernel_by_type
 from rodless_sim.physics.cylinder import PressureRate
 from rodless_sim.physics.equations import Rates, inflows, motion_rate, pressure_rates, rates
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import AnyCourse
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import AnyMotion, Motion, moved
 
@@ -150,10 +150,10 @@ def error_size(error: Motion) -> float:
     return max(carriage, air) + 0.0 * total
 
 
-@kernel
+@kernel_by_type
 def staged(
     plant: Plant,
-    lands: Lands,
+    course: AnyCourse,
     state: AnyMotion,
     direction: int,
     matrix: Matrix,
@@ -165,7 +165,7 @@ def staged(
     Returns the state after ``step`` s and the size of its error.
     """
     u1 = solved(matrix, first)
-    later = rates(plant, lands, moved(state, u1, 1.0), direction)
+    later = rates(plant, course, moved(state, u1, 1.0), direction)
     u2 = solved(matrix, moved(later, u1, C21 / step))
     u3 = solved(matrix, moved(moved(later, u1, C31 / step), u2, C32 / step))
     after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
@@ -175,19 +175,19 @@ def staged(
 
 @kernel
 def sliding_step(
-    plant: Plant, lands: Lands, state: AnyMotion, direction: int, first: Rates, step: float
+    plant: Plant, course: AnyCourse, state: AnyMotion, direction: int, first: Rates, step: float
 ) -> tuple[AnyMotion, float]:
     """Take one step of a sliding carriage, ``first`` being its rates at ``state``.
 
     Returns the state after ``step`` s and the size of its error.
     """
     rate = motion_rate(first.velocity, first.acceleration, first.a, first.b)
-    return staged(plant, lands, state, direction, eliminated(first, step), rate, step)
+    return staged(plant, course, state, direction, eliminated(first, step), rate, step)
 
 
 @kernel_by_type
 def sticking_step(
-    plant: Plant, lands: Lands, state: Motion, a: PressureRate, b: PressureRate, step: float
+    plant: Plant, course: AnyCourse, state: Motion, a: PressureRate, b: PressureRate, step: float
 ) -> tuple[Motion, float]:
     """:func:`sliding_step` for a carriage at rest, which leaves the chambers to each other."""
     diagonal = 1.0 / (GAMMA * step)
@@ -195,7 +195,7 @@ def sticking_step(
     exchange = Exchange(a.by_other * inverse_a, b.by_other * inverse_b)
     a1, b1 = exchanged(exchange, a.rate * inverse_a, b.rate * inverse_b)
     halfway = Motion(state.position, 0.0, state.pressure_a + a1, state.pressure_b + b1)
-    later_a, later_b = pressure_rates(plant, halfway, inflows(plant, lands, halfway), 0.0)
+    later_a, later_b = pressure_rates(plant, halfway, inflows(plant, course, halfway), 0.0)
     a2, b2 = exchanged(
         exchange,
         (later_a.rate + C21 / step * a1) * inverse_a,

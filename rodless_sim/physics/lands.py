@@ -10,6 +10,8 @@
 
 from typing import NamedTuple
 
+from rodless_sim.physics.spool import Spool
+
 
 class Edge(NamedTuple):
     """One land edge."""
@@ -24,3 +26,15 @@ class Lands(NamedTuple):
     forward: bool  # A's supply and B's exhaust open
     opening: Edge
     closing: Edge
+
+
+class Course(NamedTuple):
+    """The openings of a valve whose spool moves, at one instant: :mod:`course` lets it go on."""
+
+    spool: Spool
+    lands: Lands
+    horizon: float  # s, how far a step may reach
+    passes: bool  # whether the spool passes the closed position there
+
+
+AnyCourse = Lands | Course

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics import heated  # noqa: F401  versions of what is used here
+from rodless_sim.physics.course import course_after, course_at, spool_of, step_on
 from rodless_sim.physics.equations import (
     Inflows,
     breakaway_limits,
@@ -25,9 +26,9 @@ from rodless_sim.physics.events import breakaway, gap_ahead, sliding_event, stop
 from rodless_sim.physics.faults import TOO_MANY_STEPS, fault_of
 from rodless_sim.physics.friction import side_of, sliding
 from rodless_sim.physics.integrator import next_step, sliding_step, sticking_step
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import AnyCourse
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import openings
+from rodless_sim.physics.spool import AnySpool
 from rodless_sim.physics.state import AnyMotion, stopped
 
 # What happens within a longer step might leave no trace at its end.
@@ -97,7 +98,7 @@ def cruises(speed: float, rate: float, after: float, stribeck_velocity: float, s
 @kernel
 def sliding_attempt(
     plant: Plant,
-    lands: Lands,
+    course: AnyCourse,
     state: AnyMotion,
     flows: Inflows,
     direction: int,
@@ -109,7 +110,7 @@ def sliding_attempt(
     stribeck_velocity = side_of(plant.friction, direction).stribeck_velocity
     if first.by_velocity * step > UNSTABLE_SHARE and may_fall(state.velocity, stribeck_velocity):
         step = UNSTABLE_SHARE / first.by_velocity
-    after, error = sliding_step(plant, lands, state, direction, first, step)
+    after, error = sliding_step(plant, course, state, direction, first, step)
     error /= tolerance
     speed, speed_after = direction * state.velocity, direction * after.velocity
     if may_fall(min(speed, speed_after), stribeck_velocity):
@@ -128,33 +129,41 @@ def sliding_attempt(
         rate_after = direction * (net_force(plant, after) - drag.force) / mass
         stops = stops_within(speed, rate, speed_after, rate_after, step)
     if stops or gap_ahead(plant, after, direction) <= 0.0:
-        event = sliding_event(plant, lands, state, direction, first, step, after, stops)
+        event = sliding_event(plant, course, state, direction, first, step, after, stops)
         return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
     return Attempt(after, direction, step, next_step(step, error))
 
 
 @kernel
 def sticking_attempt(
-    plant: Plant, lands: Lands, state: AnyMotion, flows: Inflows, step: float, tolerance: float
+    plant: Plant, course: AnyCourse, state: AnyMotion, flows: Inflows, step: float, tolerance: float
 ) -> Attempt:
     """:func:`sliding_attempt` for a carriage at rest."""
     a, b = pressure_rates(plant, state, flows, 0.0)
-    after, error = sticking_step(plant, lands, state, a, b, step)
+    after, error = sticking_step(plant, course, state, a, b, step)
     error /= tolerance
     if not error <= 1.0:
         return Attempt(state, 0, 0.0, next_step(step, error))
     low, high = breakaway_limits(plant, state.position)
     if low <= net_force(plant, after) <= high:
         return Attempt(after, 0, step, next_step(step, error))
-    event = breakaway(plant, lands, state, a, b, step, after)
+    event = breakaway(plant, course, state, a, b, step, after)
     return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
 
 
 @kernel
 def advance_from(
-    plant: Plant, lands: Lands, state: AnyMotion, flows: Inflows, period: float, tolerance: float
-) -> tuple[AnyMotion, int]:
-    """:func:`advance` from a state that ``flows`` enter, which need not be computed again."""
+    plant: Plant,
+    course: AnyCourse,
+    state: AnyMotion,
+    flows: Inflows,
+    period: float,
+    tolerance: float,
+) -> tuple[AnyMotion, AnyCourse, int]:
+    """:func:`advance` from a state that ``flows`` enter, which need not be computed again.
+
+    Returns the course from then on, too.
+    """
     left = step = period
     direction = sliding_direction(plant, state)
     for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
@@ -163,41 +172,54 @@ def advance_from(
             step = left
         elif step > 0.5 * left:
             step = 0.5 * left
+        step = step_on(course, step)
         if direction == 0:
-            attempt = sticking_attempt(plant, lands, stopped(state), flows, step, tolerance)
+            attempt = sticking_attempt(plant, course, stopped(state), flows, step, tolerance)
         else:
-            attempt = sliding_attempt(plant, lands, state, flows, direction, step, tolerance)
+            attempt = sliding_attempt(plant, course, state, flows, direction, step, tolerance)
         state, direction, elapsed, step = attempt
         if elapsed > 0.0:
             left -= elapsed
+            course = course_after(plant, course, elapsed)
             fault = fault_of(plant, state)
             if fault != 0 or left <= 0.0:
-                return state, fault
-            flows = inflows(plant, lands, state)
-    return state, TOO_MANY_STEPS
+                return state, course, fault
+            flows = inflows(plant, course, state)
+    return state, course, TOO_MANY_STEPS
 
 
 @kernel
 def advance(
-    plant: Plant, lands: Lands, state: AnyMotion, period: float, tolerance: float
+    plant: Plant, course: AnyCourse, state: AnyMotion, period: float, tolerance: float
 ) -> tuple[AnyMotion, int]:
-    """Keep the valve at its openings ``lands`` for ``period`` s.
+    """Keep the valve at its openings, or let them take their ``course``, for ``period`` s.
 
     The integrator chooses its steps anew in every call, for an error of ``tolerance``
     (``time.tolerance``). Returns the state and a code of :mod:`rodless_sim.physics.faults`: 0
     where it is sound.
     """
-    return advance_from(plant, lands, state, inflows(plant, lands, state), period, tolerance)
+    flows = inflows(plant, course, state)
+    state, _, fault = advance_from(plant, course, state, flows, period, tolerance)
+    return state, fault
 
 
 @outlined_kernel
 def advance_at_voltage(
-    plant: Plant, voltage: float, state: AnyMotion, period: float, tolerance: float
-) -> tuple[AnyMotion, float, float, int]:
-    """:func:`advance` at ``voltage`` (V), with the mass flows into A and B (kg/s) at the end."""
-    lands = openings(plant, voltage)
+    plant: Plant,
+    spool: AnySpool,
+    voltage: float,
+    state: AnyMotion,
+    period: float,
+    tolerance: float,
+) -> tuple[AnyMotion, AnySpool, float, float, int]:
+    """:func:`advance` once ``voltage`` (V) has arrived; with the spool and both flows at the end.
+
+    The mass flows are those into A and B in kg/s.
+    """
+    course = course_at(plant, spool, voltage)
     fault = 0
     if period > 0.0:
-        state, fault = advance(plant, lands, state, period, tolerance)
-    a, b = inflows(plant, lands, state)
-    return state, a.mass_flow, b.mass_flow, fault
+        flows = inflows(plant, course, state)
+        state, course, fault = advance_from(plant, course, state, flows, period, tolerance)
+    a, b = inflows(plant, course, state)
+    return state, spool_of(course), a.mass_flow, b.mass_flow, fault

@@ -11,7 +11,7 @@
 from typing import Any, NamedTuple
 
 from rodless_base.parameters import ParameterSet
-from rodless_sim.physics import forces, heat
+from rodless_sim.physics import forces, heat, spool
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
@@ -37,6 +37,7 @@ class Plant(NamedTuple):
     supply_pressure: float  # Pa, absolute
     ambient_pressure: float  # Pa, absolute
     heat: Any  # Heat, () where the chambers have no temperatures of their own
+    drive: Any  # Drive, () where the spool follows the command at once
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
@@ -55,4 +56,5 @@ class Plant(NamedTuple):
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),
             heat=heat.of(parameters),
+            drive=spool.of(parameters),
         )

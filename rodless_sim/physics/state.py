@@ -13,7 +13,9 @@ moves as :class:`HeatedMotion`; no other carries them along. Which of the two a 
 when the equations are compiled: what differs between them is a version of its own.
 """
 
-from typing import Annotated, NamedTuple, TypeVar
+from collections.abc import Sequence
+from functools import cache
+from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 from rodless_base.columns import quantities
 from rodless_base.kernels import kernel, kernel_by_type, version_for
@@ -29,6 +31,7 @@ Time = Annotated[float, "s", "plant time since the start or the last reset"]
 PneumaticForce = Annotated[float, "N", "pneumatic force on the carriage, A (P_a − P_b)"]
 MassFlowA = Annotated[float, "kg/s", "mass flow into chamber A"]
 MassFlowB = Annotated[float, "kg/s", "mass flow into chamber B"]
+SpoolVoltage = Annotated[float, "V", "where the valve's spool is: the command that would hold it"]
 
 
 Kind = TypeVar("Kind", bound=type)
@@ -152,6 +155,14 @@ class State(NamedTuple):
         """Chamber B has no temperature of its own; a :class:`HeatedState` has one, in K."""
         raise AttributeError(NO_TEMPERATURES)
 
+    @property
+    def spool_voltage(self) -> float:
+        """Where the valve's spool is: the command that would hold it there, in V.
+
+        It is ``voltage`` where the spool follows at once; else the state has it as a field.
+        """
+        return self.voltage
+
 
 @documented
 class HeatedState(NamedTuple):
@@ -180,3 +191,40 @@ class HeatedState(NamedTuple):
     mass_flow_b: MassFlowB
     temperature_a: TemperatureA
     temperature_b: TemperatureB
+
+    @property
+    def spool_voltage(self) -> float:
+        """Where the valve's spool is, as of a :class:`State`."""
+        return self.voltage
+
+
+# What a state has behind its other fields where an option makes it a state of its own.
+FURTHER = {
+    "temperature_a": TemperatureA,
+    "temperature_b": TemperatureB,
+    "spool_voltage": SpoolVoltage,
+}
+TEMPERATURES = ("temperature_a", "temperature_b")
+SPOOL = ("spool_voltage",)
+
+
+@cache
+def state_with(further: tuple[str, ...]) -> type[State]:
+    """Return the kind of state with the fields ``further``, some of ``FURTHER`` in its order.
+
+    Type checkers are told that it is a :class:`State`: it has all that one has, in its order.
+    """
+    if not further:
+        return State
+    if further == TEMPERATURES:
+        return cast(type[State], HeatedState)
+    fields = {**State.__annotations__, **{name: FURTHER[name] for name in further}}
+    kind = cast(Any, NamedTuple)("State", list(fields.items()))
+    kind.__doc__ = f"A :class:`State` that has {' and '.join(further)}, too."
+    # Pickle looks for a class by its name, which all of these share.
+    kind.__reduce__ = lambda state: (_state_of, (further, tuple(state)))
+    return cast(type[State], documented(kind))
+
+
+def _state_of(further: tuple[str, ...], values: Sequence[float]) -> State:
+    return state_with(further)(*values)

@@ -22,7 +22,7 @@ from rodless_lab import ClosedLoopTrace
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_sim import HeatedState, Rig, RigParameters, State, Trace, simulate
 from rodless_sim.node import messages
-from rodless_sim.physics.state import HeatedMotion, Motion
+from rodless_sim.physics.state import FURTHER, HeatedMotion, Motion, state_with
 from rodless_sim.trace import COLUMNS, HEATED_COLUMNS
 
 NAMES = [quantity.name for quantity in quantities(State)]
@@ -66,7 +66,8 @@ def test_a_closed_loop_adds_its_own_columns() -> None:
 
 def test_type_checkers_know_the_columns_of_a_trace() -> None:
     """The annotations of Trace are the state's fields, in their order, and nothing else."""
-    assert list(Trace.__annotations__) == [quantity.name for quantity in quantities(HeatedState)]
+    everything = quantities(state_with(tuple(FURTHER)))
+    assert list(Trace.__annotations__) == [quantity.name for quantity in everything]
     assert list(Trace.__annotations__)[: len(NAMES)] == NAMES
 
 
@@ -122,7 +123,7 @@ def test_joint_states_hold_readings_and_the_true_velocity() -> None:
 def test_the_page_lists_the_state() -> None:
     """Name, unit and meaning of each, from the list."""
     page = parameter_reference()
-    for name, unit, meaning in quantities(HeatedState):
+    for name, unit, meaning in quantities(state_with(tuple(FURTHER))):
         assert f"| `{name}` | {unit} | {meaning} |" in page
     written = Path(__file__).resolve().parents[2] / "docs" / "parameters.md"
     assert page == written.read_text(encoding="utf-8")

@@ -32,7 +32,7 @@ found["advance"] = len(calls)
 
 calls.clear()
 voltages = np.linspace(5.5, 6.5, 7)
-trace.run_open_loop(rig.plant, voltages, rig.motion, 4e-5, 1.0)
+trace.run_open_loop(rig.plant, voltages, rig.motion, (), 40_000, 1.0, 6)
 found["open loop"] = calls == [*voltages.tolist(), voltages[-1]]
 
 calls.clear()

@@ -122,12 +122,17 @@ def fit_pressures(
     Intervals come from the Jacobian and the scatter of the residuals, widened by how far these are
     correlated in time, and by the bias of the sensors as ``parameters`` state it. Raises
     :class:`UninformativeRunError` where no pressure changes, ParameterError for chambers with
-    temperatures.
+    temperatures and for a spool that does not follow at once.
     """
     if parameters.text("chambers.thermodynamics") == ENERGY_BALANCE:
         raise ParameterError(
             f"chambers.thermodynamics: {ENERGY_BALANCE} refused, the fit knows no temperatures; "
             "identify with adiabatic, and expect other dead volumes where heat matters"
+        )
+    if Plant.of(parameters).drive:
+        raise ParameterError(
+            "valve.dynamics, valve.hysteresis, valve.dead_time: refused, the fit takes the spool "
+            "to be where the command says; identify without, and expect other curves near closed"
         )
     problem = _Problem(run, parameters, unknowns)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))

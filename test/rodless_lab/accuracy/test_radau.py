@@ -61,6 +61,13 @@ def test_rigs_of_the_campaign(number: int) -> None:
     assert np.abs(found.position - expected[:, 0]).max() < 1e-6
 
 
+def test_a_spool_that_moves_is_refused() -> None:
+    """Not computed as if the openings were constant."""
+    parameters = RigParameters({"valve.dynamics": "second_order"})
+    with pytest.raises(ValueError, match="knows no spool that moves"):
+        by_radau(parameters, np.full(4, 6.0), PERIOD, 0.1)
+
+
 def test_radau_finds_an_impact_by_hand() -> None:
     """A push of 10 V onto the cap ends there at rest, and time out means what it says."""
     parameters = RigParameters.preset("calibrated")

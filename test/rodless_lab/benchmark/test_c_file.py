@@ -62,7 +62,7 @@ def test_same_events(c_file: CFile, preset: str, changes: dict[str, object]) -> 
     plant = Plant.of(parameters)
     state = starting_motion(plant, parameters, 0.15)
     voltages = np.repeat([10.0, 5.08, 0.0, 5.24, 4.0, 6.0], 800)
-    ours = run_open_loop(plant, voltages, state, PERIOD, 1.0)[0]
+    ours = run_open_loop(plant, voltages, state, (), 1_000_000, 1.0, 6)[0]
     rows = c_file.open_loop(plant, voltages, state, PERIOD, 1.0)
     assert ours[:, 0].max() == plant.cylinder.stroke
     assert np.any(ours[1:, 1] == 0.0)
@@ -80,6 +80,7 @@ def test_other_rigs_are_refused(c_file: CFile) -> None:
         ("leak.b", 1e-9),
         ("rail.tilt", 0.1),
         ("chambers.thermodynamics", "polytropic"),
+        ("valve.dynamics", "second_order"),
     ):
         plant = Plant.of(RigParameters({name: value}))
         with pytest.raises(ValueError, match="the C file knows"):

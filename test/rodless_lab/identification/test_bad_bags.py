@@ -63,6 +63,20 @@ def test_a_base_with_temperatures_is_refused(
         subject(a_run(), base)
 
 
+@pytest.mark.parametrize("subject", [identify_chambers, identify_valve])
+@pytest.mark.parametrize(
+    "values",
+    [{"valve.dynamics": "second_order"}, {"valve.hysteresis": 0.004}, {"valve.dead_time": 1e-3}],
+    ids=["dynamics", "hysteresis", "dead time"],
+)
+def test_a_base_whose_spool_is_late_is_refused(
+    subject: Callable[[MeasuredRun, RigParameters], object], values: dict[str, object]
+) -> None:
+    """The fit's spool is where the command says: it would blame the area curve."""
+    with pytest.raises(ParameterError, match="refused, the fit takes the spool to be where"):
+        subject(a_run(), RigParameters(values))
+
+
 def test_bag_without_messages(tmp_path: Path, write_bag, capsys) -> None:
     """Recorded while nobody published: the first topic looked for is named."""
     bag = write_bag(tmp_path / "bag", a_run(), spoil=lambda *_: None)

@@ -82,9 +82,12 @@ def test_a_is_what_the_equations_say_beside_themselves(preset: str, voltage: flo
 
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("voltage", [5.5, 4.6])
-def test_the_rig_answers_a_small_step_as_the_model_does(preset: str, voltage: float) -> None:
+@pytest.mark.parametrize("dynamics", ["none", "second_order"])
+def test_the_rig_answers_a_small_step_as_the_model_does(
+    preset: str, voltage: float, dynamics: str
+) -> None:
     """5 mV for 50 ms, in steady motion: the difference to a run without, within 2 %."""
-    parameters = RigParameters.preset(preset)
+    parameters = RigParameters.preset(preset).with_values({"valve.dynamics": dynamics})
     found = linearise(parameters, 0.1, voltage)
     motion = found.point.motion
     lead = 500
@@ -97,9 +100,25 @@ def test_the_rig_answers_a_small_step_as_the_model_does(preset: str, voltage: fl
     )
     system = signal.cont2discrete((found.A, found.B[:, :1], found.C, found.D[:, :1]), PERIOD)
     _, expected, _ = signal.dlsim(system, np.full(51, 5e-3))
-    for column, name in enumerate(("position", "velocity", "pressure_a", "pressure_b")):
+    names = ["position", "velocity", "pressure_a", "pressure_b"]
+    assert [state.name for state in found.states[:4]] == names
+    assert (len(found.states) == 6) == (dynamics == "second_order")
+    for column, name in enumerate(state.name for state in found.states[:5]):
         answer = (getattr(second, name) - getattr(first, name))[lead:]
         assert np.abs(answer - expected[:, column]).max() < 0.02 * np.abs(expected[:, column]).max()
+
+
+def test_the_spool_adds_its_poles() -> None:
+    """−ζω ± jω√(1−ζ²) beside those of the rig without; hysteresis and dead time are refused."""
+    spool = RigParameters({"valve.dynamics": "second_order"})
+    omega = 2.0 * np.pi * 115.0
+    plain, found = (linearise(rig, 0.1, 6.0).poles for rig in (RigParameters(), spool))
+    pair = omega * np.array([-0.7 - 1j * np.sqrt(0.51), -0.7 + 1j * np.sqrt(0.51)])
+    expected = np.sort_complex(np.concatenate([plain, pair]))
+    assert np.abs(np.sort_complex(found) - expected).max() < 1e-6 * omega
+    for name in ("valve.hysteresis", "valve.dead_time"):
+        with pytest.raises(ValueError, match=f"{name}: 0.001 refused"):
+            linearise(spool.with_values({name: 1e-3}), 0.1, 6.0)
 
 
 def test_the_inputs_are_voltage_load_and_supply() -> None:

@@ -48,7 +48,7 @@ def test_messages_hold_what_they_are_made_of(prefix: str) -> None:
         joint.effort = [5e-4 * (a - b)]
         read = Measurement(time, position, a, b, supply)
         assert means(joint_states(read, velocity, 5e-4), stamped(joint, time))
-        valve = valve_states(voltage, time)
+        valve = valve_states(voltage, voltage, time)
         spool = JointState(name=[f"{prefix}valve_spool"], effort=[voltage])
         spool.position = deserialize_message(valve, JointState).position
         assert means(valve, stamped(spool, time))
@@ -61,10 +61,10 @@ def test_messages_hold_what_they_are_made_of(prefix: str) -> None:
 def test_the_state_of_the_valve_is_in_metres_and_volts() -> None:
     """At 10 V the spool of eq. (24) stands 1.0635 mm from its middle; at 5.05 V it stands there."""
     valve_states = messages.valve_states()
-    state = deserialize_message(valve_states(10.0, 1_234_567_890), JointState)
+    state = deserialize_message(valve_states(10.0, 10.0, 1_234_567_890), JointState)
     assert (state.header.stamp.sec, state.header.stamp.nanosec) == (1, 234_567_890)
     assert list(state.name) == ["valve_spool"]
     assert list(state.effort) == [10.0]
     assert abs(state.position[0] - 1.06351e-3) < 1e-12
-    assert abs(deserialize_message(valve_states(5.05, 0), JointState).position[0]) < 1e-8
+    assert abs(deserialize_message(valve_states(5.05, 6.0, 0), JointState).position[0]) < 1e-8
     assert not state.velocity

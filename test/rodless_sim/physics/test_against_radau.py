@@ -12,12 +12,14 @@ Nothing here calls the plant's equations: the formulas below are a second readin
 (1)-(31) with the corrections of the errata, in other forms where there are any (nozzle flow from
 energy and density, slit flow from mean pressure, and for chambers with temperatures their mass and
 internal energy as states), solved by scipy's Radau at 1e-10 with stick, slip and end caps as
-events. What the paper leaves out is in them too, by pairs.
+events. What the paper leaves out is in them too, by pairs; the spool is solved for first, by
+DOP853 at 1e-12.
 """
 
 import math
 from collections.abc import Callable, Mapping
-from itertools import combinations
+from functools import cache
+from itertools import combinations, pairwise
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -25,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 from rodless_sim import RigParameters, Trace, simulate
 
@@ -82,10 +84,17 @@ def curve(voltage: float) -> float:
     )
 
 
-def coefficient(case: Case, volts: float) -> float:
+def discharge(case: Case) -> float | None:
+    """C_v, where it is a constant."""
+    if case.beyond.get("valve.discharge") != "constant":
+        return None
+    return float(case.beyond["valve.discharge_coefficient"])
+
+
+def coefficient(constant: float | None, volts: float) -> float:
     """C_v of eq. (25) at a distance in volts from closed, or the same everywhere."""
-    if case.beyond.get("valve.discharge") == "constant":
-        return float(case.beyond["valve.discharge_coefficient"])
+    if constant is not None:
+        return constant
     powers = (1.132, -0.006917, -0.0339, 0.02509, -0.006486, 0.0004983)
     return sum(k * min(abs(volts), 5.0) ** n for n, k in enumerate(powers))
 
@@ -108,7 +117,7 @@ def nozzle(area: float) -> Flow:
 
 def ellipse(case: Case, area: float) -> Flow:
     """ISO 6358 with m = 0.5: C P₁ ρ₀ √(T₀/T) √(1 − x²), C that of the widest of 101 openings."""
-    share = area / max(orifice_area(case, k / 10.0 - CLOSED) for k in range(101))
+    share = area / widest(discharge(case))
     volume_flow = share * case.beyond["valve.sonic_conductance"] * math.sqrt(293.15 / T_S)
     b = case.beyond["valve.critical_ratio"]
 
@@ -122,9 +131,15 @@ def ellipse(case: Case, area: float) -> Flow:
     return flow
 
 
-def orifice_area(case: Case, volts: float) -> float:
+def orifice_area(constant: float | None, volts: float) -> float:
     """C_v S of the reconciled assembly in m²."""
-    return coefficient(case, volts) * max(curve(CENTRE + volts) - curve(CENTRE), 0.0)
+    return coefficient(constant, volts) * max(curve(CENTRE + volts) - curve(CENTRE), 0.0)
+
+
+@cache
+def widest(constant: float | None) -> float:
+    """The largest of these areas, of 101 from 0 to 10 V."""
+    return max(orifice_area(constant, k / 10.0 - CLOSED) for k in range(101))
 
 
 def slit(height: float, length: float) -> Flow:
@@ -146,7 +161,7 @@ def edges(case: Case, voltage: float) -> tuple[Flow, Flow]:
         x_v = 0.00021485 * voltage - 0.00108499
         length = 2e-3 + (x_v if volts >= 0 else -x_v)
         return nozzle(1.132 * curve(voltage)), slit_printed(length)
-    area = orifice_area(case, volts)
+    area = orifice_area(discharge(case), volts)
     standard = case.beyond.get("valve.flow_law") == "iso_6358"
     orifice = ellipse(case, area) if standard else nozzle(area)
     beside = slit(6e-6, 2e-3)
@@ -264,39 +279,112 @@ def settled(case: Case) -> Array:
     return np.concatenate([[case.start, 0.0], scale * fsolve(still, np.ones(4), xtol=1e-13)])
 
 
+def arrivals(case: Case) -> list[tuple[float, float]]:
+    """When (s) the valve is sent where (V): commands come late, and a play takes what it has."""
+    late, half = case.beyond.get("valve.dead_time", 0.0), 5.0 * case.beyond.get(HYSTERESIS, 0.0)
+    target, now = CLOSED, late
+    found = [(0.0, CLOSED)]
+    for voltage, duration in case.voltages:
+        if abs(voltage - target) > half:
+            target = voltage - math.copysign(half, voltage - target)
+        found.append((now, target))
+        now += duration
+    return found
+
+
+def spool(case: Case, sent: list[tuple[float, float]], end: float) -> Callable[[float], float]:
+    """Where the spool is (V) by time (s): at once where it is sent, or as it swings there."""
+    if case.beyond.get("valve.dynamics") != "second_order":
+        return lambda t: [target for begin, target in sent if begin <= t][-1]
+    omega = 2 * math.pi * case.beyond.get("valve.natural_frequency", 115.0)
+    damping = case.beyond.get("valve.damping", 0.7)
+    courses, state = [], np.array([CLOSED, 0.0])
+    for (begin, target), (until, _) in zip(sent, [*sent[1:], (end, 0.0)], strict=True):
+        if until > begin:
+            courses.append(
+                solve_ivp(
+                    lambda _, s, u=target: [
+                        s[1],
+                        omega**2 * (u - s[0]) - 2 * damping * omega * s[1],
+                    ],
+                    (begin, until),
+                    state,
+                    method="DOP853",
+                    rtol=1e-12,
+                    atol=1e-13,
+                    dense_output=True,
+                )
+            )
+            state = courses[-1].y[:, -1]
+
+    def place(t: float) -> float:
+        course = next(one for one in reversed(courses) if one.t[0] <= t)
+        return min(max(float(course.sol(t)[0]), 0.0), 10.0)
+
+    return place
+
+
 def solve(case: Case) -> Array:
     """Position, velocity, pressures, temperatures at every millisecond, the settled rig first."""
     state = settled(case)
     rows = [state[:, None]]
-    for voltage, duration in case.voltages:
-        piece = hold(case, voltage, duration, state)
+    end = sum(duration for _, duration in case.voltages)
+    sent = arrivals(case)
+    place = spool(case, sent, end)
+    # The edges exchange their parts as the spool passes the closed position: a piece ends there.
+    fine = np.arange(0.0, end, 1e-4)
+    forward = np.array([place(t) >= CLOSED for t in fine])
+    passes = [
+        brentq(lambda t: place(t) - CLOSED, *fine[k : k + 2], xtol=1e-15)
+        for k in np.flatnonzero(np.diff(forward))
+        if (place(fine[k]) - CLOSED) * (place(fine[k + 1]) - CLOSED) < 0.0
+    ]
+    cuts = sorted({0.0, end, *passes, *(begin for begin, _ in sent if begin < end)})
+    grid = np.arange(1, round(end / PERIOD) + 1) * PERIOD
+    for begin, until in pairwise(cuts):
+        samples = grid[(grid > begin + 1e-12) & (grid <= until + 1e-12)]
+        piece, state = hold(case, place, begin, until, samples, state)
         rows.append(piece)
-        state = piece[:, -1]
     found = np.hstack(rows)
     air = np.array([np.ravel(np.transpose(gas(column))) for column in found.T])
     return np.vstack([found[:2], air.T])
 
 
-def hold(case: Case, voltage: float, duration: float, state: Array) -> Array:
-    """Solve from stick to slip to stick while one voltage is held."""
-    samples = np.arange(1, round(duration / PERIOD) + 1) * PERIOD
-    flows = chambers(case, voltage)
-    air_rates = heated_rates(case, voltage)
+def hold(
+    case: Case,
+    place: Callable[[float], float],
+    begin: float,
+    until: float,
+    samples: Array,
+    state: Array,
+) -> tuple[Array, Array]:
+    """Solve from stick to slip to stick while the spool stays on one side of closed."""
+    still = case.beyond.get("valve.dynamics") != "second_order"
+    middle = 0.5 * (begin + until)
+    flows = chambers(case, place(middle))
+    air_rates = heated_rates(case, place(middle))
     index = case.beyond.get("chambers.polytropic_index", KAPPA)
-    rows, now = [], 0.0
-    while now < samples[-1]:
+    forward = place(middle) >= CLOSED
+
+    def sided(voltage: float) -> float:
+        return max(voltage, CLOSED) if forward else min(voltage, CLOSED - 1e-12)
+
+    rows, now = [np.empty((len(state), 0))], begin
+    while now < until:
         sign = 0
         if state[1] != 0.0 or beyond_breakaway(case, state) > -1e-9:
             sign = int(np.sign(state[1]) or np.sign(push(case, state)))
 
-        def rate(_: float, s: Array, sign: int = sign) -> list[float]:
+        def rate(t: float, s: Array, sign: int = sign) -> list[float]:
             y, v, *_ = s
             slide = v if sign else 0.0
             force = push(case, s) - sign * friction(case.form, v * sign, sign) if sign else 0.0
+            where = place(middle) if still else sided(place(t))
             if case.heated:
-                return [slide, force / MASS, *air_rates(s, slide)]
+                gained = air_rates if still else heated_rates(case, where)
+                return [slide, force / MASS, *gained(s, slide)]
             p_a, p_b = s[2:]
-            flow_a, flow_b = flows(p_a, p_b)
+            flow_a, flow_b = (flows if still else chambers(case, where))(p_a, p_b)
             swept = AREA * slide
             return [
                 slide,
@@ -315,7 +403,7 @@ def hold(case: Case, voltage: float, duration: float, state: Array) -> Array:
             event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
         run = solve_ivp(
             rate,
-            (now, samples[-1]),
+            (now, until),
             state,
             method="Radau",
             rtol=1e-10,
@@ -323,7 +411,8 @@ def hold(case: Case, voltage: float, duration: float, state: Array) -> Array:
             events=(change, strike),
             dense_output=True,
         )
-        within = samples[(samples > now) & (samples <= run.t[-1])]
+        last = run.t[-1] + (1e-12 if run.t[-1] >= until else 0.0)
+        within = samples[(samples > now) & (samples <= last)]
         if within.size:
             rows.append(run.sol(within))
         now, state = run.t[-1], run.y[:, -1]
@@ -334,9 +423,10 @@ def hold(case: Case, voltage: float, duration: float, state: Array) -> Array:
                 state[1] = 0.0
         elif run.status == 1 and sign:
             state[1] = 0.0
-    return np.hstack(rows)
+    return np.hstack(rows), state
 
 
+HYSTERESIS = "valve.hysteresis"
 HEATED = {"chambers.thermodynamics": "energy_balance"}
 CASES = {
     "forward from rest": Case("reconciled", "stribeck", 621325.0, 0.05, ((6.0, 0.6),)),
@@ -361,6 +451,29 @@ CASES = {
     ),
 }
 
+# Spools that pass closed, and what that makes of either assembly.
+TO_AND_FRO = ((6.0, 0.1), (4.6, 0.05), (5.4, 0.05), (5.08, 0.05), (4.0, 0.1))
+SPOOL = {"valve.dynamics": "second_order"}
+CASES |= {
+    "spool, printed assembly": Case("printed", "stribeck", 601325.0, 0.1, TO_AND_FRO, SPOOL),
+    "a spool that rings": Case(
+        "reconciled",
+        "saturating",
+        621325.0,
+        0.1,
+        TO_AND_FRO,
+        {**SPOOL, "valve.natural_frequency": 60.0, "valve.damping": 0.1},
+    ),
+    "a slow spool, heated": Case(
+        "reconciled",
+        "stribeck",
+        621325.0,
+        0.1,
+        ((10.0, 0.1), (0.0, 0.2), (5.08, 0.1)),
+        {**SPOOL, **HEATED, "valve.natural_frequency": 20.0, "valve.damping": 3.0},
+    ),
+}
+
 # Each option that the paper has not, at values that show.
 BEYOND: dict[str, dict[str, object]] = {
     "iso_6358": {
@@ -376,6 +489,9 @@ BEYOND: dict[str, dict[str, object]] = {
     },
     "constant discharge": {"valve.discharge": "constant", "valve.discharge_coefficient": 0.8},
     "heat": HEATED,
+    "spool": {"valve.dynamics": "second_order"},
+    "hysteresis": {"valve.hysteresis": 0.02},
+    "dead time": {"valve.dead_time": 0.0123456},
 }
 # One choice of the same parameter.
 CHOICES = {"polytropic", "heat"}

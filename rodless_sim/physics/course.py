@@ -1,0 +1,220 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The openings of a valve whose spool moves: what takes the place of constant :class:`Lands`.
+
+The equations of motion then change with time too. The stages of :mod:`integrator` take the openings
+at their own instants, and the rates' change with time,
+
+    (d I − J) u_i = … + γ_i h ∂f/∂t                   stages 2 and 3 at t + α h
+
+so that the method keeps its order. Where the spool passes the closed position, its edges exchange
+their parts: a step ends there.
+"""
+
+import math
+
+from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
+from rodless_sim.physics import equations, integrator
+from rodless_sim.physics.cylinder import PressureRate
+from rodless_sim.physics.equations import motion_rate, rates
+from rodless_sim.physics.events import MOST_TRIALS, Bracket, guess, narrowed
+from rodless_sim.physics.heat import HeatedRate
+from rodless_sim.physics.integrator import (
+    B2,
+    B3,
+    C21,
+    C31,
+    C32,
+    E1,
+    E2,
+    E3,
+    GAMMA,
+    Matrix,
+    eliminated_chambers,
+    error_size,
+    solved,
+    staged,
+)
+from rodless_sim.physics.lands import AnyCourse, Course
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.ports import openings
+from rodless_sim.physics.spool import AnySpool, Spool, calmed, sent, spool_voltage, swung
+from rodless_sim.physics.state import AnyMotion, moved
+
+# Of ROS3: the instant of the later stages, and the weights of ∂f/∂t.
+ALPHA = GAMMA
+GAMMA_1, GAMMA_2, GAMMA_3 = GAMMA, 0.24291996454816804366, 2.1851380027664058511
+
+# Of a difference that gives the openings' change: their curves are straight over this.
+NEAR = 1e-6  # V
+
+# While the spool moves, a step is at most this angle of its oscillation.
+LONGEST_ANGLE = 1.0  # rad
+
+# The spool is at the closed position within this; and how little is past it, one bit.
+CLOSE = 1e-9  # V
+BEYOND = 1e-15  # V
+
+
+@kernel
+def beyond(plant: Plant, forward: bool) -> float:
+    """Return the voltage just past the closed position, ``forward`` or not."""
+    closed = plant.valve.closed_voltage
+    return closed if forward else closed - BEYOND
+
+
+@outlined_kernel
+def passing_time(plant: Plant, spool: Spool, latest: float, there: float) -> float:
+    """Return when (s) the spool passes the closed position, which it has at ``latest``.
+
+    It is at ``there`` (V) then.
+    """
+    closed = plant.valve.closed_voltage
+    bracket = Bracket(0.0, spool.place - closed, latest, there - closed)
+    for _ in range(MOST_TRIALS):
+        time = guess(bracket)
+        value = swung(plant.drive, spool, time).place - closed
+        bracket = narrowed(bracket, time, value)
+        if abs(value) < CLOSE or bracket.before == bracket.after:
+            break
+    return bracket.after
+
+
+@kernel
+def course_from(plant: Plant, spool: Spool) -> Course:
+    """Return the course of the openings from ``spool`` on."""
+    drive, closed = plant.drive, plant.valve.closed_voltage
+    horizon, passes = math.inf, False
+    if spool.speed != 0.0 or spool.place != spool.target:
+        horizon = LONGEST_ANGLE / drive.natural_frequency
+        forward = spool.place >= closed
+        there = swung(drive, spool, horizon).place
+        passes = (there >= closed) != forward
+        if passes and abs(spool.place - closed) <= CLOSE:
+            spool, passes = Spool(spool.target, beyond(plant, not forward), spool.speed), False
+        if passes:
+            horizon = passing_time(plant, spool, horizon, there)
+    return Course(spool, openings(plant, spool_voltage(spool)), horizon, passes)
+
+
+@kernel_by_type
+def course_at(plant: Plant, spool: AnySpool, voltage: float) -> AnyCourse:  # noqa: ARG001
+    """Return the openings from now on, after ``voltage`` (V) has arrived at the valve."""
+    return openings(plant, voltage)
+
+
+@version_for(Spool, course_at)
+def _course_at(plant: Plant, spool: Spool, voltage: float) -> Course:
+    found = sent(plant.drive, spool, voltage)
+    if plant.drive.natural_frequency == 0.0:
+        found = swung(plant.drive, found, 0.0)
+    return course_from(plant, found)
+
+
+@kernel_by_type
+def spool_of(course: AnyCourse) -> AnySpool:  # noqa: ARG001
+    """Return the spool on a course; nothing where it follows at once."""
+    return ()
+
+
+@version_for(Course, spool_of)
+def _spool_of(course: Course) -> Spool:
+    return course.spool
+
+
+@kernel_by_type
+def step_on(course: AnyCourse, step: float) -> float:  # noqa: ARG001
+    """Return the longest step in s, up to ``step``, that the course allows."""
+    return step
+
+
+@version_for(Course, step_on)
+def _step_on(course: Course, step: float) -> float:
+    return min(step, course.horizon)
+
+
+@kernel_by_type
+def course_after(plant: Plant, course: AnyCourse, elapsed: float) -> AnyCourse:  # noqa: ARG001
+    """Return the course from ``elapsed`` s later on."""
+    return course
+
+
+@version_for(Course, course_after)
+def _course_after(plant: Plant, course: Course, elapsed: float) -> Course:
+    if course.spool.speed == 0.0 and course.spool.place == course.spool.target:
+        return course
+    spool = swung(plant.drive, course.spool, elapsed)
+    if course.passes and elapsed == course.horizon:
+        spool = Spool(spool.target, beyond(plant, not course.lands.forward), spool.speed)
+    return course_from(plant, calmed(plant.drive, spool))
+
+
+@version_for(Course, equations.inflows)
+def _inflows(plant: Plant, course: Course, state: AnyMotion) -> object:
+    return equations.inflows(plant, course.lands, state)
+
+
+@version_for(Course, integrator.sticking_step)
+def _sticking_step(
+    plant: Plant,
+    course: Course,
+    state: AnyMotion,
+    a: PressureRate | HeatedRate,
+    b: PressureRate | HeatedRate,
+    step: float,
+) -> tuple[AnyMotion, float]:
+    # A pivot of nothing: whatever pushes, the carriage stays.
+    chambers = eliminated_chambers(a, b, 1.0 / (GAMMA * step))
+    matrix = Matrix(0.0, 0.0, 0.0, 0.0, chambers[0], chambers[1], chambers[2])
+    return staged(plant, course, state, 0, matrix, motion_rate(0.0, 0.0, a, b), step)
+
+
+@version_for(Course, staged)
+def _staged(
+    plant: Plant,
+    course: Course,
+    state: AnyMotion,
+    direction: int,
+    matrix: Matrix,
+    first: AnyMotion,
+    step: float,
+) -> tuple[AnyMotion, float]:
+    return staged_on_the_way(plant, course, state, direction, matrix, first, step)
+
+
+@outlined_kernel
+def staged_on_the_way(
+    plant: Plant,
+    course: Course,
+    state: AnyMotion,
+    direction: int,
+    matrix: Matrix,
+    first: AnyMotion,
+    step: float,
+) -> tuple[AnyMotion, float]:
+    """Take one step as :func:`staged` does, while the spool moves along its course.
+
+    Three times the openings in every place that takes a step would be much to compile.
+    """
+    spool = course.spool
+    # Away from closed, where the curves have a kink.
+    near = NEAR if course.lands.forward else -NEAR
+    change, weight = moved(first, first, -1.0), 0.0
+    if spool.speed != 0.0:
+        there = openings(plant, spool_voltage(Spool(spool.target, spool.place + near, 0.0)))
+        change = moved(rates(plant, there, state, direction), first, -1.0)
+        weight = step * spool.speed / near
+    lands = openings(plant, spool_voltage(swung(plant.drive, spool, ALPHA * step)))
+    u1 = solved(matrix, moved(first, change, GAMMA_1 * weight))
+    later = rates(plant, lands, moved(state, u1, 1.0), direction)
+    u2 = solved(matrix, moved(moved(later, u1, C21 / step), change, GAMMA_2 * weight))
+    sum3 = moved(moved(later, u1, C31 / step), u2, C32 / step)
+    u3 = solved(matrix, moved(sum3, change, GAMMA_3 * weight))
+    after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
+    return after, error_size(moved(moved(moved(u1, u1, E1 - 1.0), u2, E2), u3, E3))

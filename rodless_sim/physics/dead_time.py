@@ -1,0 +1,97 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Commands that reach the valve late: which holds when, sample period by sample period.
+
+A period is cut where a command arrives within it. One that is like the one before changes nothing,
+and cuts nothing.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.constants import SECONDS_PER_NANOSECOND
+from rodless_base.kernels import kernel_by_type, version_for
+from rodless_sim.physics.course import course_at, spool_of
+from rodless_sim.physics.equations import Inflows, inflows
+from rodless_sim.physics.lands import AnyCourse, Course
+from rodless_sim.physics.motion import advance_from
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.spool import Drive
+from rodless_sim.physics.state import AnyMotion
+
+Array = npt.NDArray[np.float64]
+
+
+@kernel_by_type
+def arriving(
+    drive: Drive | tuple[()],  # noqa: ARG001
+    commands: Array,
+    k: int,
+    period: int,  # noqa: ARG001
+    closed: float,  # noqa: ARG001
+) -> tuple[float, float]:
+    """Return the command (V) at the valve as period ``k`` begins, and as it ends.
+
+    ``commands`` are one per ``period`` (ns), up to that of period ``k`` at least. Before the first,
+    the valve is at ``closed`` (V).
+    """
+    return commands[k], commands[k]
+
+
+@version_for(Drive, arriving)
+def _arriving(
+    drive: Drive, commands: Array, k: int, period: int, closed: float
+) -> tuple[float, float]:
+    last = k - drive.dead_time // period
+    late = commands[last] if last >= 0 else closed
+    if drive.dead_time % period == 0:
+        return late, late
+    return commands[last - 1] if last >= 1 else closed, late
+
+
+@kernel_by_type
+def advance_period(
+    plant: Plant,
+    course: AnyCourse,
+    state: AnyMotion,
+    flows: Inflows,
+    arrivals: tuple[float, float],  # noqa: ARG001
+    period: int,
+    tolerance: float,
+) -> tuple[AnyMotion, AnyCourse, int]:
+    """Advance by a sample period (ns) with what :func:`arriving` says, as ``advance_from`` does.
+
+    The first of the ``arrivals`` is at the valve already: ``course`` and ``flows`` are its.
+    """
+    return advance_from(plant, course, state, flows, period * SECONDS_PER_NANOSECOND, tolerance)
+
+
+@version_for(Course, advance_period)
+def _advance_period(
+    plant: Plant,
+    course: Course,
+    state: AnyMotion,
+    flows: Inflows,
+    arrivals: tuple[float, float],
+    period: int,
+    tolerance: float,
+) -> tuple[AnyMotion, AnyCourse, int]:
+    early, late = arrivals
+    if early == late:
+        return advance_from(plant, course, state, flows, period * SECONDS_PER_NANOSECOND, tolerance)
+    first = plant.drive.dead_time % period
+    state, passed, fault = advance_from(
+        plant, course, state, flows, first * SECONDS_PER_NANOSECOND, tolerance
+    )
+    if fault != 0:
+        return state, passed, fault
+    following = course_at(plant, spool_of(passed), late)
+    flows = inflows(plant, following, state)
+    left = (period - first) * SECONDS_PER_NANOSECOND
+    return advance_from(plant, following, state, flows, left, tolerance)
