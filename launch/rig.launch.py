@@ -24,11 +24,12 @@ from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from rodless_base.topics import RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
+from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.processes import write_parameters
-from rodless_sim import RigParameters
+from rodless_sim import RigParameters, ScenarioError
 from rodless_sim.description import robot_description
+from rodless_sim.scenario import scenario_parameter
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
@@ -41,6 +42,9 @@ ARGUMENTS = (
     ("sensors", "ideal", ["ideal", "data_sheet"], "instruments: ideal, or the paper's"),
     ("parameters", "", None, "parameter file on top of those"),
     ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
+    ("scenario", "", None, "scenario file, or the name of one of the package, such as leak"),
+    ("truth", "false", BOOL, "publish what is true, too, on truth/..."),
+    ("raw", "false", BOOL, "publish the voltages of the instruments, too, on raw/voltages"),
     ("controller", "true", BOOL, "start our controller; false: the plant waits for yours"),
     ("namespace", "", None, "namespace of all nodes"),
     ("frame_prefix", "", None, "put before frame_ids and the joint's name: left/"),
@@ -86,9 +90,8 @@ def start_rig(context: LaunchContext) -> list[Node]:
         # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
         # bags lack the first samples; this recorder writes the same format and has them.
         output = ["--output", chosen["bag"]] if chosen["bag"] else []
-        nodes.append(
-            Node(executable="recorder", arguments=[ROS_CLOCK, *RIG_TOPICS, *output], **common)
-        )
+        topics = [ROS_CLOCK, *further_topics(parameters, chosen["namespace"]), *RIG_TOPICS]
+        nodes.append(Node(executable="recorder", arguments=[*topics, *output], **common))
     return [*nodes, *others]
 
 
@@ -104,9 +107,7 @@ def state_publisher(files: list[str], namespace: str) -> Node:
             "description:=true needs robot_state_publisher, which is not installed: "
             "apt install ros-$ROS_DISTRO-robot-state-publisher"
         ) from None
-    values: dict[str, object] = {}
-    for file in files:
-        values.update(own_parameters(Path(file), "/" + namespace.strip("/"))["plant"])
+    values = plant_values(files, namespace)
     return Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
@@ -115,6 +116,21 @@ def state_publisher(files: list[str], namespace: str) -> Node:
         parameters=[{"robot_description": robot_description(RigParameters(values))}],
         on_exit=end_with_it,
     )
+
+
+def plant_values(files: list[str], namespace: str) -> dict[str, object]:
+    """Return what the files give to the plant; later ones win."""
+    values: dict[str, object] = {}
+    for file in files:
+        values.update(own_parameters(Path(file), "/" + namespace.strip("/"))["plant"])
+    return values
+
+
+def further_topics(files: list[str], namespace: str) -> list[str]:
+    """Return what the plant publishes beside the rig's own topics."""
+    values = plant_values(files, namespace)
+    on = {"raw": values.get("sensors.publish_raw"), "truth": values.get("sensors.publish_truth")}
+    return [topic for topic in FURTHER_TOPICS if on[topic.partition("/")[0]]]
 
 
 def parameter_files(chosen: dict[str, str]) -> list[str]:
@@ -146,9 +162,22 @@ def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, objec
     for argument, name in (("supply_pressure", "supply.pressure"), ("speed", "time.speed")):
         if chosen[argument]:
             plant[name] = number(argument, chosen[argument])
+    # The presets and sensor files say nothing of these; a file of the user's may.
+    plant |= {
+        f"sensors.publish_{name}": True for name in ("truth", "raw") if chosen[name] == "true"
+    }
+    plant |= scenario_of_argument(chosen["scenario"])
     controller: dict[str, object] = {"use_sim_time": True, "controller.recorders": recorders}
     prefix = {"frame_prefix": chosen["frame_prefix"]} if chosen["frame_prefix"] else {}
     return {"plant": {**plant, **prefix}, "controller": {**controller, **prefix}}
+
+
+def scenario_of_argument(given: str) -> dict[str, str]:
+    """Return what has the plant follow a scenario; raises RuntimeError for one that is none."""
+    try:
+        return scenario_parameter(given) if given else {}
+    except ScenarioError as error:
+        raise RuntimeError(f"scenario:={given}: {error}") from None
 
 
 def number(argument: str, text: str) -> float:
