@@ -33,7 +33,7 @@ from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_motion
 from rodless_sim.physics.state import AnyMotion, HeatedMotion, HeatedState, Motion, State
 from rodless_sim.physics.streams import heated_supply_flow
-from rodless_sim.scenario import Entry, Scenario
+from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
@@ -180,7 +180,7 @@ class Rig:
     parameters
         Those of the rig; by default all defaults, the preset ``paper``.
     scenario
-        Changes of them at given times, which :meth:`advance` makes.
+        Changes of them at given times, which :meth:`advance` makes; or the path of its file.
 
     Examples
     --------
@@ -196,7 +196,7 @@ class Rig:
     """
 
     def __init__(
-        self, parameters: RigParameters | None = None, scenario: Scenario | None = None
+        self, parameters: RigParameters | None = None, scenario: AnyScenario | None = None
     ) -> None:
         """Build the rig.
 
@@ -209,7 +209,8 @@ class Rig:
             For a scenario with an entry that this rig refuses.
         """
         given = RigParameters() if parameters is None else rig_parameters(parameters)
-        self._player = None if scenario is None else ScenarioPlayer(scenario, given)
+        played = as_scenario(scenario)
+        self._player = None if played is None else ScenarioPlayer(played, given)
         self._take(given)
         self._sampling: Sampling | None = None
         self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 0.0, 0.0))
@@ -469,7 +470,7 @@ def simulate(
     position: float | None = None,
     pressures: tuple[float, float] | None = None,
     temperatures: tuple[float, float] | None = None,
-    scenario: Scenario | None = None,
+    scenario: AnyScenario | None = None,
 ) -> Trace:
     """Drive a rig at rest with voltages, one after the other, and return the true run.
 
@@ -484,8 +485,8 @@ def simulate(
     position, pressures, temperatures
         Where the carriage (m) and the chambers (Pa, K) start, as :meth:`Rig.reset` takes them.
     scenario
-        Changes of the parameters at given times. With one, and with a fault of the valve, the run
-        takes some fifty times as long: it is made step by step.
+        Changes of the parameters at given times, or the path of their file. With one, and with a
+        fault of the valve, the run is made step by step, at some twenty times real time.
 
     Returns
     -------

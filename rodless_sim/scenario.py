@@ -10,6 +10,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -81,8 +82,9 @@ class Scenario:
         self, entries: Iterable[tuple[float, Mapping[str, object]]], name: str = "scenario"
     ) -> None:
         """Take the entries; raises ScenarioError."""
-        self.name = name
-        self.entries = tuple(self._entry(*numbered) for numbered in enumerate(entries, 1))
+        self.name = str(name)
+        given = _listed(entries, self.name)
+        self.entries = tuple(self._entry(*numbered) for numbered in enumerate(given, 1))
         for number, (before, after) in enumerate(zip(self.entries, self.entries[1:], strict=False)):
             if after.stamp < before.stamp:
                 raise self._error(number + 2, "its time is before that of the entry before it")
@@ -115,8 +117,6 @@ class Scenario:
                 raise ValueError(
                     "not a scenario: must be a list, each entry with `at:` in s and parameters"
                 )
-            if len(document) > MOST_ENTRIES:
-                raise ValueError(f"{len(document)} entries refused, at most {MOST_ENTRIES}")
         return cls((_split(entry) for entry in document), str(path))
 
     def check(self, parameters: RigParameters) -> None:
@@ -133,9 +133,9 @@ class Scenario:
             time = single_number(at, AT, "seconds")
             if not 0.0 <= time <= LATEST:
                 raise ValueError(f"{AT} {shown(at)} refused: must be from 0 to {LATEST:g} s")
-            if not isinstance(changes, Mapping) or not changes:
+            named = flattened(changes) if isinstance(changes, Mapping) else {}
+            if not named:
                 raise ValueError(f"{shown(changes)} refused: give parameters by name")
-            named = flattened(changes)
             values = {_name(name): _checked(name, value) for name, value in named.items()}
         except (TypeError, ValueError) as error:
             raise self._error(number, str(error)) from error
@@ -143,6 +143,15 @@ class Scenario:
 
     def _error(self, number: int, what: str) -> ScenarioError:
         return ScenarioError(f"{self.name}: entry {number}: {what}")
+
+
+def _listed(entries: Iterable[object], name: str) -> list[object]:
+    if not isinstance(entries, Iterable) or isinstance(entries, str | bytes | Mapping):
+        raise ScenarioError(f"{name}: {shown(entries)} refused: must be a list of entries")
+    found = list(islice(entries, MOST_ENTRIES + 1))
+    if len(found) > MOST_ENTRIES:
+        raise ScenarioError(f"{name}: more than {MOST_ENTRIES} entries refused; leave some out")
+    return found
 
 
 def _split(entry: object) -> Any:
@@ -211,7 +220,27 @@ def shipped_scenario(name: str) -> Path:
 def scenario_file(given: str | Path) -> Path:
     """Return the absolute path of a scenario file, or of the package's scenario of that name."""
     path = Path(given)
-    return path.resolve() if path.exists() else shipped_scenario(str(given))
+    try:
+        there = path.exists()
+    except OSError:  # such as a name that is too long
+        there = False
+    return path.absolute() if there else shipped_scenario(str(given))
+
+
+# What stands for a scenario: one, the path of a file, or the name of one of the package.
+AnyScenario = Scenario | str | Path
+
+
+def as_scenario(given: object) -> Scenario | None:
+    """Return the scenario that is meant: one, or that of a file or a name; raises ScenarioError.
+
+    Raises TypeError for what is none of these.
+    """
+    if given is None or isinstance(given, Scenario):
+        return given
+    if isinstance(given, str | Path):
+        return Scenario.from_file(scenario_file(given))
+    raise TypeError(f"{shown(given)} is no scenario: give a Scenario or the path of a file")
 
 
 def scenario_parameter(given: str | Path) -> dict[str, str]:
@@ -222,9 +251,3 @@ def scenario_parameter(given: str | Path) -> dict[str, str]:
     path = scenario_file(given)
     Scenario.from_file(path)
     return {"time.scenario": str(path)}
-
-
-def given_scenario(parameters: RigParameters) -> Scenario | None:
-    """Return the scenario of ``time.scenario``, if any; raises ScenarioError."""
-    given = parameters.text("time.scenario")
-    return Scenario.from_file(scenario_file(given)) if given else None

@@ -39,7 +39,7 @@ from rodless_control.laws import law_with
 from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference, sampled
 from rodless_lab.simulation.stepped_loop import needs_steps, run_stepped
-from rodless_sim import Rig, RigParameters, Scenario, Trace
+from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, are_ideal, instruments_and_noise
 from rodless_sim.physics.equations import inflows
@@ -50,6 +50,7 @@ from rodless_sim.physics.ports import openings
 from rodless_sim.physics.state import AnyMotion
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
+from rodless_sim.scenario import AnyScenario
 from rodless_sim.timing import nanoseconds, sample_times
 from rodless_sim.trace import FLOWS, HEATED_COLUMNS, read_only, record, trace
 
@@ -263,7 +264,7 @@ def closed_loop(
     duration: float,
     period: float,
     position: float | None = None,
-    scenario: Scenario | None = None,
+    scenario: AnyScenario | None = None,
 ) -> ClosedLoopTrace:
     """Control a rig at rest for ``duration`` s with a sample and a command every ``period`` s.
 
@@ -286,9 +287,10 @@ def closed_loop(
     position
         Where the carriage starts, in m (default ``cylinder.initial_position``).
     scenario
-        Changes of the rig's parameters at given times. With one, and with faults of the valve or
-        late or missing readings, the run is made step by step, at some twenty times real time. A
-        reading that the law uses and that is not finite closes the valve, as in the node.
+        Changes of the rig's parameters at given times, or the path of their file. With one, and
+        with faults of the valve or late or missing readings, the run is made step by step, at some
+        twenty times real time. A reading that the law uses and that is not finite closes the valve,
+        as in the node.
 
     Raises
     ------

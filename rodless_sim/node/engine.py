@@ -20,7 +20,7 @@ from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
-from rodless_sim.scenario import Scenario, ScenarioError
+from rodless_sim.scenario import AnyScenario, ScenarioError
 
 # Takes each sample: what the instruments read, and the true state, which they do not show whole.
 Publish = Callable[[Measurement, State], None]
@@ -37,7 +37,7 @@ class Engine:
         self,
         parameters: RigParameters,
         publish: Publish,
-        scenario: Scenario | None = None,
+        scenario: AnyScenario | None = None,
         changed: Callable[[RigParameters, int], None] = lambda _values, _time: None,
     ) -> None:
         """Build, compile and settle the rig; nothing is handed out yet.
@@ -108,13 +108,13 @@ class Engine:
                 return
             voltage = self.command.voltage(self.rig.nanoseconds)
             try:
-                self.rig.advance(voltage, self._period)
+                state = self.rig.advance(voltage, self._period)
             except (SimulationError, ScenarioError) as error:
                 self.fail(str(error))
                 return
             if self.rig.parameters is not self._values:
                 self._follow()
-            self._hand_out()
+            self._publish(self.rig.read(), state)
 
     def fail(self, reason: str) -> None:
         """Close the valve; no step from now on until a reset."""

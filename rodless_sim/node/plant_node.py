@@ -35,7 +35,6 @@ from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
-from rodless_sim.scenario import given_scenario
 from rodless_sim.timing import nanoseconds
 
 
@@ -52,7 +51,7 @@ class PlantNode:
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
         self._engine = Engine(
-            values, self._publish, given_scenario(values), self._publishers.configure
+            values, self._publish, values.text("time.scenario") or None, self._publishers.configure
         )
         self._present, self._played = values, 0
         self._failure: str | None = None

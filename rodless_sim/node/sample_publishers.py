@@ -72,14 +72,17 @@ class SamplePublishers:
             lambda kind, topic, pack: OnDemand(publisher(kind, topic), pack, self.outbox), values
         )
         self._others = [*self._further.publishers, self._valve_state, *self.clock.others]
-        self.configure(values, 0)
+        self._take(values)
+
+    def _take(self, values: RigParameters) -> None:
+        self._further.configure(values)
+        self._piston_area = piston_area(values)
+        self._variances = {field: pressure_variance(values, field) for field in PRESSURES}
 
     def configure(self, values: RigParameters, nanoseconds: int) -> None:
         """Publish with these parameters from a plant time (ns) on; topics do not change."""
         self._faults.publish(values, nanoseconds)
-        self._further.configure(values)
-        self._piston_area = piston_area(values)
-        self._variances = {field: pressure_variance(values, field) for field in PRESSURES}
+        self._take(values)
 
     @property
     def topic(self) -> str:

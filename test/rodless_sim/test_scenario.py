@@ -77,7 +77,10 @@ def test_a_file_is_a_list_of_times_and_values(tmp_path: Path) -> None:
         ("- {at: 1, at: 2}", "'at' stands twice"),
         ("- &a {at: 1}\n- *a", "aliases (*name) are not for ROS"),
         ("[" * 30, "nested more than 20 levels deep"),
-        ("- {at: 1, fault.valve.offset: 1}\n" * (MOST_ENTRIES + 1), "1001 entries refused"),
+        (
+            "- {at: 1, fault.valve.offset: 1}\n" * (MOST_ENTRIES + 1),
+            "more than 1000 entries refused",
+        ),
         ("# " + "x" * 1_000_000, "not a scenario: larger than 1000 kB"),
     ],
 )
