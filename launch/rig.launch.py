@@ -24,6 +24,7 @@ from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.processes import write_parameters
@@ -107,7 +108,9 @@ def state_publisher(files: list[str], namespace: str) -> Node:
             "description:=true needs robot_state_publisher, which is not installed: "
             "apt install ros-$ROS_DISTRO-robot-state-publisher"
         ) from None
-    values = plant_values(files, namespace)
+    values: dict[str, object] = {}
+    for file in files:
+        values.update(own_parameters(Path(file), "/" + namespace.strip("/"))["plant"])
     return Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
@@ -118,17 +121,12 @@ def state_publisher(files: list[str], namespace: str) -> Node:
     )
 
 
-def plant_values(files: list[str], namespace: str) -> dict[str, object]:
-    """Return what the files give to the plant; later ones win."""
-    values: dict[str, object] = {}
-    for file in files:
-        values.update(own_parameters(Path(file), "/" + namespace.strip("/"))["plant"])
-    return values
-
-
 def further_topics(files: list[str], namespace: str) -> list[str]:
     """Return what the plant publishes beside the rig's own topics."""
-    values = plant_values(files, namespace)
+    values: dict[str, object] = {}
+    for file in files:
+        own = read_parameter_file(file, "plant", RigParameters.foreign, "/" + namespace.strip("/"))
+        values.update(own)
     on = {"raw": values.get("sensors.publish_raw"), "truth": values.get("sensors.publish_truth")}
     return [topic for topic in FURTHER_TOPICS if on[topic.partition("/")[0]]]
 
