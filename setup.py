@@ -95,6 +95,7 @@ setup(
         *find_packages(include=["rodless_*"]),
         "rodless_base.config",
         "rodless_base.config.sensors",
+        "rodless_base.config.scenarios",
         "rodless_lab.benchmark.c",
     ],
     # An installed package carries the presets inside, so that they are found without ROS, and the
@@ -107,6 +108,7 @@ setup(
         (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
+        (f"share/{NAME}/config/scenarios", files("config/scenarios/*.yaml")),
         (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/description", files("description/*")),

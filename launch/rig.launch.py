@@ -24,12 +24,14 @@ from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from rodless_base.topics import RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
+from rodless_base.parameter_file import read_parameter_file
+from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.processes import write_parameters
-from rodless_sim import ParameterError, RigParameters
+from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes
 from rodless_sim.description import robot_description
+from rodless_sim.scenario import scenario_parameter
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
@@ -43,6 +45,9 @@ ARGUMENTS = (
     ("parameters", "", None, "parameter file on top of those"),
     ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
     ("cylinder", "", None, "model of the CY3R series, such as CY3R32-500; empty: the preset's"),
+    ("scenario", "", None, "scenario file, or the name of one of the package, such as leak"),
+    ("truth", "false", BOOL, "publish what is true, too, on truth/..."),
+    ("raw", "false", BOOL, "publish the voltages of the instruments, too, on raw/voltages"),
     ("controller", "true", BOOL, "start our controller; false: the plant waits for yours"),
     ("namespace", "", None, "namespace of all nodes"),
     ("frame_prefix", "", None, "put before frame_ids and the joint's name: left/"),
@@ -88,9 +93,8 @@ def start_rig(context: LaunchContext) -> list[Node]:
         # `ros2 bag record --use-sim-time` subscribes only after the first /clock message, so its
         # bags lack the first samples; this recorder writes the same format and has them.
         output = ["--output", chosen["bag"]] if chosen["bag"] else []
-        nodes.append(
-            Node(executable="recorder", arguments=[ROS_CLOCK, *RIG_TOPICS, *output], **common)
-        )
+        topics = [ROS_CLOCK, *further_topics(parameters, chosen["namespace"]), *RIG_TOPICS]
+        nodes.append(Node(executable="recorder", arguments=[*topics, *output], **common))
     return [*nodes, *others]
 
 
@@ -117,6 +121,16 @@ def state_publisher(files: list[str], namespace: str) -> Node:
         parameters=[{"robot_description": robot_description(RigParameters(values))}],
         on_exit=end_with_it,
     )
+
+
+def further_topics(files: list[str], namespace: str) -> list[str]:
+    """Return what the plant publishes beside the rig's own topics."""
+    values: dict[str, object] = {}
+    for file in files:
+        own = read_parameter_file(file, "plant", RigParameters.foreign, "/" + namespace.strip("/"))
+        values.update(own)
+    on = {"raw": values.get("sensors.publish_raw"), "truth": values.get("sensors.publish_truth")}
+    return [topic for topic in FURTHER_TOPICS if on[topic.partition("/")[0]]]
 
 
 def parameter_files(chosen: dict[str, str]) -> list[str]:
@@ -148,12 +162,25 @@ def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, objec
     for argument, name in (("supply_pressure", "supply.pressure"), ("speed", "time.speed")):
         if chosen[argument]:
             plant[name] = number(argument, chosen[argument])
+    # The presets and sensor files say nothing of these; a file of the user's may.
+    plant |= {
+        f"sensors.publish_{name}": True for name in ("truth", "raw") if chosen[name] == "true"
+    }
+    plant |= scenario_of_argument(chosen["scenario"])
     controller: dict[str, object] = {"use_sim_time": True, "controller.recorders": recorders}
     if chosen["cylinder"]:
         plant["cylinder.model"] = chosen["cylinder"]
         controller["reference.maximum"] = stroke(chosen["cylinder"])
     prefix = {"frame_prefix": chosen["frame_prefix"]} if chosen["frame_prefix"] else {}
     return {"plant": {**plant, **prefix}, "controller": {**controller, **prefix}}
+
+
+def scenario_of_argument(given: str) -> dict[str, str]:
+    """Return what has the plant follow a scenario; raises RuntimeError for one that is none."""
+    try:
+        return scenario_parameter(given) if given else {}
+    except ScenarioError as error:
+        raise RuntimeError(f"scenario:={given}: {error}") from None
 
 
 def number(argument: str, text: str) -> float:

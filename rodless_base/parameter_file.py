@@ -8,86 +8,14 @@
 
 """ROS parameter files (YAML): find the presets, read one node's section."""
 
-import errno
-import os
-import re
-import stat
 from collections.abc import Callable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 import yaml
 
-from rodless_base.one_line import described, shown
-
-# A file of all parameters of both nodes has 10 kB and is five levels deep.
-LARGEST_FILE = 1_000_000  # bytes
-DEEPEST_NESTING = 20  # levels
-
-
-class _LineError(ValueError):
-    """What is wrong with a line of a file."""
-
-    def __init__(self, node: Any, what: str) -> None:
-        super().__init__(f"line {node.start_mark.line + 1}: {what}")
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads what ROS reads: ``1e-5`` is a number, and nothing stands for something elsewhere."""
-
-    _depth = 0
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        """Refuse aliases, as ROS does, and what is nested beyond reason."""
-        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
-        if self.check_event(yaml.AliasEvent):
-            raise _LineError(event, "aliases (*name) are not for ROS; write the values out")
-        if self._depth == DEEPEST_NESTING:
-            raise _LineError(event, f"nested more than {DEEPEST_NESTING} levels deep")
-        self._depth += 1
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        """Refuse a name that stands twice, of which all values but the last would be lost."""
-        names: set[str] = set()
-        for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode):
-                if key.value in names:
-                    raise _LineError(key, f"{shown(key.value)} stands twice; keep one")
-                names.add(key.value)
-        return super().construct_mapping(node, deep)
-
-    def construct_object(self, node: Any, deep: bool = False) -> Any:
-        """Say where the value stands that is not of the type that its tag or its form says."""
-        try:
-            return super().construct_object(node, deep)
-        except (yaml.YAMLError, _LineError):
-            raise
-        except Exception as error:
-            kind = node.tag.rpartition(":")[2]
-            raise _LineError(node, f"{shown(node.value)} cannot be read as {kind}") from error
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
-    list("-+.0123456789"),
-)
-
-
-def _number_or_text(loader: _Loader, node: Any) -> object:
-    """Return a number; ``190:20:30``, a number to base 60 in YAML 1.1, is a text for ROS."""
-    if ":" in node.value:
-        return str(node.value)
-    integer = node.tag.endswith(":int")
-    return loader.construct_yaml_int(node) if integer else loader.construct_yaml_float(node)
-
-
-_Loader.add_constructor("tag:yaml.org,2002:int", _number_or_text)
-_Loader.add_constructor("tag:yaml.org,2002:float", _number_or_text)
+from rodless_base.one_line import shown
+from rodless_base.yaml_file import RosLoader, read_yaml
 
 
 def preset_directory() -> Path:
@@ -140,9 +68,9 @@ def parameters_for(
         if not _is_in(section, namespace):
             continue
         if addressee == node:
-            found |= _flattened(tree)
+            found |= flattened(tree)
         elif addressee in EVERY_NODE:
-            found |= {k: value for k, value in _flattened(tree).items() if not foreign(k)}
+            found |= {k: value for k, value in flattened(tree).items() if not foreign(k)}
     return found
 
 
@@ -161,12 +89,7 @@ def _is_in(section: str, namespace: str | None) -> bool:
 
 def _sections(path: str | Path) -> list[tuple[str, object]]:
     """Return names and contents of a parameter file's sections; raises ValueError."""
-    try:
-        document = yaml.load(_text(path), _Loader)
-    except yaml.YAMLError as error:
-        raise ValueError(f"not YAML: {described(error)}") from error
-    except UnicodeDecodeError as error:
-        raise ValueError(f"not a text in UTF-8: byte {error.start}") from error
+    document = read_yaml(path, "a ROS parameter file")
     if not isinstance(document, dict):
         raise ValueError("not a ROS parameter file: no node sections")
     sections = []
@@ -175,21 +98,6 @@ def _sections(path: str | Path) -> list[tuple[str, object]]:
             raise ValueError(f"section {shown(section)} must hold ros__parameters and nothing else")
         sections.append((str(section), content["ros__parameters"] or {}))
     return sections
-
-
-def _text(path: str | Path) -> str:
-    """Return what is in a file; raises ValueError for what is none, or too large for parameters."""
-    # A pipe without a writer would make open() wait for ever.
-    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-        kind = os.fstat(file.fileno()).st_mode
-        if stat.S_ISDIR(kind):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-        if not stat.S_ISREG(kind):
-            raise ValueError("not a file but a pipe or device; save the parameters to a file")
-        content = file.read(LARGEST_FILE + 1)
-    if len(content) > LARGEST_FILE:
-        raise ValueError(f"not a ROS parameter file: larger than {LARGEST_FILE // 1000} kB")
-    return content.decode("utf-8")
 
 
 def sections_for(path: str | Path, node: str) -> list[str]:
@@ -220,7 +128,7 @@ def number_meant(text: str) -> object:
     (1e-05, [2e-06, 0.5], 'high')
     """
     try:
-        value = yaml.load(text, _Loader)
+        value = yaml.load(text, RosLoader)
     except (yaml.YAMLError, ValueError):
         return text
     numbers = value if isinstance(value, list) else [value]
@@ -234,7 +142,7 @@ def is_of_rclpy(name: str) -> bool:
     )
 
 
-def _flattened(tree: object) -> dict[str, object]:
+def flattened(tree: object) -> dict[str, object]:
     """Return a section's parameters by dotted name; raises ValueError for one given twice."""
     found: dict[str, object] = {}
     for name, value in _leaves(tree, ""):

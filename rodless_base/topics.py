@@ -11,6 +11,7 @@
 JOINT_STATES = "joint_states"
 VALVE_VOLTAGE = "valve/voltage"
 VALVE_STATE = "valve/state"
+FAULTS = "faults"
 SETPOINT = "setpoint"
 JOINT_COMMANDS = "joint_commands"
 
@@ -31,6 +32,15 @@ PRESSURES = {
 # The frame of each: the place that its topic names.
 PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
 
+# What the plant publishes where it is asked to: what is true, and the voltages of the instruments.
+TRUTH = "truth/"
+RAW_VOLTAGES = "raw/voltages"
+FURTHER_TOPICS = (
+    RAW_VOLTAGES,
+    f"{TRUTH}{JOINT_STATES}",
+    *(f"{TRUTH}{topic}" for topic in PRESSURES.values()),
+)
+
 # What a bag of the rig holds. A plant waits for recorders of the other topics, not for one of the
-# valve's state: subscribed to first, that is heard by then.
-RIG_TOPICS = (VALVE_STATE, JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)
+# faults or the valve's state: subscribed to first, they are heard by then.
+RIG_TOPICS = (FAULTS, VALVE_STATE, JOINT_STATES, *PRESSURES.values(), VALVE_VOLTAGE, SETPOINT)

@@ -147,8 +147,8 @@ class Law:
         """Called when measurements were missing: the next sample follows a gap.
 
         The node calls it once positions have stopped for ``controller.position_timeout``, and for
-        each sample with a value that is not finite; ``closed_loop`` never does. If this raises, the
-        valve closes as for :meth:`configure`.
+        each sample with a value that is not finite; ``closed_loop`` does that too. If this raises,
+        the valve closes as for :meth:`configure`.
         """
 
     def update(

@@ -13,6 +13,7 @@ from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.state import HeatedState, State
 from rodless_sim.rig import Rig, simulate
+from rodless_sim.scenario import Scenario, ScenarioError
 from rodless_sim.trace import Trace
 
 __all__ = [
@@ -20,6 +21,8 @@ __all__ = [
     "ParameterError",
     "Rig",
     "RigParameters",
+    "Scenario",
+    "ScenarioError",
     "SimulationError",
     "State",
     "Trace",

@@ -14,8 +14,8 @@ from typing import ClassVar
 from rodless_base import frames
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, Value, collect
-from rodless_sim import cylinder_series, timing
-from rodless_sim.instruments import instruments
+from rodless_sim import cylinder_series, faults, timing
+from rodless_sim.instruments import acquisition, instruments
 from rodless_sim.node import command
 from rodless_sim.physics import (
     air,
@@ -46,6 +46,8 @@ DECLARATIONS = collect(
     forces.PARAMETERS,
     friction.PARAMETERS,
     instruments.PARAMETERS,
+    acquisition.PARAMETERS,
+    faults.PARAMETERS,
     timing.PARAMETERS,
     frames.PARAMETERS,
 )

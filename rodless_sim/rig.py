@@ -22,10 +22,11 @@ from rodless_base.measurement import Measurement
 from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError
 from rodless_sim.commands import Commands
+from rodless_sim.faults import ValveFault
 from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
-from rodless_sim.physics.faults import simulation_error
+from rodless_sim.physics.faults import SimulationError, simulation_error
 from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
@@ -40,9 +41,18 @@ from rodless_sim.physics.state import (
     state_with,
 )
 from rodless_sim.physics.streams import heated_supply_flow
+from rodless_sim.scenario import AnyScenario, Entry, as_scenario
+from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds
-from rodless_sim.trace import Trace, columns_of, further_of, run_open_loop, trace
+from rodless_sim.trace import (
+    Trace,
+    columns_of,
+    columns_of_states,
+    further_of,
+    run_open_loop,
+    trace,
+)
 
 # Flows at much more than this (Pa) overflow.
 LARGEST_PRESSURE = 1e150
@@ -183,6 +193,8 @@ class Rig:
     ----------
     parameters
         Those of the rig; by default all defaults, the preset ``paper``.
+    scenario
+        Changes of them at given times, which :meth:`advance` makes; or the path of its file.
 
     Examples
     --------
@@ -197,7 +209,9 @@ class Rig:
 
     """
 
-    def __init__(self, parameters: RigParameters | None = None) -> None:
+    def __init__(
+        self, parameters: RigParameters | None = None, scenario: AnyScenario | None = None
+    ) -> None:
         """Build the rig.
 
         Raises
@@ -205,15 +219,23 @@ class Rig:
         TypeError
             For what is no :class:`RigParameters`, such as a dict. Each of those makes a rig: what
             no rig has was refused when the set was made.
+        ScenarioError
+            For a scenario with an entry that this rig refuses.
         """
-        self._parameters = RigParameters() if parameters is None else rig_parameters(parameters)
-        self._plant = Plant.of(self._parameters)
+        given = RigParameters() if parameters is None else rig_parameters(parameters)
+        played = as_scenario(scenario)
+        self._player = None if played is None else ScenarioPlayer(played, given)
+        self._take(given)
         self._sampling: Sampling | None = None
         self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 0.0, 0.0))
         self._spool = self._resting_spool(self._plant.valve.closed_voltage)
         self._specialise()
         self._nanoseconds = 0
         self.reset()
+
+    def _take(self, parameters: RigParameters) -> None:
+        self._parameters, self._plant = parameters, Plant.of(parameters)
+        self._valve_fault = ValveFault.of(parameters)
 
     def _specialise(self) -> None:
         self._advance = specialise(
@@ -275,7 +297,7 @@ class Rig:
         """
         self._check_stroke(parameters)
         before = dict(vars(self))
-        self._parameters, self._plant = parameters, Plant.of(parameters)
+        self._take(parameters)
         try:
             self._motion = with_states_of(self._plant, self._motion)
             if bool(self._spool) != bool(self._plant.drive):
@@ -334,7 +356,8 @@ class Rig:
     ) -> State:
         """Put the carriage at rest and return the state; time returns to zero, the valve closes.
 
-        The instruments begin anew with the same noise.
+        The instruments begin anew with the same noise, and so does the scenario: what it has
+        changed is as it was before.
 
         Parameters
         ----------
@@ -354,11 +377,20 @@ class Rig:
             rig stays as it was.
 
         """
-        motion = starting_motion(self._plant, self._parameters, position, pressures, temperatures)
+        given, plant = self._parameters, self._plant
+        if self._player is not None:
+            given = self._player.at_start(given)
+            plant = Plant.of(given)
+        motion = starting_motion(plant, given, position, pressures, temperatures)
+        if given is not self._parameters:
+            self._take(given)
         closed = self._plant.valve.closed_voltage
         self._apply(closed, motion, self._resting_spool(closed), Commands(closed), 0)
         self._nanoseconds = 0
+        if self._player is not None:
+            self._player.restart()
         if self._sampling is not None:
+            self._sampling.configure(given)
             self._sampling.start()
         return self.state
 
@@ -381,13 +413,40 @@ class Rig:
             For a voltage that is not finite or a duration that is not positive.
         SimulationError
             Where the motion leaves what a rig can do; the rig stays as it was before.
+        ScenarioError
+            Where the rig cannot be as the scenario has it from now on, such as with a stroke that
+            ends before the carriage.
 
         """
-        applied = applied_voltage(voltage)
+        applied = self._valve_fault.voltage(applied_voltage(voltage), self._voltage)
         span = nanoseconds(duration)
         self._apply(applied, self._motion, self._spool, self._commands, span)
         self._nanoseconds += span
+        if self._player is not None:
+            self._play(self._player)
         return self.state
+
+    def _play(self, player: ScenarioPlayer) -> None:
+        """Make the changes that the scenario has for now."""
+        for entry in player.due(self._nanoseconds):
+            try:
+                self.configure(self._parameters.with_values(entry.changes))
+            except (ParameterError, SimulationError) as error:
+                raise player.refusal(error) from error
+
+    def command(self, voltage: float) -> State:
+        """Give the valve a voltage and return the state that begins: time stands still.
+
+        Raises as :meth:`advance`.
+        """
+        applied = self._valve_fault.voltage(applied_voltage(voltage), self._voltage)
+        self._apply(applied, self._motion, self._spool, self._commands, 0)
+        return self.state
+
+    @property
+    def played(self) -> tuple[Entry, ...]:
+        """What the scenario has changed so far."""
+        return () if self._player is None else self._player.played
 
     def read(self) -> Measurement:
         """Return what the instruments read now: position and pressures, errors included.
@@ -398,7 +457,12 @@ class Rig:
         """
         if self._sampling is None:
             self._sampling = Sampling(self._parameters)
-        return self._sampling.read(true_measurement(self._plant, self._nanoseconds, self._motion))
+        return self._sampling.read(self.truth)
+
+    @property
+    def truth(self) -> Measurement:
+        """What instruments without errors would read now."""
+        return true_measurement(self._plant, self._nanoseconds, self._motion)
 
     @property
     def nanoseconds(self) -> int:
@@ -457,6 +521,7 @@ def simulate(
     position: float | None = None,
     pressures: tuple[float, float] | None = None,
     temperatures: tuple[float, float] | None = None,
+    scenario: AnyScenario | None = None,
 ) -> Trace:
     """Drive a rig at rest with voltages, one after the other, and return the true run.
 
@@ -470,18 +535,21 @@ def simulate(
         How long each voltage applies, s.
     position, pressures, temperatures
         Where the carriage (m) and the chambers (Pa, K) start, as :meth:`Rig.reset` takes them.
+    scenario
+        Changes of the parameters at given times, or the path of their file. With one, and with a
+        fault of the valve, the run is made step by step, at some twenty times real time.
 
     Returns
     -------
     Trace
-        n+1 samples, the first at the start.
+        n+1 samples, the first at the start. Its ``voltage`` is what the valve followed.
 
     Raises
     ------
     ValueError
         For no voltages, for what are no numbers or not of that shape, and as :meth:`Rig.advance`
         and :meth:`Rig.reset`.
-    SimulationError
+    SimulationError, ScenarioError
         As :meth:`Rig.advance`.
 
     Examples
@@ -495,6 +563,10 @@ def simulate(
     plant = Plant.of(rig_parameters(parameters))
     commands = applied_voltages(voltages)
     span = nanoseconds(period, "period")
+    if scenario is not None or ValveFault.of(parameters).present:
+        rig = Rig(parameters, scenario)
+        rig.reset(position, pressures, temperatures)
+        return _stepped(rig, commands, span)
     rows, state, spool, done, fault = run_open_loop(
         plant,
         commands,
@@ -507,3 +579,13 @@ def simulate(
     if fault:
         raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state, spool)
     return trace(plant, span, np.append(commands, commands[-1]), rows)
+
+
+def _stepped(rig: Rig, commands: npt.NDArray[np.float64], span: int) -> Trace:
+    """Apply each of ``commands`` (V) for ``span`` ns to a rig that knows its faults."""
+    states = []
+    for command in commands:
+        states.append(rig.command(command))
+        rig.advance(command, span * SECONDS_PER_NANOSECOND)
+    states.append(rig.command(commands[-1]))
+    return Trace(**columns_of_states(states, span))

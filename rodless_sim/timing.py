@@ -89,6 +89,15 @@ PARAMETERS = declare(
         fixed=True,
     ),
     Parameter(
+        "time.scenario",
+        "",
+        "",
+        "file of a scenario that the node follows, or the name of one that comes with the package "
+        "(docs/faults.md); empty for none",
+        "interface",
+        fixed=True,
+    ),
+    Parameter(
         "time.publish_clock",
         True,
         "",

@@ -8,6 +8,8 @@
 
 """A run of the rig as arrays, computed in one compiled loop."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -193,3 +195,11 @@ def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
         force=area * (columns["pressure_a"] - columns["pressure_b"]),
         **columns,
     )
+
+
+def columns_of_states(states: Sequence[State], period: int) -> dict[str, Array]:
+    """Return the fields of states that are ``period`` ns apart, the first at 0, as arrays."""
+    columns = {
+        name: np.array([getattr(state, name) for state in states]) for name in states[0]._fields
+    }
+    return {**columns, "time": sample_times(len(states), period)}

@@ -19,6 +19,7 @@ from rodless_lab.reports.options import OPTIONS, Option
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
+from rodless_sim.faults import PARAMETERS as FAULTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
@@ -86,6 +87,16 @@ def test_every_promise_names_tests_that_exist(row: list[str]) -> None:
 def test_every_erratum_names_tests_that_exist(row: list[str]) -> None:
     """Each row of the errata page names at least one test, and the suite has it."""
     functions_are_there(re.findall(r"`(test_\w+\.py)::(test_\w+)`", row[-1]))
+
+
+def test_the_page_of_faults_has_them_all_and_its_python_runs() -> None:
+    """Each parameter of a fault is on docs/faults.md, and what it shows in Python works."""
+    page = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+    assert [name for name in FAULTS if f"`{name}`" not in page] == []
+    snippets = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    assert len(snippets) == 2
+    for snippet in snippets:
+        exec(compile(snippet, "faults.md", "exec"), {})
 
 
 def test_readme_snippet_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,25 +71,42 @@ class Diagnostics:
         judgement: tuple[bytes, str],
         values: Mapping[str, object],
         hardware: Sequence[str] = (),
+        parts: Sequence[DiagnosticStatus] = (),
     ) -> None:
-        """Publish level and message of ``judgement`` with ``values`` in words.
+        """Publish level and message of ``judgement`` with ``values`` in words, then ``parts``.
 
         ``nanoseconds`` is plant time. The hardware is the rig, by its namespace, and what
         ``hardware`` adds to that.
         """
-        level, message = judgement
         values = {**values, NAMESAKES: self.namesakes.count}
-        rig = f"rig{self._node.get_namespace()}".rstrip("/")
-        status = DiagnosticStatus(
-            level=level,
-            name=self._node.get_fully_qualified_name(),
-            message=message,
-            hardware_id=", ".join([rig, *hardware]),
-            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
-        )
-        report = DiagnosticArray(status=[status])
-        set_stamp(report.header.stamp, nanoseconds)
-        self._publisher.publish(report)
+        own = status(self._node, judgement, values, hardware)
+        self._publisher.publish(report([own, *parts], nanoseconds))
+
+
+def status(
+    node: Node,
+    judgement: tuple[bytes, str],
+    values: Mapping[str, object],
+    hardware: Sequence[str] = (),
+    part: str = "",
+) -> DiagnosticStatus:
+    """Return what to report of ``node``, or of the ``part`` of it that is named."""
+    level, message = judgement
+    rig = f"rig{node.get_namespace()}".rstrip("/")
+    return DiagnosticStatus(
+        level=level,
+        name=node.get_fully_qualified_name() + (f": {part}" if part else ""),
+        message=message,
+        hardware_id=", ".join([rig, *hardware]),
+        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+    )
+
+
+def report(statuses: Sequence[DiagnosticStatus], nanoseconds: int) -> DiagnosticArray:
+    """Return the message of ``statuses`` at a plant time (ns)."""
+    message = DiagnosticArray(status=list(statuses))
+    set_stamp(message.header.stamp, nanoseconds)
+    return message
 
 
 def judge(

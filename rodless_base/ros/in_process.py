@@ -23,7 +23,7 @@ from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import HistoryPolicy, QoSCompatibility, qos_check_compatible
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSCompatibility, qos_check_compatible
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.subscription import Subscription
 from std_msgs.msg import Float64
@@ -48,18 +48,36 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
 
     readers: "tuple[Reader, ...]" = ()
     _sequence = 0
+    _kept: "deque[object] | None" = None
+
+    def keep(self) -> None:
+        """Keep messages for later readers where the durability says so."""
+        if self.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            self._kept = deque(maxlen=self.qos_profile.depth)
+
+    def add(self, reader: "Reader") -> None:
+        """Publish to ``reader`` from now on, and what has been kept for such as it."""
+        self.readers += (reader,)
+        durability = reader.subscription.qos_profile.durability
+        if self._kept is not None and durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            for message in self._kept:
+                self._put(message, (reader,))
 
     def publish(self, msg: object) -> None:
         """Publish to whoever listens; raises RCLError, and then nobody has the message."""
-        if not self.readers or super().get_subscription_count():
+        if self._kept is not None or not self.readers or super().get_subscription_count():
             super().publish(msg)
-        if not self.readers:
-            return
-        self._sequence += 1
+        if self._kept is not None:
+            self._kept.append(msg)
+        if self.readers:
+            self._sequence += 1
+            self._put(msg, self.readers)
+
+    def _put(self, msg: object, readers: "tuple[Reader, ...]") -> None:
         info = delivered_now(self._sequence)
         data = msg if isinstance(msg, bytes) else None
         message = None if isinstance(msg, bytes) else msg
-        for reader in self.readers:
+        for reader in readers:
             if reader.raw:
                 data = serialize_message(message) if data is None else data
                 reader.put(data, info)
@@ -147,6 +165,7 @@ class DirectDelivery:
     def add_publisher(self, publisher: DirectPublisher) -> None:
         """Connect a publisher."""
         self._publishers.append(publisher)
+        publisher.keep()
         publisher.readers = tuple(one for one in self._readers if one.matches(publisher))
 
     def add_subscription(self, subscription: Subscription, callback: Callable[[Any], None]) -> None:
@@ -155,7 +174,7 @@ class DirectDelivery:
         self._readers.append(reader)
         for publisher in self._publishers:
             if reader.matches(publisher):
-                publisher.readers += (reader,)
+                publisher.add(reader)
 
     def count_publishers(self, subscription: Subscription) -> int:
         """Return how many publishers a subscription is connected with."""

@@ -112,6 +112,7 @@ class RosParameters(Generic[Set]):
         """
         self._node = node
         self._apply = apply
+        self._follows = False
         with warnings_logged(node):
             known = given_parameters(node, kind.NODE) if given is None else given
             self.values = kind(self._own(node, kind, known))
@@ -140,11 +141,25 @@ class RosParameters(Generic[Set]):
                 ignore_override=True,
             )
 
+    def follow(self, values: Set) -> None:
+        """Show ``values``, which the node itself has chosen and has in force already."""
+        changes = values.differences(self.values)
+        self._follows = True
+        try:
+            self._node.set_parameters(
+                [RosParameter(name, value=ros_value(value)) for name, value in changes.items()]
+            )
+        finally:
+            self._follows = False
+        self.values = values
+
     def _convert(self, parameters: list[RosParameter]) -> list[RosParameter]:
         """Take an integer, or a number that came as a text, for a real.
 
         Name unknown names and wrong types, which rclpy does not.
         """
+        if self._follows:
+            return parameters
         converted = [self._converted(parameter) for parameter in parameters]
         return converted + self._derived(converted)
 
@@ -189,6 +204,8 @@ class RosParameters(Generic[Set]):
         return f"{declared.name}: read-only, given when the node starts{same}"
 
     def _change(self, parameters: list[RosParameter]) -> SetParametersResult:
+        if self._follows:
+            return SetParametersResult(successful=True)
         try:
             values = self.values.with_values(self._ours(parameters))
             self._apply(values)

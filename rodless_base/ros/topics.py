@@ -9,7 +9,7 @@
 """Queues and stamps of the rig's topics, whose names are in :mod:`rodless_base.topics`."""
 
 from builtin_interfaces.msg import Time
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 
@@ -18,6 +18,13 @@ QUEUE_DEPTH = 1000
 
 # A queue that never drops: a reader that falls behind holds the sender back instead.
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+
+# Whoever comes later gets the last.
+LATCHED = QoSProfile(
+    depth=100,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
 
 
 def set_stamp(stamp: Time, nanoseconds: int) -> None:

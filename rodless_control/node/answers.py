@@ -29,6 +29,9 @@ from rodless_control.node.telemetry import Telemetry
 # How long the last command may take to arrive; less than Ctrl-C promises.
 LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
 
+# How often, in s, the log repeats that samples are not finite.
+REPORT_PERIOD = 10.0
+
 # What is said with the failure of a law.
 CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
 
@@ -87,6 +90,7 @@ class Answers:
         if output is None:
             self.close_valve()
             self.report_failure()
+            self._report_refusal()
         else:
             self._command(output.voltage)
             self._telemetry.publish(output)
@@ -107,6 +111,18 @@ class Answers:
         output = self._loop.sample(measurement)
         self.pace.took(perf_counter() - began)
         return output
+
+    @property
+    def refusal(self) -> str | None:
+        """Why the last sample was not answered by the law, if that was for the sample's sake."""
+        if not self.refused or self._loop.failure is not None:
+            return None
+        used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
+        return f"{used} not finite: valve closed"
+
+    def _report_refusal(self) -> None:
+        if self.refusal is not None:
+            self._node.get_logger().warning(self.refusal, throttle_duration_sec=REPORT_PERIOD)
 
     def report_failure(self) -> None:
         """Say once why the law is not called any more."""

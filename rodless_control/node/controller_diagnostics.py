@@ -98,7 +98,4 @@ class ControllerDiagnostics:
             return missing
         if (obstacle := self._answers.obstacle) is not None:
             return f"{obstacle}: no command gets out"
-        if self._answers.enabled and self._answers.refused:
-            used = "position or pressure" if self._loop.law.USES_PRESSURES else "position"
-            return f"{used} not finite: valve closed"
-        return None
+        return self._answers.refusal

@@ -29,6 +29,7 @@ VERBS = {
     ),
     "move": ("rodless_lab.cli.move", "move the carriage of a running rig to a position in mm"),
     "set": ("rodless_lab.cli.set_parameters", "change parameters of a running rig, all or none"),
+    "fault": ("rodless_lab.cli.fault", "show, make and clear faults of a running rig"),
     "get": ("rodless_lab.cli.get_parameters", "show parameters of a running rig"),
     "status": ("rodless_lab.cli.status", "show the state of a running rig"),
     "pause": ("rodless_lab.cli.pause", "stop the plant time of a running rig"),

@@ -22,6 +22,7 @@ from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_sim.cylinder_series import sizes
 from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.scenario import scenario_parameter
 
 if TYPE_CHECKING:
     from rodless_lab.session.processes import ProcessPlan, SessionProcesses
@@ -51,7 +52,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         return 2
     if not options.network:
         stay_on_this_machine()
-    plan = _plan(options)
+    try:
+        plan = _plan(options)
+    except ParameterError as error:
+        print(error, file=sys.stderr)
+        return 2
     stop.from_now_on_wait()
     try:
         timeout = STOP_TIMEOUT if plan.record is None else CLOSE_TIMEOUT
@@ -94,6 +99,16 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     )
     add_namespace(parser)
     parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
+    parser.add_argument(
+        "--scenario",
+        metavar="FILE",
+        help="faults and other changes at given plant times; or the name of a scenario of the "
+        "package, such as leak",
+    )
+    parser.add_argument("--truth", action="store_true", help="publish what is true, too")
+    parser.add_argument(
+        "--raw", action="store_true", help="publish the voltages of the instruments, too"
+    )
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
     parser.add_argument("--without-controller", action="store_true", help="the plant alone")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
@@ -129,6 +144,11 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
     plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
     if options.supply_pressure is not None:
         plant["supply.pressure"] = options.supply_pressure
+    for name in ("truth", "raw"):
+        if getattr(options, name):
+            plant[f"sensors.publish_{name}"] = True
+    if options.scenario is not None:
+        plant |= scenario_parameter(options.scenario)
     if options.lockstep:
         plant["time.mode"] = "lockstep"
     controller: dict[str, object] = {}

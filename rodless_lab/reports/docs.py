@@ -16,6 +16,7 @@ from rodless_control import PidParameters, references
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
 from rodless_lab.figures.step import save_step_picture
+from rodless_lab.reports.faults import save_fault_picture
 from rodless_lab.reports.heat import save_heat_picture
 from rodless_lab.reports.options import OPTIONS, save_option
 from rodless_lab.reports.page import write_page
@@ -28,6 +29,7 @@ def write_docs(folder: Path, show: Callable[[str], None]) -> None:
     """Write everything into ``folder``; ``show`` hears the name of each experiment begun."""
     atomic_write(folder / "parameters.md", parameter_reference())
     save_preset_step(folder / "step_paper.png", "paper")
+    save_fault_picture(folder / "supply_loss.png")
     save_heat_picture(folder / "options" / "heat.png")
     for option in OPTIONS:
         save_option(folder / "options", option)

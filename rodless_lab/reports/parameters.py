@@ -18,10 +18,11 @@ INTRODUCTION = """# Parameters
 
 Every parameter of both nodes, and the state of the plant; this page is written from their
 declarations by `rodless docs`. The plant's parameters are declared beside the equations that use
-them, in the modules of `rodless_sim/physics`, in `rodless_sim/instruments/instruments.py`,
-`rodless_sim/timing.py` and `rodless_sim/node/command.py`; those of the controller, here with the
-law `pid`, in `rodless_control`; the state in `rodless_sim/physics/state.py`. The names are the same
-in Python (`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
+them, in the modules of `rodless_sim/physics` and `rodless_sim/instruments`, in
+`rodless_sim/faults.py`, `rodless_sim/timing.py` and `rodless_sim/node/command.py`; those of the
+controller, here with the law `pid`, in `rodless_control`; the state in
+`rodless_sim/physics/state.py`. The names are the same in Python
+(`RigParameters().with_values({"supply.pressure": 0.6e6})`), in parameter files
 (`config/*.yaml`) and in ROS (`ros2 param set /plant supply.pressure 600000.0`). Values are SI,
 pressures absolute. Ranges are inclusive. Parameters marked *fixed* are read when the node starts;
 all others may change while it runs. A change is refused as a whole, with a message that names the

@@ -32,6 +32,7 @@ from rodless_lab.session.observer import Observer
 from rodless_lab.session.plant_time import PlantTime
 from rodless_lab.session.processes import WANTED_VOLTAGE, ProcessPlan, SessionProcesses
 from rodless_lab.session.receiver import Receiver
+from rodless_sim.scenario import scenario_parameter
 
 # For whatever must come, in wall-clock s: the first start compiles, and machines are crowded.
 TIMEOUT = 120.0
@@ -40,6 +41,10 @@ TIMEOUT = 120.0
 # itself, and to a test, which takes its time and must not find two answers to one sample.
 COMMAND_TIMEOUT = 3.0
 COMMAND_TIMEOUT_OF_A_TEST = 1000.0
+
+
+def _follow(scenario: str | Path | None) -> dict[str, str]:
+    return {} if scenario is None else scenario_parameter(scenario)
 
 
 class RigSession(PlantTime, Controls, Faults):
@@ -67,6 +72,7 @@ class RigSession(PlantTime, Controls, Faults):
         telemetry: bool = False,
         relay_commands: bool = False,
         paused: bool = False,
+        scenario: str | Path | None = None,
         timeout: float = TIMEOUT,
         check: Callable[[], object] = lambda: None,
         environment: Mapping[str, str] | None = None,
@@ -81,13 +87,14 @@ class RigSession(PlantTime, Controls, Faults):
         voltages. The run ends at plant time ``duration`` (s; 0: never). With ``one_process``
         plant and PID share a process; with ``telemetry`` the terms of its law are received; with
         ``relay_commands`` commands pass through the test, which can lose or change them; with
-        ``paused`` the plant holds at sample 0. ``check`` is called over and over in every wait,
-        and ends it by an exception. ``environment`` is added for the nodes, and what they print
-        goes to files in ``output`` (default: a temporary folder). All that the plant publishes,
-        commands, set-points and ``bag_topics`` are recorded into a new rosbag2 bag at ``bag``.
+        ``paused`` the plant holds at sample 0. The plant follows ``scenario``, a file or the name
+        of one of the package. ``check`` is called over and over in every wait, and ends it by an
+        exception. ``environment`` is added for the nodes, and what they print goes to files in
+        ``output`` (default: a temporary folder). All that the plant publishes, commands, set-points
+        and ``bag_topics`` are recorded into a new rosbag2 bag at ``bag``.
 
-        Raises ValueError for options that contradict each other and FileNotFoundError for a
-        preset that does not exist.
+        Raises ValueError for options that contradict each other, ScenarioError (a ValueError) for a
+        scenario that is none, and FileNotFoundError for a preset that does not exist.
         """
         super().__init__()
         self._mode = mode
@@ -104,7 +111,7 @@ class RigSession(PlantTime, Controls, Faults):
         self._has_controller = controller is not None
         self._plan = ProcessPlan(
             preset,
-            self._plant_parameters(plant or {}),
+            self._plant_parameters({**_follow(scenario), **(plant or {})}),
             self._controller_parameters(controller)
             if isinstance(controller, Mapping)
             else controller,

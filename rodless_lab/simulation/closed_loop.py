@@ -38,7 +38,8 @@ from rodless_control.controller import (
 from rodless_control.laws import law_with
 from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference, sampled
-from rodless_sim import RigParameters, Trace
+from rodless_lab.simulation.stepped_loop import needs_steps, run_stepped
+from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, are_ideal, instruments_and_noise
 from rodless_sim.physics.course import course_at, spool_of
@@ -50,6 +51,7 @@ from rodless_sim.physics.spool import AnySpool, starting_spool
 from rodless_sim.physics.state import AnyMotion
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
+from rodless_sim.scenario import AnyScenario
 from rodless_sim.timing import nanoseconds, sample_times
 from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
 
@@ -270,6 +272,7 @@ def closed_loop(
     duration: float,
     period: float,
     position: float | None = None,
+    scenario: AnyScenario | None = None,
 ) -> ClosedLoopTrace:
     """Control a rig at rest for ``duration`` s with a sample and a command every ``period`` s.
 
@@ -291,6 +294,11 @@ def closed_loop(
         In s, to the nanosecond.
     position
         Where the carriage starts, in m (default ``cylinder.initial_position``).
+    scenario
+        Changes of the rig's parameters at given times, or the path of their file. With one, and
+        with faults of the valve or late or missing readings, the run is made step by step, at some
+        twenty times real time. A reading that the law uses and that is not finite closes the valve,
+        as in the node.
 
     Raises
     ------
@@ -306,6 +314,8 @@ def closed_loop(
         whose ``__init__`` did not call its base class's.
     SimulationError
         Where the motion leaves what a rig can do.
+    ScenarioError
+        For a scenario that this rig cannot follow.
 
     Examples
     --------
@@ -339,6 +349,11 @@ def closed_loop(
     times = sample_times(count, span)
     references = sampled(reference, times)
     chosen.reset()
+    if scenario is not None or needs_steps(rig_parameters):
+        rig = Rig(rig_parameters, scenario)
+        rig.reset(position)
+        columns, commands = run_stepped(rig, chosen, references, span)
+        return _with_law(columns, commands[:, 1:], references[:, 0].copy(), terms)
     instruments, generator = instruments_and_noise(rig_parameters)
     shape = (count, NOISE_CHANNELS)
     run, gains = loop_of(chosen)
@@ -369,7 +384,13 @@ def closed_loop(
 def _traced(
     plant: Plant, span: int, rows: Array, commands: Array, wanted: Array, names: tuple[str, ...]
 ) -> ClosedLoopTrace:
-    voltage, *terms = commands.T.copy()
-    run = trace(plant, span, voltage, rows)
-    found = ClosedLoopTrace(**run.columns(), reference=wanted, error=wanted - run.position)
-    return found.with_terms(dict(zip(names, terms, strict=True)))
+    run = trace(plant, span, commands[:, 0].copy(), rows)
+    return _with_law(run.columns(), commands[:, 1:], wanted, names)
+
+
+def _with_law(
+    columns: Mapping[str, Array], terms: Array, wanted: Array, names: tuple[str, ...]
+) -> ClosedLoopTrace:
+    error = wanted - columns["position"]
+    found = ClosedLoopTrace(**columns, reference=wanted, error=error)
+    return found.with_terms(dict(zip(names, terms.T.copy(), strict=True)))

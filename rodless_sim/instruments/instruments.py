@@ -14,6 +14,7 @@ Position KTC-V1-200, pressure MIK-P300, a volume-flow meter for sections 3.2 and
 :data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``).
 """
 
+import math
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -25,7 +26,7 @@ from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
 from rodless_base.parameter_file import preset_directory, read_parameter_file
 from rodless_base.parameters import Parameter, ParameterSet, declare
-from rodless_sim.instruments.transmitter import Transmitter, followed, read
+from rodless_sim.instruments.transmitter import Transmitter, followed, read, volts
 from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
@@ -153,25 +154,29 @@ class Instruments(NamedTuple):
         def within(bound: float) -> float:
             return bound * float(generator.uniform(-1.0, 1.0))
 
+        def fault(field: str, what: str) -> float:
+            return number(f"fault.{field}.{what}")
+
         number = parameters.number
         bits = int(number("sensors.converter_bits"))
         # A longer cylinder has a longer sensor.
         position_range = max(POSITION_RANGE, number("cylinder.stroke"))
         position = Transmitter(
             position_range,
-            offset=within(number("sensors.position_repeatability")),
+            offset=within(number("sensors.position_repeatability")) + fault("position", "offset"),
             nonlinearity=within(number("sensors.position_linearity") * position_range),
-            noise=number("sensors.position_noise"),
+            noise=math.hypot(number("sensors.position_noise"), fault("position", "noise")),
             bits=bits,
         )
-        pressure = Transmitter(
-            PRESSURE_RANGE,
-            noise=number("sensors.pressure_noise"),
-            lag=number("sensors.pressure_lag"),
-            bits=bits,
-        )
+        pressure = Transmitter(PRESSURE_RANGE, lag=number("sensors.pressure_lag"), bits=bits)
         bias = number("sensors.pressure_bias") * PRESSURE_RANGE
-        a, b, supply = (pressure._replace(offset=within(bias)) for _ in range(3))
+        a, b, supply = (
+            pressure._replace(
+                offset=within(bias) + fault(field, "offset"),
+                noise=math.hypot(number("sensors.pressure_noise"), fault(field, "noise")),
+            )
+            for field in Measurement._fields[2:]
+        )
         flow = Transmitter(
             FLOW_RANGE,
             gain_error=within(number("sensors.flow_gain_error")),
@@ -179,6 +184,13 @@ class Instruments(NamedTuple):
             bits=bits,
         )
         return cls(position, a, b, supply, flow)
+
+
+def raw_voltages(instruments: Instruments, seen: Measurement) -> tuple[float, ...]:
+    """Return the voltages (V) at the converter that the readings ``seen`` stand for, in order."""
+    return tuple(
+        volts(value, tool.span) for value, tool in zip(seen[1:], instruments[:4], strict=True)
+    )
 
 
 class Lags(NamedTuple):

@@ -8,11 +8,16 @@
 
 """The rig's instruments at work, sample after sample."""
 
+import math
+from typing import Any
+
 import numpy as np
 
 from rodless_base.kernels import specialise
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterSet
+from rodless_sim.faults import FROZEN, sensor_states
+from rodless_sim.instruments.acquisition import Acquisition
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig
 from rodless_sim.instruments.transmitter import is_ideal
 
@@ -36,6 +41,7 @@ class Sampling:
 
     def __init__(self, parameters: ParameterSet) -> None:
         """Take the instruments of ``parameters``."""
+        self._acquisition = Acquisition(parameters)
         self._take(parameters)
         self._compile()
         self.start()
@@ -58,6 +64,7 @@ class Sampling:
     def configure(self, parameters: ParameterSet) -> None:
         """Change the instruments; their noise goes on, unless the seed is another."""
         before = self._parameters["sensors.seed"]
+        self._acquisition.configure(parameters)
         self._take(parameters)
         if parameters["sensors.seed"] != before:
             self.start()
@@ -66,9 +73,13 @@ class Sampling:
         self._instruments, _ = instruments_and_noise(parameters)
         self._parameters = parameters
         self._ideal = are_ideal(self._instruments)
+        self._states = sensor_states(parameters)
 
     def start(self) -> None:
         """Begin anew: what is read next is sample 0, its lags settled."""
+        self._acquisition.start()
+        self._instant: int | None = None
+        self._shown: Measurement | None = None
         _, self._generator = instruments_and_noise(self._parameters)
         self._before: Lags | None = None
         self._after: Lags | None = None
@@ -84,12 +95,36 @@ class Sampling:
         if self._stamp not in (None, true.stamp):
             self._next()
         self._stamp = true.stamp
+        at_once = self._acquisition.at_once
+        readings = self._converted(true) if at_once else self._acquired(true)
+        self._shown = self._disturbed(readings) if self._states else readings
+        return self._shown
+
+    def _acquired(self, true: Measurement) -> Measurement:
+        """Return the last sample of the converter, as a reading at the stamp of ``true``."""
+        sample = self._acquisition.sampled(true)
+        if self._shown is not None and sample.stamp == self._instant:
+            return self._shown._replace(stamp=true.stamp)
+        self._instant = sample.stamp
+        return self._converted(sample)._replace(stamp=true.stamp)
+
+    def _converted(self, true: Measurement) -> Measurement:
+        """Return what the instruments show at the stamp of ``true``."""
         if self._ideal:
             self._after = None
             return true
         before = self._before or Lags(true, true)
         readings, self._after = self._read(self._instruments, before, true, self._noise)
         return readings
+
+    def _disturbed(self, readings: Measurement) -> Measurement:
+        """Return ``readings`` of which some are frozen at what was shown last, or gone."""
+        frozen = self._shown or readings
+        values: dict[str, Any] = {
+            field: getattr(frozen, field) if state == FROZEN else math.nan
+            for field, state in self._states.items()
+        }
+        return readings._replace(**values)
 
     def _next(self) -> None:
         self._before = self._after

@@ -94,6 +94,11 @@ def saturated(value: float, span: float) -> float:
     return value
 
 
+def volts(value: float, span: float) -> float:
+    """Return the output in V that stands for a value, in the unit of ``span``."""
+    return OUTPUT_LOW + OUTPUT_SPAN * value / span
+
+
 @kernel
 def converted(value: float, span: float, bits: int) -> float:
     """Round to the steps of a converter of ``bits`` over ±10 V; 305 µV for 16 bits.

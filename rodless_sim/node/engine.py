@@ -9,7 +9,7 @@
 """The rig, its command and its samples: what each time keeper (Realtime or Lockstep) shares."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
@@ -20,6 +20,7 @@ from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
+from rodless_sim.scenario import AnyScenario, ScenarioError
 
 # Takes each sample: what the instruments read, and the true state, which they do not show whole.
 Publish = Callable[[Measurement, State], None]
@@ -32,32 +33,50 @@ class Engine:
     before it. Where the simulation fails, the valve closes and nothing is handed out until a reset.
     """
 
-    def __init__(self, parameters: RigParameters, publish: Publish) -> None:
-        """Build, compile and settle the rig; nothing is handed out yet."""
+    def __init__(
+        self,
+        parameters: RigParameters,
+        publish: Publish,
+        scenario: AnyScenario | None = None,
+        changed: Callable[[RigParameters, int], None] = lambda _values, _time: None,
+    ) -> None:
+        """Build, compile and settle the rig; nothing is handed out yet.
+
+        ``changed`` is told the parameters that the plant has from a time (ns) on, before the sample
+        of that time is handed out. Raises ScenarioError for a scenario that this rig refuses.
+        """
         self._publish = publish
+        self._changed = changed
         self._lock = threading.RLock()
         self._failure: str | None = None
         self._period = parameters.number("time.period")
         self._duration = round(parameters.number("time.duration") * NANOSECONDS_PER_SECOND)
-        self.rig = Rig(parameters)
+        self.rig = Rig(parameters, scenario)
         # What fails here is said when it is stepped.
-        with suppress(SimulationError):
+        with suppress(SimulationError, ScenarioError):
             self.rig.advance(self.rig.state.voltage, self._period)
         self.rig.read()
         self.rig.reset()
-        self.command = CommandInput(*_command_settings(parameters))
+        self.command = CommandInput(*_command_settings(self.rig.parameters))
+        self._follow()
 
-    def configure(self, parameters: RigParameters) -> None:
-        """Change the parameters; the state stays as it is.
+    def change(self, changes: Mapping[str, object]) -> None:
+        """Change parameters by name; the state stays as it is.
 
         Raises ParameterError for what the state does not allow, and nothing has changed then.
         """
         with self._lock:
             try:
-                self.rig.configure(parameters)
+                self.rig.configure(self.rig.parameters.with_values(changes))
             except SimulationError as error:
                 raise ParameterError(str(error)) from error
-            self.command.configure(*_command_settings(parameters))
+            self._follow()
+
+    def _follow(self) -> None:
+        """Take over the parameters of the rig, which have changed."""
+        values = self._values = self.rig.parameters
+        self.command.configure(*_command_settings(values))
+        self._changed(values, self.rig.nanoseconds)
 
     def receive(self, voltage: float) -> None:
         """Take a command (V)."""
@@ -90,9 +109,11 @@ class Engine:
             voltage = self.command.voltage(self.rig.nanoseconds)
             try:
                 state = self.rig.advance(voltage, self._period)
-            except SimulationError as error:
+            except (SimulationError, ScenarioError) as error:
                 self.fail(str(error))
                 return
+            if self.rig.parameters is not self._values:
+                self._follow()
             self._publish(self.rig.read(), state)
 
     def fail(self, reason: str) -> None:
@@ -107,6 +128,7 @@ class Engine:
             self._failure = None
             self.command.reset()
             self.rig.reset()
+            self._follow()
             self._hand_out()
 
     def _hand_out(self) -> None:

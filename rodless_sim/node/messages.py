@@ -11,7 +11,7 @@
 Each returns what makes messages of one layout, as :mod:`rodless_base.ros.cdr` has them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
 from rodless_base.measurement import Measurement
@@ -58,6 +58,22 @@ def valve_states(joint: str = SPOOL) -> Callable[[float, float, int], bytes]:
     def pack(spool: float, voltage: float, nanoseconds: int) -> bytes:
         stamp = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
         return layout.pack(*stamp, _displacement(spool), voltage)
+
+    return pack
+
+
+def voltages(channels: Sequence[str]) -> Callable[[Sequence[float], int], bytes]:
+    """Return what makes a sensor_msgs/JointState of voltages by channel and plant time (ns).
+
+    No message of ROS's own has a stamp and voltages; as in ``valve/state`` they are in ``effort``.
+    """
+    count = len(channels)
+    layout = Layout(
+        Field.STAMP, "", count, *channels, 0, 0, count, *(Field.NUMBER for _ in channels)
+    )
+
+    def pack(values: Sequence[float], nanoseconds: int) -> bytes:
+        return layout.pack(*divmod(nanoseconds, NANOSECONDS_PER_SECOND), *values)
 
     return pack
 

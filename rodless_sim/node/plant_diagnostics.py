@@ -23,6 +23,7 @@ from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.publish import LOST
 from rodless_sim.node.engine import Engine
+from rodless_sim.node.fault_publisher import fault_status, faults_text
 from rodless_sim.node.pace import PaceMeter, PaceNews
 from rodless_sim.node.ready import preset_text
 from rodless_sim.node.sample_publishers import SamplePublishers
@@ -77,9 +78,10 @@ class PlantDiagnostics:
     def announce(self) -> None:
         """Report at once what the controller must know of: pauses, and whether samples are due.
 
-        A new subscriber of the samples is told too.
+        Faults that come and go, too; and a new subscriber of the samples is told.
         """
-        state = (self._time.paused, self._time.running, self._publishers.listeners())
+        faults = faults_text(self._engine.rig.parameters)
+        state = (self._time.paused, self._time.running, self._publishers.listeners(), faults)
         if state != self._announced:
             self._announced = state
             self._publish()
@@ -115,8 +117,10 @@ class PlantDiagnostics:
                 "commands received": self._engine.command.received,
                 **faults,
                 "free-air supply flow (L/min)": f"{flow:.2f}",
+                "faults": faults_text(self._engine.rig.parameters),
             },
             (cylinder_name(values),),
+            (fault_status(self._node, self._engine.rig.parameters),),
         )
 
     @property

@@ -11,6 +11,7 @@
 from rclpy.logging import get_logger
 from std_msgs.msg import Float64
 
+from rodless_base.measurement import Measurement
 from rodless_base.ros.cdr import unpack_float64
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
@@ -32,6 +33,7 @@ from rodless_sim.node.sample_publishers import SamplePublishers
 from rodless_sim.node.services import PlantServices
 from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.state import State
 from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
 
@@ -48,7 +50,10 @@ class PlantNode:
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
-        self._engine = Engine(values, self._publishers.publish)
+        self._engine = Engine(
+            values, self._publish, values.text("time.scenario") or None, self._publishers.configure
+        )
+        self._present, self._played = values, 0
         self._failure: str | None = None
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH, raw=True
@@ -103,6 +108,7 @@ class PlantNode:
         if self._time.paused:
             # A paused simulation shows that it lives, and what time it is to whoever joins.
             self._publishers.clock.publish(self._engine.rig.nanoseconds)
+        self._follow_scenario()
         self._report_failure()
         self._diagnostics.poll()
 
@@ -113,9 +119,23 @@ class PlantNode:
             self.node.get_logger().error(failure)
         self._failure = failure
 
+    def _publish(self, seen: Measurement, state: State) -> None:
+        self._publishers.publish(seen, state, self._engine.rig.truth)
+
+    def _follow_scenario(self) -> None:
+        """Show the parameters that the scenario has changed, and say which."""
+        present, played = self._engine.rig.parameters, self._engine.rig.played
+        if present is not self._present:
+            self._present = present
+            self._parameters.follow(present)
+        # After a reset there are fewer.
+        self._played = min(self._played, len(played))
+        for entry in played[self._played :]:
+            self.node.get_logger().warning(f"scenario at {entry.text}")
+        self._played = len(played)
+
     def _configure(self, values: RigParameters) -> None:
-        self._engine.configure(values)
-        self._publishers.configure(values)
+        self._engine.change(values.differences(self._parameters.values))
 
     def _take_command(self, message: bytes) -> None:
         self._time.receive(unpack_float64(message))

@@ -35,7 +35,10 @@ def all_listen(samples: Callable[[], int], others: Sequence[Polled], recorders: 
 
 
 def preset_text(values: RigParameters) -> str:
-    """Name the preset that ``values`` are nearest to and what differs from it; time is left out."""
+    """Name the preset that ``values`` are nearest to and what differs from it.
+
+    Time is left out, and so are faults, which have a report of their own.
+    """
     differing = {name: _differing(values, _preset(name)) for name in preset_names()}
     name = min(differing, key=lambda one: len(differing[one]))
     changed = differing[name]
@@ -51,7 +54,8 @@ def _preset(name: str) -> RigParameters:
 
 
 def _differing(values: RigParameters, preset: RigParameters) -> list[str]:
-    return [n for n in values if not n.startswith("time.") and values[n] != preset[n]]
+    own = ("time.", "fault.")
+    return [n for n in values if not n.startswith(own) and values[n] != preset[n]]
 
 
 def ready_line(values: RigParameters, samples: str, commands: str) -> str:

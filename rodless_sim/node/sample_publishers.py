@@ -22,6 +22,8 @@ from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.topics import JOINT_STATES, PRESSURE_FRAMES, PRESSURES, VALVE_STATE
 from rodless_sim.node import messages
 from rodless_sim.node.clock_publishers import ClockPublishers
+from rodless_sim.node.fault_publisher import FaultPublisher
+from rodless_sim.node.further_publishers import FurtherPublishers
 from rodless_sim.node.ready import all_listen
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.cylinder import piston_area
@@ -43,6 +45,7 @@ class SamplePublishers:
         # One for all: the messages of a sample keep their order, whatever holds one back.
         self.outbox = Outbox(node)
         self._joint_states = publisher(JointState, JOINT_STATES)
+        self._faults = FaultPublisher(node, self.outbox)
         pressures = {
             field: OnDemand(
                 publisher(FluidPressure, topic),
@@ -65,13 +68,21 @@ class SamplePublishers:
         self._pressures = list(pressures.items())
         # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
         self._awaited = [*pressures.values(), *self.clock.awaited]
-        self._others = [self._valve_state, *self.clock.others]
-        self.configure(values)
+        self._further = FurtherPublishers(
+            lambda kind, topic, pack: OnDemand(publisher(kind, topic), pack, self.outbox), values
+        )
+        self._others = [*self._further.publishers, self._valve_state, *self.clock.others]
+        self._take(values)
 
-    def configure(self, values: RigParameters) -> None:
-        """Publish with these parameters from now on; names and topics do not change."""
+    def _take(self, values: RigParameters) -> None:
+        self._further.configure(values)
         self._piston_area = piston_area(values)
-        self._pressure_variance = pressure_variance(values)
+        self._variances = {field: pressure_variance(values, field) for field in PRESSURES}
+
+    def configure(self, values: RigParameters, nanoseconds: int) -> None:
+        """Publish with these parameters from a plant time (ns) on; topics do not change."""
+        self._faults.publish(values, nanoseconds)
+        self._take(values)
 
     @property
     def topic(self) -> str:
@@ -95,17 +106,18 @@ class SamplePublishers:
             publisher.poll()
         return listening
 
-    def publish(self, measurement: Measurement, state: State) -> None:
+    def publish(self, measurement: Measurement, state: State, true: Measurement) -> None:
         """Publish a sample: what the instruments read, and what only the true state has."""
         time = measurement.stamp
         self.clock.publish(time)
+        self._further.publish(measurement, state, true)
         for field, publisher in self._pressures:
-            publisher.publish(getattr(measurement, field), self._pressure_variance, time)
+            publisher.publish(getattr(measurement, field), self._variances[field], time)
         self._valve_state.publish(state.spool_voltage, state.voltage, time)
         message = self._joint_message(measurement, state.velocity, self._piston_area)
         self.outbox.send(self._joint_states, message)
 
 
-def pressure_variance(values: RigParameters) -> float:
+def pressure_variance(values: RigParameters, field: str) -> float:
     """Variance in Pa² of what differs from reading to reading; 0 for ideal instruments."""
-    return values.number("sensors.pressure_noise") ** 2
+    return values.number("sensors.pressure_noise") ** 2 + values.number(f"fault.{field}.noise") ** 2

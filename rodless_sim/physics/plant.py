@@ -11,6 +11,7 @@
 from typing import Any, NamedTuple
 
 from rodless_base.parameters import ParameterSet
+from rodless_sim.faults import damaged
 from rodless_sim.physics import forces, heat, spool
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
@@ -43,7 +44,7 @@ class Plant(NamedTuple):
     def of(cls, parameters: ParameterSet) -> "Plant":
         """Return the constants for ``parameters``, those of a rig."""
         air, valve = Air.of(parameters), Valve.of(parameters)
-        return cls(
+        plant = cls(
             air=air,
             valve=valve,
             assembly=Assembly.of(parameters, air, valve),
@@ -58,3 +59,4 @@ class Plant(NamedTuple):
             heat=heat.of(parameters),
             drive=spool.of(parameters),
         )
+        return damaged(plant, parameters)

@@ -26,7 +26,9 @@ PressureA = Annotated[float, "Pa", "absolute pressure in chamber A"]
 PressureB = Annotated[float, "Pa", "absolute pressure in chamber B"]
 TemperatureA = Annotated[float, "K", "temperature of the air in chamber A"]
 TemperatureB = Annotated[float, "K", "temperature of the air in chamber B"]
-Voltage = Annotated[float, "V", "command that the valve follows"]
+Voltage = Annotated[
+    float, "V", "voltage that the valve follows: the command, or what a fault makes of it"
+]
 Time = Annotated[float, "s", "plant time since the start or the last reset"]
 PneumaticForce = Annotated[float, "N", "pneumatic force on the carriage, A (P_a − P_b)"]
 MassFlowA = Annotated[float, "kg/s", "mass flow into chamber A"]

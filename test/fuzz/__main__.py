@@ -26,14 +26,15 @@ import worker
 # Shares of the time; over DDS comes last.
 SHARES = {
     "python": 0.3,
-    "files": 0.15,
+    "files": 0.1,
+    "scenarios": 0.05,
     "bags": 0.2,
     "nodes": 0.3,
     "dds": 0.05,
 }
 
 # How many inputs --smoke takes of each: the same in each run, within a minute.
-SMOKE = {"python": 3000, "files": 200, "bags": 100, "nodes": 100, "dds": 40}
+SMOKE = {"python": 3000, "files": 200, "scenarios": 100, "bags": 100, "nodes": 100, "dds": 40}
 
 # Wall-clock s that a process may take beyond its time: importing, compiling, one last input.
 ALLOWANCE = 1800.0
@@ -79,7 +80,7 @@ def fuzz(given: argparse.Namespace, target: str, seconds: float, count: int | No
         found = json.loads(report.read_text(encoding="utf-8"))
         elapsed = time.monotonic() - began
         print(
-            f"{target:8} {found['inputs']:9} inputs {found['accepted']:9} accepted "
+            f"{target:9} {found['inputs']:9} inputs {found['accepted']:9} accepted "
             f"{elapsed:8.0f} s {found['memory']:6} MB  seed {given.seed}",
             flush=True,
         )

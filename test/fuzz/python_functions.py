@@ -38,7 +38,8 @@ from rodless_control.trajectory import Trajectory, Waypoint
 from rodless_lab import closed_loop, linearise, read_bag, read_commands, read_run
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.step_metrics import step_metrics
-from rodless_sim import Rig, RigParameters, simulate
+from rodless_sim import Rig, RigParameters, Scenario, simulate
+from rodless_sim.scenario import shipped_scenario
 
 RIG = RigParameters.preset("paper")
 CONTROLLER = ControllerParameters.preset("paper")
@@ -183,6 +184,18 @@ def calls(folder: Path) -> dict[str, Call]:
             lambda **arguments: simulate(**arguments).columns(),
             given(parameters=RIG, voltages=[6.0] * 9, period=1e-3, position=0.1, pressures=None),
         ),
+        "rodless_sim.simulate with a scenario": Call(
+            lambda scenario, at, value: simulate(
+                RIG, [6.0] * 9, 1e-3, scenario=scenario or Scenario([(at, value)])
+            ).columns(),
+            given(scenario=None, at=2e-3, value={"fault.valve.offset": 0.1}),
+        ),
+        "rodless_sim.Scenario": Call(
+            Scenario, given(entries=[(0.1, {"fault.valve.offset": 0.1})], name="mine")
+        ),
+        "rodless_sim.Scenario.from_file": Call(
+            Scenario.from_file, given(path=str(shipped_scenario("leak")))
+        ),
         "rodless_control.ControllerParameters": Call(
             ControllerParameters, given(values={"controller.kp": 700.0})
         ),
@@ -280,7 +293,9 @@ ODD = (None, True, "1", b"1", [], (1.0,), 1j, {}, -1, 0, 10**400)
 
 # What is public and has nothing to call that others here do not call.
 PASSIVE = {
-    "rodless_sim": {"HeatedState", "ParameterError", "SimulationError", "State", "Trace"},
+    "rodless_sim": {
+        "HeatedState", "ParameterError", "ScenarioError", "SimulationError", "State", "Trace",
+    },
     "rodless_control": {
         "Command", "CompiledLaw", "Law", "Measurement", "ParameterError", "ReferencePoint",
         "references",

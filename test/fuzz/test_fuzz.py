@@ -54,7 +54,7 @@ def test_odd_inputs_end_in_success_or_in_a_refusal_of_our_own() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.splitlines()[-1] == "nothing found"
     counts = {line.split()[0]: int(line.split()[1]) for line in done.stdout.splitlines()[:-1]}
-    assert set(counts) == {"python", "files", "bags", "nodes", "dds"}
+    assert set(counts) == {"python", "files", "scenarios", "bags", "nodes", "dds"}
     assert min(counts.values()) >= 100
 
 

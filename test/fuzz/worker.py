@@ -33,6 +33,7 @@ from rodless_base.one_line import in_one_line
 TARGETS = {
     "python": "python_functions:PythonFunctions",
     "files": "parameter_files:ParameterFiles",
+    "scenarios": "scenario_files:ScenarioFiles",
     "bags": "bag_files:BagFiles",
     "nodes": "node_callbacks:NodeCallbacks",
     "dds": "over_dds:OverDds",

@@ -26,11 +26,13 @@ from running import StartProcess, until_it_says
 from std_msgs.msg import Float64
 
 from rodless_base.parameter_file import read_parameter_file
+from rodless_base.topics import FURTHER_TOPICS
 from rodless_lab import read_bag
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
 from rodless_sim.description import BASE, robot_description
+from rodless_sim.scenario import shipped_scenario
 
 RIG = "rig.launch.py"
 
@@ -78,6 +80,9 @@ def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
         ({"namespace": "left"}, "time.publish_clock", False),
         ({"namespace": "left", "publish_clock": "true"}, "time.publish_clock", True),
         ({"mode": "lockstep", "record": "true"}, "time.recorders", 1),
+        ({"scenario": "leak"}, "time.scenario", str(shipped_scenario("leak"))),
+        ({"truth": "true"}, "sensors.publish_truth", True),
+        ({"raw": "true"}, "sensors.publish_raw", True),
     ],
 )
 def test_an_argument_reaches_the_plant(arguments: dict[str, str], name: str, value: object) -> None:
@@ -93,6 +98,7 @@ def test_an_argument_reaches_the_plant(arguments: dict[str, str], name: str, val
         ({"speed": "fast"}, "speed:=fast: not a number"),
         ({"supply_pressure": "6 bar"}, "supply_pressure:=6 bar: not a number"),
         ({"cylinder": "CY3R26-500"}, "cylinder:=CY3R26-500: cylinder.model: CY3R26-500 refused"),
+        ({"scenario": "nowhere.yaml"}, "scenario:=nowhere.yaml: no file and no scenario of the"),
         ({"log_level": "loud"}, "log_level:=loud: not one of"),
     ],
 )
@@ -100,6 +106,16 @@ def test_what_is_not_there_is_refused(arguments: dict[str, str], line: str) -> N
     """Nothing starts; launch shows the line and ends with exit code 1 for an exception."""
     with pytest.raises(RuntimeError, match=re.escape(line)):
         launch_nodes(RIG, **arguments)
+
+
+def test_what_is_published_on_request_is_recorded() -> None:
+    """Of truth and voltages what is on, before the topics that the plant waits for."""
+    (*_, recorder) = launch_nodes(RIG, record="true", raw="true")
+    assert recorder.executable == "recorder"
+    topics = [word for word in recorder.command if word in (*FURTHER_TOPICS, "joint_states")]
+    assert topics == ["raw/voltages", "joint_states"]
+    (*_, recorder) = launch_nodes(RIG, record="true", truth="true", use_composition="false")
+    assert [t for t in FURTHER_TOPICS if t in recorder.command] == list(FURTHER_TOPICS[1:])
 
 
 def test_a_node_that_fails_fails_the_launch(tmp_path: Path, start_process: StartProcess) -> None:

@@ -216,7 +216,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, kind: type[Exceptio
 def test_a_pipe_without_a_writer_is_refused_at_once(tmp_path: Path) -> None:
     """Opened as a file it would be waited for without end."""
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(ParameterError, match="pipe or device; save the parameters to a file"):
+    with pytest.raises(ParameterError, match="pipe or device; save what it gives to a file"):
         RigParameters.from_file(tmp_path / "pipe")
 
 

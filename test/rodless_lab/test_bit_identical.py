@@ -104,6 +104,7 @@ def test_no_sample_is_missing(bags: dict[str, Bag], name: str) -> None:
     """Every bag holds samples 0 to N of each topic once, at the plant times k periods."""
     found = recordings(bags[name])
     assert len(found.pop("/setpoint", [])) == 0
+    assert found.pop("/faults").log_time.tolist() == [0]
     assert len(found) == 7
     for topic, recording in found.items():
         assert len(recording) == SAMPLES, topic
@@ -126,6 +127,9 @@ def test_payloads_are_equal_byte_for_byte(bags: dict[str, Bag], name: str, model
     offered = {"/setpoint"} if name == "itself" else set()
     assert set(bags[name].topics) | offered == set(bags[model].topics)
     for topic, recording in recordings(bags[name]).items():
+        if topic == "/faults":  # with padding, which rclpy leaves as it was in memory
+            assert recording.messages == bags[model][topic].messages
+            continue
         assert list(recording.payloads) == list(bags[model][topic].payloads), topic
 
 

@@ -38,6 +38,7 @@ PUBLISHED = {
         "chamber_b/pressure": PRESSURE,
         "supply/pressure": PRESSURE,
         "valve/state": JOINT,
+        "faults": "diagnostic_msgs/msg/DiagnosticArray",
         "/clock": "rosgraph_msgs/msg/Clock",
         "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     },
@@ -132,12 +133,17 @@ def test_offers_exactly_the_topics_and_services_of_the_design(
 
 @pytest.mark.parametrize("node", ["plant", "controller"])
 def test_publishers_lose_nothing_and_keep_nothing_for_later(observer: Observer, node: str) -> None:
-    """What the nodes publish is reliable and volatile: streams, not states to catch up with."""
+    """What the nodes publish is reliable and volatile: streams, not states to catch up with.
+
+    Faults are such a state: whoever comes later is told what there is.
+    """
+    latched = DurabilityPolicy.TRANSIENT_LOCAL
     for topic in below("", PUBLISHED[node]):
         observer.wait(lambda topic=topic: observer.node.count_publishers(topic), topic)
         for info in observer.node.get_publishers_info_by_topic(topic):
             assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE, topic
-            assert info.qos_profile.durability == DurabilityPolicy.VOLATILE, topic
+            durability = latched if topic == "/faults" else DurabilityPolicy.VOLATILE
+            assert info.qos_profile.durability == durability, topic
 
 
 def test_events_of_the_controller_are_dated_in_plant_time(observer: Observer) -> None:

@@ -36,10 +36,12 @@ def record(
     topics: Sequence[str],
     stop: Stop,
     wall_time: bool = False,
+    optional: Sequence[str] = (),
     beside: Sequence[Callable[[], RunningNode]] = (),
 ) -> int:
     """Record ``topics`` into a new bag at ``path`` until ``stop``, and print what comes of it.
 
+    ``optional`` topics are recorded besides where somebody publishes them.
     ``beside`` makes nodes that share the process: what they publish reaches the bag without the
     middleware, where that can be kept from delivering inside the process. Returns 2 for a bag that
     cannot be begun, 1 for one that is not whole or a node that cannot be made.
@@ -58,7 +60,14 @@ def record(
 
     def make() -> Recorder:
         recorders.append(
-            Recorder(writer, topics, wall_time=wall_time, on_topics=_tell_topics, on_failure=end)
+            Recorder(
+                writer,
+                topics,
+                optional=optional,
+                wall_time=wall_time,
+                on_topics=_tell_topics,
+                on_failure=end,
+            )
         )
         return recorders[0]
 

@@ -47,6 +47,7 @@ class Recorder:
         writer: BagWriter,
         topics: Sequence[str] = (),
         *,
+        optional: Sequence[str] = (),
         wall_time: bool = False,
         on_topics: Callable[[list[str]], None] = lambda _: None,
         on_failure: Callable[[], None] = lambda: None,
@@ -54,6 +55,7 @@ class Recorder:
     ) -> None:
         """Start looking for topics.
 
+        ``optional`` topics are recorded besides where somebody publishes them.
         ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
         then on those that join them. ``on_failure`` is called when the
         bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
@@ -64,10 +66,14 @@ class Recorder:
         self._writer = writer
         names = [self.node.resolve_topic_name(topic) for topic in topics]
         self._wanted = set(names)
+        further = [self.node.resolve_topic_name(topic) for topic in optional]
+        self._optional = set(further) if names else set()
         # A launch file remaps it, in a namespace, to the clock of that rig.
         self._clock_topic = self.node.resolve_topic_name(CLOCK_TOPIC)
         clock = [self._clock_topic] if names and not wall_time else []
-        self._discovery = TopicDiscovery(self.node, list(dict.fromkeys([*names, *clock])))
+        self._discovery = TopicDiscovery(
+            self.node, list(dict.fromkeys([*(further if names else ()), *names, *clock]))
+        )
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
         self._sequences: dict[str, int] = {}
@@ -149,7 +155,7 @@ class Recorder:
             )
 
     def _is_recorded(self, topic: str) -> bool:
-        return not self._wanted or topic in self._wanted
+        return not self._wanted or topic in self._wanted or topic in self._optional
 
     def _receiver(self, offer: Offer) -> Callable[[bytes, Info], None]:
         topic = offer.topic

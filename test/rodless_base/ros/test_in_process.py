@@ -32,7 +32,7 @@ from std_msgs.msg import Float64
 from rodless_base.ros.in_process import DirectNode, deliver_directly
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.process import make_executor
-from rodless_base.ros.topics import LOSSLESS
+from rodless_base.ros.topics import LATCHED, LOSSLESS
 from rodless_lab.session.network import leave_out_own_endpoints
 
 leave_out_own_endpoints()
@@ -132,6 +132,25 @@ facts["taken out of turn"] = [deserialize_message(raw[-1], Float64).data, len(co
 spin_until(lambda: len(told) == 3, "the others")
 facts["no second time"] = len(raw)
 
+# What is latched waits for readers that ask for it, here and elsewhere.
+latched = here.create_publisher(Float64, "/latched", LATCHED)
+for value in (8.0, 9.0):
+    latched.publish(Float64(data=value))
+late, fresh, far = [], [], []
+there.create_subscription(Float64, "/latched", late.append, LATCHED)
+there.create_subscription(Float64, "/latched", fresh.append, 10)
+other.create_subscription(Float64, "/latched", far.append, LATCHED)
+def is_far():
+    listening.spin_until_future_complete(Future(), 0.05)
+    return len(far) == 2 and len(late) == 2
+spin_until(is_far, "what is latched")
+latched.publish(Float64(data=10.0))
+def is_new():
+    listening.spin_until_future_complete(Future(), 0.05)
+    return min(len(far), len(late)) == 3 and fresh
+spin_until(is_new, "what comes after it")
+facts["latched"] = [[one.data for one in found] for found in (late, far, fresh)]
+
 there.destroy_subscription(first)
 facts["without readers"] = one.get_subscription_count()
 
@@ -195,6 +214,11 @@ def test_each_gets_the_message_in_the_form_it_has_asked_for(facts: Any) -> None:
     """Bytes or a message, however it was published, and numbered as the middleware does."""
     assert facts["raw"] == facts["cooked"] == [5.0, 6.0]
     assert facts["numbered"] == [1, 2]
+
+
+def test_what_is_latched_waits_for_whoever_comes_later(facts: Any) -> None:
+    """In this process and in another, each once; a reader that does not ask gets what is new."""
+    assert facts["latched"] == [[8.0, 9.0, 10.0], [8.0, 9.0, 10.0], [10.0]]
 
 
 def test_publishers_of_the_same_process_count_as_matched(facts: Any) -> None:

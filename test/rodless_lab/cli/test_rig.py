@@ -86,7 +86,10 @@ def test_a_plant_alone_does_not_record_itself(rodless: StartProcess) -> None:
         assert "use `rodless record` here" in rig.output
 
 
-@pytest.mark.parametrize("options", ["--parameters nowhere.yaml", "--preset papier"])
+@pytest.mark.parametrize(
+    "options",
+    ["--parameters nowhere.yaml", "--preset papier", "--scenario nowhere.yaml", "--scenario /"],
+)
 def test_what_is_not_there_is_named(rodless: StartProcess, options: str) -> None:
     """A file or preset that does not exist: exit code 2, and its name."""
     with rodless("rig", *options.split()) as rig:

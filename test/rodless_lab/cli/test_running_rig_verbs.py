@@ -22,6 +22,12 @@ from rodless_lab.cli.main import VERBS
 from rodless_lab.cli.status import screen
 from rodless_lab.session.status import NodeStatus, RigStatus
 
+# Verbs that talk to a running rig.
+EXPLAINED = {
+    *("move", "set", "get", "fault", "status"),
+    *("pause", "resume", "reset", "enable", "disable"),
+}
+
 # Runs `rodless` where neither ROS nor psutil is installed.
 BARE = (
     "import sys\n"
@@ -51,7 +57,7 @@ def test_help_needs_no_ros(verb: str) -> None:
     shown = run_bare(verb, "--help")
     assert shown.returncode == 0, shown.stderr
     assert f"usage: rodless {verb}" in shown.stdout
-    if verb in ("move", "set", "get", "status", "pause", "resume", "reset", "enable", "disable"):
+    if verb in EXPLAINED:
         assert "Exit code: 0" in " ".join(shown.stdout.split())
 
 
@@ -70,6 +76,10 @@ def test_help_needs_no_ros(verb: str) -> None:
         ("get \udcff", "'\\udcff' is not text in UTF-8"),
         ("record -o b\udcff", "'b\\udcff' is not text in UTF-8"),
         ("get --timeout -1", "'-1' is not a positive number of seconds"),
+        ("fault loose", "'loose' is no fault; rodless fault shows those there are"),
+        ("fault valve.offset", "give NAME=VALUE, or --clear with names"),
+        ("fault --clear valve.offset=1", "--clear takes names without values"),
+        ("fault valve.offset=1 fault.valve.offset=2", "the same fault is given twice"),
         ("pause now", "unrecognized arguments: now"),
         ("status --timeout soon", "'soon' is not a positive number of seconds"),
     ],

@@ -188,3 +188,30 @@ class Brittle(Law):
     def update(self, measurement, reference, interval):
         return 5.08
 """
+
+
+def test_faults_are_made_shown_and_cleared(rodless: StartProcess) -> None:
+    """`rodless fault` names those that are active, `rodless status` too; cleared, none is left."""
+
+    def fault(*arguments: str) -> tuple[int, str]:
+        with rodless("fault", *arguments, "--namespace", "/right") as process:
+            code = process.wait()
+            return code, process.output
+
+    code, output = fault("valve.offset=0.2", "fault.carriage.seized=true")
+    assert code == 0, output
+    assert "fault.valve.offset: 0.0 → 0.2" in output
+    code, output = fault()
+    assert code == 0, output
+    active = [line.split()[1] for line in output.splitlines() if line.startswith("* ")]
+    assert active == ["valve.offset", "carriage.seized", "active"]
+    with rodless("status", "--namespace", "/right") as status:
+        status.wait()
+    assert "fault.valve.offset 0.2 V, fault.carriage.seized true" in status.output
+    code, output = fault("valve.offset=20")
+    assert code == 2
+    assert "fault.valve.offset: 20.0 refused, must be from -10 to 10 (V)" in output
+    code, output = fault("--clear")
+    assert code == 0, output
+    assert "fault.carriage.seized: true → false" in output
+    assert fault("--clear") == (0, "no such fault is active\n")

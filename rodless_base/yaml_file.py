@@ -1,0 +1,118 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""YAML as ROS reads it, from files of bounded size and depth."""
+
+import errno
+import os
+import re
+import stat
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rodless_base.one_line import described, shown
+
+# A file of all parameters of both nodes has 10 kB and is five levels deep.
+LARGEST_FILE = 1_000_000  # bytes
+DEEPEST_NESTING = 20  # levels
+
+
+class _LineError(ValueError):
+    """What is wrong with a line of a file."""
+
+    def __init__(self, node: Any, what: str) -> None:
+        super().__init__(f"line {node.start_mark.line + 1}: {what}")
+
+
+class RosLoader(yaml.SafeLoader):
+    """Reads what ROS reads: ``1e-5`` is a number, and nothing stands for something elsewhere."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Refuse aliases, as ROS does, and what is nested beyond reason."""
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        if self.check_event(yaml.AliasEvent):
+            raise _LineError(event, "aliases (*name) are not for ROS; write the values out")
+        if self._depth == DEEPEST_NESTING:
+            raise _LineError(event, f"nested more than {DEEPEST_NESTING} levels deep")
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Refuse a name that stands twice, of which all values but the last would be lost."""
+        names: set[str] = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in names:
+                    raise _LineError(key, f"{shown(key.value)} stands twice; keep one")
+                names.add(key.value)
+        return super().construct_mapping(node, deep)
+
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        """Say where the value stands that is not of the type that its tag or its form says."""
+        try:
+            return super().construct_object(node, deep)
+        except (yaml.YAMLError, _LineError):
+            raise
+        except Exception as error:
+            kind = node.tag.rpartition(":")[2]
+            raise _LineError(node, f"{shown(node.value)} cannot be read as {kind}") from error
+
+
+RosLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
+    list("-+.0123456789"),
+)
+
+
+def _number_or_text(loader: RosLoader, node: Any) -> object:
+    """Return a number; ``190:20:30``, a number to base 60 in YAML 1.1, is a text for ROS."""
+    if ":" in node.value:
+        return str(node.value)
+    integer = node.tag.endswith(":int")
+    return loader.construct_yaml_int(node) if integer else loader.construct_yaml_float(node)
+
+
+RosLoader.add_constructor("tag:yaml.org,2002:int", _number_or_text)
+RosLoader.add_constructor("tag:yaml.org,2002:float", _number_or_text)
+
+
+def read_yaml(path: str | Path, what: str) -> object:
+    """Return what the file at ``path`` holds, which should be ``what``, such as "a scenario".
+
+    Raises ValueError, in one line without the path, for a file that is not YAML in UTF-8 or too
+    large; OSError for one that cannot be read.
+    """
+    try:
+        found: object = yaml.load(_text(path, what), RosLoader)
+    except yaml.YAMLError as error:
+        raise ValueError(f"not YAML: {described(error)}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"not a text in UTF-8: byte {error.start}") from error
+    return found
+
+
+def _text(path: str | Path, what: str) -> str:
+    """Return what is in a file; raises ValueError for what is none, or too large for ``what``."""
+    # A pipe without a writer would make open() wait for ever.
+    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+        kind = os.fstat(file.fileno()).st_mode
+        if stat.S_ISDIR(kind):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(kind):
+            raise ValueError("not a file but a pipe or device; save what it gives to a file")
+        content = file.read(LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise ValueError(f"not {what}: larger than {LARGEST_FILE // 1000} kB")
+    return content.decode("utf-8")

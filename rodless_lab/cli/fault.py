@@ -1,0 +1,103 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""`rodless fault`: show, make and clear the faults of a running rig."""
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rodless_base.start import Stop
+from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
+from rodless_sim.faults import PARAMETERS
+
+if TYPE_CHECKING:
+    from rodless_lab.session.running_rig import RunningRig
+
+PREFIX = "fault."
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Return 0 once all is shown or changed, 2 where that cannot be."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    given = dict(options.changes)
+    if len(given) < len(options.changes):
+        parser.error("the same fault is given twice")
+    if options.clear and None not in given.values():
+        parser.error("--clear takes names without values")
+    if not options.clear and None in given.values():
+        parser.error("give NAME=VALUE, or --clear with names")
+    timeout = options.timeout
+    return with_rig(options.namespace, stop, lambda rig: _work(rig, given, options), timeout)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rodless fault",
+        description="Make faults of a running rig, all of them or none. Without arguments: show "
+        "every fault there can be, what it does, and which are active. They are parameters of the "
+        "plant, fault.NAME, so that rodless set and ros2 param set make them too.",
+        epilog="Example: rodless fault valve.offset=0.2 position.sensor=frozen. Exit code: 0 done; "
+        "1 Ctrl-C; 2 no such rig, no such fault, refused or no answer: nothing has changed unless "
+        "the error says so.",
+    )
+    parser.add_argument(
+        "changes",
+        nargs="*",
+        type=_change,
+        metavar="NAME=VALUE",
+        help="in SI units; with --clear names alone",
+    )
+    parser.add_argument("--clear", action="store_true", help="end these faults; without names all")
+    add_namespace(parser)
+    add_timeout(parser, "for the plant to be found, and for each answer")
+    return parser
+
+
+def _change(text: str) -> tuple[str, str | None]:
+    name, separator, value = text.partition("=")
+    full = PREFIX + name.removeprefix(PREFIX)
+    if full not in PARAMETERS or (separator and not value):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no fault; rodless fault shows those there are"
+        )
+    return full, value if separator else None
+
+
+def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Namespace) -> int:
+    # They import ROS.
+    from rodless_lab.session.set_parameters import (  # noqa: PLC0415
+        change_parameters,
+        parameter_values,
+    )
+
+    present = parameter_values(rig, list(PARAMETERS), options.timeout)
+    if not given and not options.clear:
+        print("\n".join(_listed(present)))
+        return 0
+    changes = {name: value for name, value in given.items() if value is not None}
+    if options.clear:
+        wanted = {name: PARAMETERS[name].default for name in given or PARAMETERS}
+        changes = {n: value_text(value) for n, value in wanted.items() if present[n] != value}
+    for change in change_parameters(rig, changes, options.timeout) if changes else ():
+        print(f"{change.name}: {value_text(change.old)} → {value_text(change.new)}")
+    if not changes:
+        print("no such fault is active")
+    return 0
+
+
+def _listed(present: dict[str, object]) -> list[str]:
+    """Return a line for each fault, those that are active marked."""
+    lines = []
+    for name, declared in PARAMETERS.items():
+        value = present[name]
+        mark = "*" if value != declared.default else " "
+        shown = f"{value_text(value)} {declared.unit}".rstrip()
+        lines.append(f"{mark} {name.removeprefix(PREFIX):27} {shown:12} {declared.meaning}")
+    return [*lines, "* active" if any(line[0] == "*" for line in lines) else "none is active"]

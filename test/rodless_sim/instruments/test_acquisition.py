@@ -1,0 +1,79 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""When readings are taken, and how late they come."""
+
+import numpy as np
+import pytest
+
+from rodless_base.measurement import Measurement
+from rodless_sim import Rig, RigParameters
+from rodless_sim.instruments.sampling import Sampling
+
+MILLISECOND = 1_000_000
+
+
+def readings(count: int = 100, **sensors: object) -> np.ndarray:
+    """Positions read each ms of a truth that grows by 1 mm each, shape (count,)."""
+    instruments = Sampling(RigParameters({f"sensors.{n}": v for n, v in sensors.items()}))
+    return np.array(
+        [
+            instruments.read(Measurement(k * MILLISECOND, k * 1e-3, 4e5, 4e5, 6e5)).position
+            for k in range(count)
+        ]
+    )
+
+
+def test_without_delay_and_period_readings_are_of_their_own_instant() -> None:
+    """The truth, bit for bit."""
+    assert np.array_equal(readings(), [k * 1e-3 for k in range(100)])
+
+
+@pytest.mark.parametrize("delay", [1e-3, 2.5e-3, 0.4e-3])
+def test_a_delay_shows_what_was_before(delay: float) -> None:
+    """On the line between two samples; the start before it."""
+    due = np.maximum(np.arange(100) * 1e-3 - delay, 0.0)
+    assert readings(delay=delay) == pytest.approx(due, abs=1e-12)
+
+
+@pytest.mark.parametrize("period", [5e-3, 2.5e-3, 0.3e-3])
+def test_a_slow_converter_holds_each_sample(period: float) -> None:
+    """Readings are of the last multiple of its period."""
+    instants = np.floor(np.arange(100) * 1e-3 / period + 1e-9) * period
+    assert readings(sampling_period=period) == pytest.approx(instants, abs=1e-12)
+
+
+def test_both_together_are_of_the_last_sample_that_has_arrived() -> None:
+    """A sample at each 5 ms, there 2 ms later."""
+    instants = np.maximum(np.floor((np.arange(100) * 1e-3 - 2e-3) / 5e-3 + 1e-9) * 5e-3, 0.0)
+    found = readings(delay=2e-3, sampling_period=5e-3)
+    assert found == pytest.approx(instants, abs=1e-12)
+
+
+def test_a_sample_that_is_held_keeps_its_noise() -> None:
+    """Five readings are equal, the next five are others."""
+    found = readings(position_noise=1e-5, sampling_period=5e-3).reshape(-1, 5)
+    assert np.ptp(found, axis=1).max() == 0.0
+    assert len(np.unique(found[:, 0] - np.arange(20) * 5e-3)) == 20
+
+
+def test_a_reset_forgets_what_was_before() -> None:
+    """The run after it reads as the first."""
+    rig = Rig(RigParameters({"sensors.delay": 3e-3, "sensors.pressure_lag": 2e-3}))
+
+    def run() -> list[Measurement]:
+        found = [rig.read()]
+        for _ in range(50):
+            rig.advance(7.0, 1e-3)
+            found.append(rig.read())
+        return found
+
+    first = run()
+    rig.reset()
+    assert run() == first
+    assert first[-1].stamp == 50 * MILLISECOND
