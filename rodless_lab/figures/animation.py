@@ -121,6 +121,8 @@ class MovingPicture:
             panel.set_xlim(film.start, film.end)
         for panel in panels[:-1]:
             panel.tick_params(labelbottom=False)
+        self.figure.draw_without_rendering()
+        self.figure.set_layout_engine("none")  # nothing shifts from frame to frame
 
     def _curves(
         self, within: Mask, position: Axes, pressure: Axes, voltage: Axes
