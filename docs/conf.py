@@ -37,13 +37,12 @@ extensions = [
     "sphinxcontrib.mermaid",
     "sphinx_copybutton",
     "repository_links",
+    "remaining_pages",
     "verb_pages",
 ]
 repository_root = str(ROOT)
 
 exclude_patterns = ["_build", "_ext", "examples/*.py", "examples/*.md", "**/.ipynb_checkpoints"]
-# Places in the table of contents for pages that may not be there.
-suppress_warnings = ["toc.empty_glob"]
 
 html_theme = "furo"
 html_title = f"{project} {release}"

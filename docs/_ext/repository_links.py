@@ -52,7 +52,7 @@ def github_slug(heading: str) -> str:
 
 def rewrite_links(app: Sphinx, docname: str, content: list[str]) -> None:
     """Mark links that leave the docs, before the page is parsed."""
-    root, docs = Path(app.config.repository_root), Path(app.srcdir)
+    root = Path(app.config.repository_root)
     # Where the page stands in the repository: rosdoc2 has a copy of the docs elsewhere.
     home = (root / "docs" / docname).parent
 
@@ -64,9 +64,6 @@ def rewrite_links(app: Sphinx, docname: str, content: list[str]) -> None:
         inside = os.path.relpath(path, root / "docs")
         if not inside.startswith("..") and not path.is_dir():
             return match[0]
-        twin = docs / os.path.relpath(path, root)  # docs/examples is the folder examples
-        if twin.suffix == ".ipynb" and twin.is_file():
-            return f"{text}({os.path.relpath(twin, docs / Path(docname).parent)})"
         if path.is_dir() and path.with_suffix(".md").is_file():
             return f"{text}({os.path.relpath(path, home)}.md)"
         return f"{text}({SCHEME}{os.path.relpath(path, root)}{'#' * bool(name)}{name})"
@@ -83,7 +80,10 @@ def resolve_links(app: Sphinx, doctree: nodes.document, docname: str) -> None:
         if not uri.startswith(SCHEME):
             continue
         path, name = urldefrag(uri.removeprefix(SCHEME))
-        line = ""
+        line, page = "", path.removesuffix(".ipynb")
+        if page in app.env.found_docs:  # docs/examples is the folder examples
+            reference["refuri"] = app.builder.get_relative_uri(docname, page)
+            continue
         if not (root / path).exists():
             LOGGER.warning("%s: not in the repository", path, location=reference)
             continue
