@@ -55,8 +55,8 @@ MODULES ?=
 SECONDS ?= 60
 SEED ?= 1
 
-.PHONY: demo experiments test test-fast test-lowest fuzz mutation reliability bench lint lock audit \
-	sbom headers release-check clean
+.PHONY: demo experiments docs docs-links test test-fast test-lowest fuzz mutation reliability bench lint \
+	lock audit sbom headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
@@ -64,6 +64,17 @@ demo: installed
 # Fails if a reproduced number leaves its stated tolerance.
 experiments: installed
 	$(VENV)/bin/rodless experiment all
+
+# The site, in build/docs: warnings are errors, and a link that leads nowhere is one. A test does the
+# same, without the addresses of others, which docs-links tries.
+SPHINX = $(VENV)/bin/python -m sphinx --fail-on-warning --keep-going --fresh-env --quiet docs
+
+docs: docs-tools
+	$(SPHINX) build/docs
+	@echo "build/docs/index.html"
+
+docs-links: docs-tools
+	$(SPHINX) build/docs-links --builder linkcheck
 
 # First what needs no nodes, on every core; then the nodes, one test after the other. A ROS test that
 # fails gets a second try, and stands in the summary as RERUN. The coverage data has a folder of its
@@ -142,8 +153,8 @@ clean:
 
 # One make at a time builds the environment, however many run in this checkout: the inner make looks
 # at the stamps again once it holds the lock.
-.PHONY: installed test-tools bench-tools mutation-tools supply-tools
-installed test-tools bench-tools mutation-tools supply-tools:
+.PHONY: installed test-tools bench-tools docs-tools mutation-tools supply-tools
+installed test-tools bench-tools docs-tools mutation-tools supply-tools:
 	@flock Makefile $(MAKE) -s $(VENV)/$@
 
 $(VENV)/python$(PYTHON_VERSION):

@@ -31,6 +31,14 @@ REQUIREMENTS = [
     "matplotlib>=3.6",  # pictures of runs
 ]
 
+DOCS_REQUIREMENTS = [
+    "sphinx>=7.2",
+    "myst-nb>=1.1",  # pages in Markdown; runs the notebooks and shows what comes out
+    "furo>=2024.8.6",  # the theme
+    "sphinxcontrib-mermaid>=1",  # diagrams written as text
+    "sphinx-copybutton>=0.5",
+]
+
 TEST_REQUIREMENTS = [
     "pytest",
     "pytest-cov",
@@ -123,7 +131,8 @@ setup(
     },
     install_requires=REQUIREMENTS + ros_requirements(),
     extras_require={
-        "test": TEST_REQUIREMENTS,
+        "test": TEST_REQUIREMENTS + DOCS_REQUIREMENTS,  # a test builds the site
+        "docs": DOCS_REQUIREMENTS,  # make docs
         "mutation": ["cosmic-ray", "tomli; python_version < '3.11'"],  # make mutation
         "data": [
             "pandas>=2.1",

@@ -47,6 +47,7 @@ VERBS = {
     "identify": ("rodless_lab.cli.identify", "find parameters of a rig from a recorded run"),
     "compare": ("rodless_lab.cli.compare", "overlay two runs and report their differences"),
     "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
+    "animate": ("rodless_lab.cli.animate", "draw a run as a moving picture"),
     "bench": ("rodless_lab.cli.bench", "time the rig, other solvers and the nodes on this machine"),
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
     "policy": ("rodless_lab.cli.policy", "write the SROS2 policy of a running rig"),

@@ -11,17 +11,19 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from rodless_base.atomic_write import atomic_write
-from rodless_control import PidParameters, references
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
+from rodless_lab.figures.animation import Film, write_animation
 from rodless_lab.figures.step import save_step_picture
 from rodless_lab.reports.faults import save_fault_picture
 from rodless_lab.reports.heat import save_heat_picture
 from rodless_lab.reports.options import OPTIONS, save_option
 from rodless_lab.reports.page import write_page
 from rodless_lab.reports.parameters import parameter_reference
-from rodless_lab.simulation.closed_loop import closed_loop
+from rodless_lab.reports.preset_step import AT, preset_step
 from rodless_sim import RigParameters
 
 
@@ -30,6 +32,7 @@ def write_docs(folder: Path, show: Callable[[str], None]) -> None:
     atomic_write(folder / "parameters.md", parameter_reference())
     save_preset_step(folder / "step_paper.png", "paper")
     save_fault_picture(folder / "supply_loss.png")
+    save_animation(folder / "rig.gif")
     save_heat_picture(folder / "options" / "heat.png")
     for option in OPTIONS:
         save_option(folder / "options", option)
@@ -39,22 +42,25 @@ def write_docs(folder: Path, show: Callable[[str], None]) -> None:
 
 
 def save_preset_step(path: Path, preset: str) -> None:
-    """Draw the step of section 6.2, 0 to 58 mm at 0.52 MPa gauge, in process."""
-    run = closed_loop(
-        RigParameters.preset(preset),
-        PidParameters.preset(preset),
-        references.step(0.0, 0.058, at=0.5),
-        duration=5.0,
-        period=1e-3,
-    )
+    """Draw the step of a preset."""
+    run, setpoint = preset_step(preset)
+    wanted = np.repeat(setpoint.position, 2)
     save_step_picture(
         path,
         f"0 to 58 mm at 0.52 MPa gauge, preset {preset}",
         position=(run.time, run.position),
-        reference=(run.time, run.reference),
+        reference=([run.time[0], AT, AT, run.time[-1]], wanted),
         pressures={
             "chamber A": (run.time, run.pressure_a),
             "chamber B": (run.time, run.pressure_b),
         },
         voltage=(run.time, run.voltage),
     )
+
+
+def save_animation(path: Path) -> None:
+    """Draw the same step of the preset ``calibrated`` as a moving picture."""
+    run, setpoint = preset_step("calibrated")
+    film = Film(0.4, 1.2, 0.2, "0 to 58 mm, preset calibrated, a fifth of its speed")
+    stroke = RigParameters().number("cylinder.stroke")
+    write_animation(path, run, setpoint, stroke, film)
