@@ -28,6 +28,7 @@ from rodless_sim.physics.state import (
     AnyMotion,
     HeatedMotion,
     Motion,
+    State,
     state_with,
 )
 from rodless_sim.timing import sample_times

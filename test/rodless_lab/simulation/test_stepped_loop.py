@@ -39,8 +39,17 @@ def run(
         RigParameters(DATA_SHEET),
         RigParameters({**DATA_SHEET, "fault.position.offset": 1e-3, "fault.pressure_b.noise": 1e3}),
         RigParameters({"chambers.thermodynamics": "energy_balance", "fault.supply.loss": 0.2}),
+        RigParameters(
+            {
+                "valve.dynamics": "second_order",
+                "valve.hysteresis": 0.004,
+                "valve.dead_time": 1.3e-3,
+                "chambers.thermodynamics": "energy_balance",
+                "cylinder.model": "CY3R20-300",
+            }
+        ),
     ],
-    ids=["paper", "calibrated", "data sheet", "faulty sensors", "heat, less supply"],
+    ids=["paper", "calibrated", "data sheet", "faulty sensors", "heat, less supply", "late valve"],
 )
 def test_it_equals_the_compiled_loop(rig: RigParameters) -> None:
     """Every column and term of a run that both can do is the same, bit for bit."""
