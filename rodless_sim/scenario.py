@@ -30,7 +30,17 @@ MOST_ENTRIES = 1000
 
 
 class ScenarioError(ParameterError):
-    """A scenario that no rig can follow; the text names scenario, entry, value and cause."""
+    """A scenario that no rig can follow; the text names scenario, entry, value and cause.
+
+    Examples
+    --------
+    >>> from rodless_sim import Scenario, ScenarioError
+    >>> try:
+    ...     Scenario([(1.0, {"fault.valve.ofset": 0.2})], "drift")
+    ... except ScenarioError as error:
+    ...     print(error)
+    drift: entry 1: fault.valve.ofset: no such parameter; did you mean fault.valve.offset?
+    """
 
 
 class ScenarioFileError(ScenarioError, ParameterFileError):
