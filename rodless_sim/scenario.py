@@ -85,7 +85,7 @@ class Scenario:
     >>> burst = Scenario([(0.3, {"fault.tube_a.burst": 1e-5})])
     >>> run = simulate(RigParameters(), [6.0] * 500, period=1e-3, scenario=burst)
     >>> f"{run.pressure_a[299] * 1e-5:.1f} bar, then {run.pressure_a[-1] * 1e-5:.1f} bar"
-    '3.4 bar, then 1.4 bar'
+    '6.1 bar, then 1.0 bar'
     """
 
     def __init__(
