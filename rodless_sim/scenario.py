@@ -10,7 +10,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -95,9 +95,13 @@ class Scenario:
         self.name = str(name)
         given = _listed(entries, self.name)
         self.entries = tuple(self._entry(*numbered) for numbered in enumerate(given, 1))
-        for number, (before, after) in enumerate(zip(self.entries, self.entries[1:], strict=False)):
+        for number, (before, after) in enumerate(pairwise(self.entries), 2):
             if after.stamp < before.stamp:
-                raise self._error(number + 2, "its time is before that of the entry before it")
+                raise self._error(
+                    number,
+                    f"at {after.stamp / NANOSECONDS_PER_SECOND:g} s refused: the entry before it is "
+                    f"at {before.stamp / NANOSECONDS_PER_SECOND:g} s; put them in order of time",
+                )
 
     def __repr__(self) -> str:
         """Show name and number of entries."""
