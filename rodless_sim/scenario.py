@@ -99,8 +99,8 @@ class Scenario:
             if after.stamp < before.stamp:
                 raise self._error(
                     number,
-                    f"at {after.stamp / NANOSECONDS_PER_SECOND:g} s refused: the entry before it is "
-                    f"at {before.stamp / NANOSECONDS_PER_SECOND:g} s; put them in order of time",
+                    f"at {after.stamp / NANOSECONDS_PER_SECOND:g} s refused: the entry before it "
+                    f"is at {before.stamp / NANOSECONDS_PER_SECOND:g} s; put them in order of time",
                 )
 
     def __repr__(self) -> str:
