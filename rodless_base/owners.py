@@ -18,6 +18,7 @@ GROUPS = {
         "chambers",
         "cylinder",
         "end_stop",
+        "fault",
         "friction",
         "leak",
         "rail",

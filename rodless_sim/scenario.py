@@ -10,7 +10,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,7 +30,17 @@ MOST_ENTRIES = 1000
 
 
 class ScenarioError(ParameterError):
-    """A scenario that no rig can follow; the text names scenario, entry, value and cause."""
+    """A scenario that no rig can follow; the text names scenario, entry, value and cause.
+
+    Examples
+    --------
+    >>> from rodless_sim import Scenario, ScenarioError
+    >>> try:
+    ...     Scenario([(1.0, {"fault.valve.ofset": 0.2})], "drift")
+    ... except ScenarioError as error:
+    ...     print(error)
+    drift: entry 1: fault.valve.ofset: no such parameter; did you mean fault.valve.offset?
+    """
 
 
 class ScenarioFileError(ScenarioError, ParameterFileError):
@@ -75,7 +85,7 @@ class Scenario:
     >>> burst = Scenario([(0.3, {"fault.tube_a.burst": 1e-5})])
     >>> run = simulate(RigParameters(), [6.0] * 500, period=1e-3, scenario=burst)
     >>> f"{run.pressure_a[299] * 1e-5:.1f} bar, then {run.pressure_a[-1] * 1e-5:.1f} bar"
-    '3.4 bar, then 1.4 bar'
+    '6.1 bar, then 1.0 bar'
     """
 
     def __init__(
@@ -85,9 +95,13 @@ class Scenario:
         self.name = str(name)
         given = _listed(entries, self.name)
         self.entries = tuple(self._entry(*numbered) for numbered in enumerate(given, 1))
-        for number, (before, after) in enumerate(zip(self.entries, self.entries[1:], strict=False)):
+        for number, (before, after) in enumerate(pairwise(self.entries), 2):
             if after.stamp < before.stamp:
-                raise self._error(number + 2, "its time is before that of the entry before it")
+                raise self._error(
+                    number,
+                    f"at {after.stamp / NANOSECONDS_PER_SECOND:g} s refused: the entry before it "
+                    f"is at {before.stamp / NANOSECONDS_PER_SECOND:g} s; put them in order of time",
+                )
 
     def __repr__(self) -> str:
         """Show name and number of entries."""

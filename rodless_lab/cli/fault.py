@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
-from rodless_sim.faults import PARAMETERS
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -62,29 +61,27 @@ def _parser() -> argparse.ArgumentParser:
 
 def _change(text: str) -> tuple[str, str | None]:
     name, separator, value = text.partition("=")
-    full = PREFIX + name.removeprefix(PREFIX)
-    if full not in PARAMETERS or (separator and not value):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is no fault; rodless fault shows those there are"
-        )
-    return full, value if separator else None
+    if not name or (separator and not value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
+    return PREFIX + name.removeprefix(PREFIX), value if separator else None
 
 
 def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Namespace) -> int:
-    # They import ROS.
+    # They import ROS, and the compiler.
     from rodless_lab.session.set_parameters import (  # noqa: PLC0415
         change_parameters,
         parameter_values,
     )
+    from rodless_sim.faults import cleared  # noqa: PLC0415
 
-    present = parameter_values(rig, list(PARAMETERS), options.timeout)
+    present = parameter_values(rig, list(given or cleared()), options.timeout)
     if not given and not options.clear:
         print("\n".join(_listed(present)))
         return 0
     changes = {name: value for name, value in given.items() if value is not None}
     if options.clear:
-        wanted = {name: PARAMETERS[name].default for name in given or PARAMETERS}
-        changes = {n: value_text(value) for n, value in wanted.items() if present[n] != value}
+        sound = cleared()
+        changes = {n: value_text(sound[n]) for n, value in present.items() if value != sound[n]}
     for change in change_parameters(rig, changes, options.timeout) if changes else ():
         print(f"{change.name}: {value_text(change.old)} → {value_text(change.new)}")
     if not changes:
@@ -94,6 +91,8 @@ def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Nam
 
 def _listed(present: dict[str, object]) -> list[str]:
     """Return a line for each fault, those that are active marked."""
+    from rodless_sim.faults import PARAMETERS  # noqa: PLC0415  the compiler
+
     lines = []
     for name, declared in PARAMETERS.items():
         value = present[name]

@@ -90,7 +90,7 @@ def _plant_rows(status: "RigStatus") -> list[tuple[str, str]]:
         ("speed factor", values.get("speed factor", "-")),
         ("lag", f"{values.get('lag (s)', '-')} s"),
         ("overruns", values.get("overruns", "-")),
-        ("faults", values.get("faults", "-")),
+        *(("faults", values[name]) for name in ("faults",) if name in values),
         ("position", _number(readings["position"], "mm", 1e3)),
         ("reference", _number(readings["reference"], "mm", 1e3)),
         ("valve voltage", _number(readings["voltage"], "V")),

@@ -72,7 +72,7 @@ def test_a_file_is_a_list_of_times_and_values(tmp_path: Path) -> None:
         ("- {at: 1, fault: {valve.offset: 1, valve: {offset: 2}}}", "stands twice"),
         (
             "- {at: 2, fault.valve.offset: 1}\n- {at: 1, fault.valve.offset: 0}",
-            "entry 2: its time is before that of the entry before it",
+            "entry 2: at 1 s refused: the entry before it is at 2 s; put them in order of time",
         ),
         ("- {at: 1, at: 2}", "'at' stands twice"),
         ("- &a {at: 1}\n- *a", "aliases (*name) are not for ROS"),
