@@ -452,7 +452,7 @@ CASES = {
 }
 
 # Spools that pass closed, and what that makes of either assembly.
-TO_AND_FRO = ((6.0, 0.1), (4.6, 0.05), (5.4, 0.05), (5.08, 0.05), (4.0, 0.1))
+TO_AND_FRO = ((6.0, 0.1), (4.6, 0.05), (5.4, 0.05), (5.1, 0.05), (4.0, 0.1))
 SPOOL = {"valve.dynamics": "second_order"}
 CASES |= {
     "spool, printed assembly": Case("printed", "stribeck", 601325.0, 0.1, TO_AND_FRO, SPOOL),
