@@ -32,7 +32,7 @@ REQUIREMENTS = [
 ]
 
 DOCS_REQUIREMENTS = [
-    "sphinx>=7.2",
+    "sphinx>=7.3",
     "myst-nb>=1.1",  # pages in Markdown; runs the notebooks and shows what comes out
     "furo>=2024.8.6",  # the theme
     "sphinxcontrib-mermaid>=1",  # diagrams written as text

@@ -58,6 +58,8 @@ myst_dmath_double_inline = True
 myst_heading_anchors = 3
 myst_fence_as_directive = ["mermaid"]
 mermaid_dark_theme = "dark"
+mermaid_height = "auto"
+mermaid_fullscreen = False
 
 # The notebooks are run at each build; one that fails, fails the build.
 nb_execution_mode = "force"

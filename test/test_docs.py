@@ -99,30 +99,74 @@ def test_the_page_of_faults_has_them_all_and_its_python_runs() -> None:
         exec(compile(snippet, "faults.md", "exec"), {})
 
 
-def test_readme_snippet_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The Python of the README runs as it stands, where there is a bag named run1."""
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a bag named run1."""
     from rig_bag import write  # noqa: PLC0415  needs ROS, which the other pages do without
 
     write(tmp_path / "run1", run_of_trace(simulate(RigParameters(), [5.6] * 100, 1e-3), 6e5))
     monkeypatch.chdir(tmp_path)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    snippets = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
-    assert snippets
-    for snippet in snippets:
-        exec(compile(snippet, "README.md", "exec"), {})
-    saved = {"step.csv", "run1.csv", "joint_states.parquet"}
-    assert {file.name for file in tmp_path.iterdir() if file.is_file()} == saved
+    return tmp_path
 
 
-def test_readme_names_parameters_that_exist_with_their_defaults() -> None:
-    """Each parameter the README shows exists, and the numbers beside it are its default."""
-    declarations = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    named = set(
-        re.findall(r"`((?:supply|valve|cylinder|controller|reference|time)\.[a-z_.]+)[`:]", readme)
-    )
+@pytest.mark.parametrize(
+    ("page", "saved"),
+    [
+        ("python.md", {"step.csv", "run1.csv", "joint_states.parquet"}),
+        ("first-hour.md", {"run1.csv"}),
+        ("bags-to-pandas.md", {"run1.csv", "run1.parquet"}),
+        ("other-cylinder.md", {"my_rig.yaml"}),
+    ],
+)
+def test_the_python_of_a_page_runs(folder: Path, page: str, saved: set[str]) -> None:
+    """As it stands, block after block, with the files that the page shows."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    for name, content in re.findall(r"^`([\w.]+)`:\n\n```yaml\n(.*?)```", text, re.M | re.S):
+        (folder / name).write_text(content, encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert blocks
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, page, "exec"), names)
+    assert {file.name for file in folder.iterdir() if file.is_file()} == saved
+
+
+DECLARATIONS = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
+
+
+def test_the_page_on_choosing_names_parameters_with_their_defaults() -> None:
+    """Each parameter that it shows exists, and the number beside it is its default."""
+    page = (ROOT / "docs" / "choosing-parameters.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:supply|valve|cylinder|controller|reference)\.[a-z_.]+)`", page))
     assert named
-    assert named <= declarations.keys() | {"valve.py", "cylinder.py"}
+    assert named <= DECLARATIONS.keys()
     for name in ("supply.pressure", "cylinder.moving_mass", "controller.kp"):
-        row = next(line for line in readme.splitlines() if line.startswith(f"| `{name}`"))
-        assert float(re.findall(r"\| ([\d.]+)", row)[0]) == declarations[name].default
+        row = next(line for line in page.splitlines() if line.startswith(f"| `{name}`"))
+        assert float(re.findall(r"\| ([\d.]+)", row)[0]) == DECLARATIONS[name].default
+
+
+def test_each_function_that_the_model_names_exists() -> None:
+    """A link `file.py#name` leads to what that file defines; the sheet has one per equation."""
+    text = (ROOT / "docs" / "model.md").read_text(encoding="utf-8")
+    links = re.findall(r"\[`([\w.]+)`\]\(\.\./([\w/]+\.py)#(\w+)\)", text)
+    assert len(links) > 25
+    for shown, file, name in links:
+        tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+        kinds = (ast.FunctionDef, ast.ClassDef)
+        assert name in {node.name for node in tree.body if isinstance(node, kinds)}, file
+        assert shown.partition(".")[0] == name
+    paper = set(map(int, re.findall(r"\((\d+)\)", text)))
+    paper |= {n for a, b in re.findall(r"\((\d+)\)-\((\d+)\)", text) for n in range(int(a), int(b))}
+    assert paper >= set(range(1, 32))  # every equation of the paper has its place
+
+
+def test_the_model_shows_the_parameters_in_use() -> None:
+    """Each parameter in a table of symbols exists, and the value is its default."""
+    cells = [row for row in rows("model.md") if len(row) == 4 and row[2].startswith("`")]
+    parameters = {row[2].strip("`"): row[3].split()[0] for row in cells}
+    parameters = {name: value for name, value in parameters.items() if name in DECLARATIONS}
+    assert len(parameters) > 25
+    for name, value in parameters.items():
+        default = DECLARATIONS[name].default
+        if not isinstance(default, tuple):
+            assert float(value) == default, name

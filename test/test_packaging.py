@@ -109,7 +109,16 @@ def copied_tree(destination: Path) -> Path:
     for name in ("package.xml", "setup.py", "pyproject.toml", "LICENSE"):
         destination.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, destination)
-    for name in ("benchmarks", "config", "launch", "resource", "scripts", "templates", *PRODUCT):
+    for name in (
+        "benchmarks",
+        "config",
+        "description",
+        "launch",
+        "resource",
+        "scripts",
+        "templates",
+        *PRODUCT,
+    ):
         shutil.copytree(
             ROOT / name, destination / name, ignore=shutil.ignore_patterns("__pycache__")
         )
@@ -178,6 +187,9 @@ def test_colcon_registers_the_package(prefix: Path) -> None:
     assert (share / "rodless_sim/config/sensors/data_sheet.yaml").is_file()
     assert (share / "rodless_sim/config/scenarios/leak.yaml").is_file()
     assert (share / "rodless_sim/launch/rig.launch.py").is_file()
+    views = {file.name for file in (share / "rodless_sim/description").iterdir()}
+    assert views == {file.name for file in (ROOT / "description").iterdir()}
+    assert {"rig.rviz", "foxglove.json", "plotjuggler.xml"} <= views
 
 
 def in_the_built_workspace(prefix: Path, command: str, code: int = 0) -> str:

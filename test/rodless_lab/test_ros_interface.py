@@ -8,8 +8,12 @@
 
 """Names, types, units and stamps of everything the two nodes offer to others."""
 
+import json
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from rcl_interfaces.msg import ParameterEvent
@@ -24,6 +28,7 @@ from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
 
+ROOT = Path(__file__).resolve().parents[2]
 PARAMETERS = RigParameters.preset("paper")
 PERIOD = 5_000_000
 
@@ -75,6 +80,14 @@ OF_RCLPY = ("/rosout", "/parameter_events", "/describe_parameters", "/get_parame
             "/set_parameters_atomically", "/get_type_description")  # fmt: skip
 
 PERIOD_PARAMETER = {"time.period": PERIOD * 1e-9}
+
+
+# Of each type that a layout shows, the fields with numbers.
+NUMBERS = {
+    FLOAT: {"data"},
+    PRESSURE: {"fluid_pressure"},
+    JOINT: {"position", "velocity", "effort"},
+}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -260,3 +273,70 @@ def test_a_namespace_makes_a_second_rig_that_does_not_hear_the_first(
         setpoint.publish(Float64(data=0.01))
         observer.wait(lambda: abs(others[-1].position[0] - 0.01) < 5e-4, "the second at 10 mm")
         assert all(abs(sample.position[0] - 0.02) < 1e-3 for sample in samples[start:])
+
+
+def shown_by_foxglove() -> Iterator[tuple[str, str]]:
+    """Topic and field of each path of the layout."""
+    layout = json.loads((ROOT / "description" / "foxglove.json").read_text(encoding="utf-8"))
+    for panel in layout["configById"].values():
+        for path in panel.get("paths", []):
+            topic, _, field = path["value"].partition(".")
+            yield topic, field.removesuffix("[0]")
+
+
+def shown_by_plotjuggler() -> Iterator[tuple[str, str]]:
+    """Topic and field of each curve of the layout; a joint's name stands between them."""
+    root = ElementTree.parse(ROOT / "description" / "plotjuggler.xml").getroot()
+    for curve in root.iter("curve"):
+        topic, _, field = curve.get("name", "").rpartition("/")
+        yield topic.removesuffix("/carriage").removesuffix("/valve_spool"), field
+
+
+Shown = Callable[[], Iterator[tuple[str, str]]]
+
+
+@pytest.mark.parametrize("shown", [shown_by_foxglove, shown_by_plotjuggler])
+def test_layouts_show_what_the_nodes_publish(
+    shown: Callable[[], Iterator[tuple[str, str]]],
+) -> None:
+    """Each topic of a layout is in the tables above, and its type has the field as a number."""
+    topics = below(
+        "", {**SUBSCRIBED["controller"], **PUBLISHED["plant"], **PUBLISHED["controller"]}
+    )
+    found = list(shown())
+    assert len(found) > 8
+    for topic, field in found:
+        assert field in NUMBERS[topics[topic]], (topic, field)
+    first_picture = {
+        "/joint_states",
+        "/chamber_a/pressure",
+        "/chamber_b/pressure",
+        "/valve/voltage",
+    }
+    assert first_picture <= {topic for topic, _ in found}
+
+
+def test_the_panels_of_foxglove_are_all_in_sight() -> None:
+    """Every panel has a place in the layout; the button publishes what the controller takes."""
+    layout = json.loads((ROOT / "description" / "foxglove.json").read_text(encoding="utf-8"))
+
+    def panels(place: dict | str) -> list[str]:
+        if isinstance(place, str):
+            return [place]
+        return panels(place["first"]) + panels(place["second"])
+
+    assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
+    button = layout["configById"]["Publish!setpoint"]
+    assert below("", SUBSCRIBED["controller"])[button["topicName"]] == button["datatype"]
+    assert json.loads(button["value"]) == {"data": 0.058}
+    state = layout["configById"]["DiagnosticSummary!state"]
+    assert state["topicToRender"] in PUBLISHED["plant"]
+
+
+def test_the_page_of_topics_names_them_all() -> None:
+    """docs/topics.md has each topic and service of the tables above."""
+    page = (ROOT / "docs" / "topics.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([~/\w]+)`", page))
+    for node in ("plant", "controller"):
+        for name in (*PUBLISHED[node], *SUBSCRIBED[node], *SERVICES[node]):
+            assert {name, name.replace(f"{node}/", "~/")} & named, name

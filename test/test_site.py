@@ -1,0 +1,92 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The site builds without a warning, and what it is made of arrives in it."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+from unmeasured import unmeasured
+
+ROOT = Path(__file__).resolve().parents[1]
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site as `make docs` builds it; a warning fails."""
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", ROOT / "docs", folder],
+        cwd=folder,
+        env=unmeasured(),
+        capture_output=True,
+        text=True,
+        timeout=1200,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def test_every_page_is_in_the_site(site: Path) -> None:
+    """Each Markdown page of docs/, and both notebooks."""
+    pages = [path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md")]
+    notebooks = [path.relative_to(ROOT) for path in (ROOT / "examples").glob("*.ipynb")]
+    assert len(pages) > 40
+    assert len(notebooks) == 2
+    for page in (*pages, *notebooks):
+        assert (site / page.with_suffix(".html")).is_file(), page
+
+
+def test_links_to_functions_lead_to_their_lines(site: Path) -> None:
+    """From the model to the line of the file's page that defines the function."""
+    page = (site / "model.html").read_text(encoding="utf-8")
+    links = re.findall(r'href="(source/[\w/.]+\.html)#(line-\d+)"><code[^>]*>.*?>(\w+)<', page)
+    assert len(links) > 25
+    for file, line, name in links:
+        shown = (site / file).read_text(encoding="utf-8")
+        (found,) = re.findall(rf'name="{line}"[^\n]*', shown)
+        assert re.search(rf"\b{name}\b", re.sub("<[^>]*>", "", found)), (file, line, name)
+
+
+def test_the_notebooks_are_run(site: Path) -> None:
+    """Each shows pictures that it has drawn."""
+    for name in ("friction_and_stick_slip", "pid_tuning"):
+        page = (site / "examples" / f"{name}.html").read_text(encoding="utf-8")
+        assert page.count("cell_output") >= 4
+        assert len(re.findall(r'<img[^>]*src="[^"]*_images/', page)) >= 4
+
+
+def test_the_reference_is_made_from_the_code(site: Path) -> None:
+    """Signatures and docstrings of the API, and the help of each verb."""
+    page = (site / "api.html").read_text(encoding="utf-8")
+    for name in (
+        "rodless_sim.Rig.advance",
+        "rodless_lab.closed_loop",
+        "rodless_control.Law.update",
+    ):
+        assert f'id="{name}"' in page, name
+    verbs = (site / "verbs.html").read_text(encoding="utf-8")
+    assert verbs.count("usage: rodless ") > 20
+
+
+def test_rosdoc2_is_told_where_the_site_is() -> None:
+    """package.xml exports a configuration that names the folder of conf.py."""
+    manifest = ElementTree.parse(ROOT / "package.xml").getroot()
+    file = ROOT / str(manifest.findtext("export/rosdoc2"))
+    kind, settings = yaml.safe_load_all(file.read_text(encoding="utf-8"))
+    assert kind == {"type": "rosdoc2 config", "version": 1}
+    (builder,) = settings["builders"]
+    assert (ROOT / builder["sphinx"]["sphinx_sourcedir"] / "conf.py").is_file()
