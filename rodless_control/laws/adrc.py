@@ -41,16 +41,16 @@ from rodless_control.laws.parts.following import (
 from rodless_control.laws.parts.saturation import within
 
 NAME = "adrc"
-TUNED = "tuned on the simulated rig"
+TUNED = "tuned over random rigs: docs/laws.md"
 
 PARAMETERS = collect(
     declare(
         Parameter(
-            "adrc.bandwidth", 50.0, "rad/s", "rate ω at which the error fades", TUNED, 1.0, 1e4
+            "adrc.bandwidth", 27.3, "rad/s", "rate ω at which the error fades", TUNED, 1.0, 1e4
         ),
         Parameter(
             "adrc.input_gain",
-            5.0,
+            5.98,
             "m/(s²·V)",
             "acceleration b that a volt is taken to make",
             TUNED,
@@ -59,8 +59,8 @@ PARAMETERS = collect(
         ),
     ),
     effort.declared_offset(NAME),
-    effort.declared_valve(NAME, 0.7, 0.11, TUNED),
-    following.declared(NAME, 250.0, 2.5e-5, 2.0, 33.5, TUNED),
+    effort.declared_valve(NAME, 1.89, 0.0975, TUNED),
+    following.declared(NAME, 422.0, 2.5e-5, 2.0, 36.9, TUNED),
 )
 
 

@@ -45,18 +45,18 @@ from rodless_control.laws.parts.numbers import numbers
 from rodless_control.laws.parts.saturation import bounded_pressure
 
 NAME = "state_feedback"
-TUNED = "tuned on the simulated rig"
+TUNED = "tuned over random rigs: docs/laws.md"
 
 PARAMETERS = collect(
     declare(
-        Parameter("state_feedback.position_gain", 1800.0, "V/m", "gain K_p", TUNED, 0.0, 1e5),
-        Parameter("state_feedback.velocity_gain", 50.0, "V·s/m", "gain K_v", TUNED, 0.0, 1e4),
+        Parameter("state_feedback.position_gain", 2190.0, "V/m", "gain K_p", TUNED, 0.0, 1e5),
+        Parameter("state_feedback.velocity_gain", 64.4, "V·s/m", "gain K_v", TUNED, 0.0, 1e4),
         Parameter(
-            "state_feedback.acceleration_gain", 0.02, "V·s²/m", "gain K_a", TUNED, 0.0, 100.0
+            "state_feedback.acceleration_gain", 0.0141, "V·s²/m", "gain K_a", TUNED, 0.0, 100.0
         ),
         Parameter(
             "state_feedback.velocity_feedforward",
-            2.3,
+            2.55,
             "V·s/m",
             "voltage F_v per reference velocity, beyond what the velocity gain makes",
             TUNED,
@@ -65,7 +65,7 @@ PARAMETERS = collect(
         ),
         Parameter(
             "state_feedback.acceleration_feedforward",
-            0.08,
+            0.0777,
             "V·s²/m",
             "voltage F_a per reference acceleration",
             TUNED,
@@ -74,7 +74,7 @@ PARAMETERS = collect(
         ),
         Parameter(
             "state_feedback.pressure_damping",
-            2e-6,
+            1.55e-6,
             "V/Pa",
             "gain K_Δ on what the pressure difference changes",
             TUNED,
@@ -83,7 +83,7 @@ PARAMETERS = collect(
         ),
         Parameter(
             "state_feedback.pressure_bandwidth",
-            20.0,
+            20.6,
             "rad/s",
             "bandwidth below which a pressure difference counts as a load",
             TUNED,
@@ -91,9 +91,9 @@ PARAMETERS = collect(
             1e4,
         ),
     ),
-    effort.declared(NAME, "V", 30.0, 3e-4, TUNED),
-    effort.declared_valve(NAME, 0.7, 0.11, TUNED),
-    following.declared(NAME, 376.0, 2.5e-5, 2.0, 33.5, TUNED),
+    effort.declared(NAME, "V", 27.7, 2.9e-4, TUNED),
+    effort.declared_valve(NAME, 0.706, 0.12, TUNED),
+    following.declared(NAME, 376.0, 2.5e-5, 2.0, 31.7, TUNED),
 )
 
 
