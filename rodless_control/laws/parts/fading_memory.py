@@ -30,6 +30,10 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, declare
+from rodless_control.laws.parts.saturation import within
+
+# No estimate is larger, in its unit. Wild readings at wild intervals would let it grow for ever.
+LARGEST = 1e9
 
 
 class Motion(NamedTuple):
@@ -76,10 +80,11 @@ def estimated(
     acceleration = motion.acceleration + known
     predicted = motion.position + interval * (motion.velocity + 0.5 * interval * acceleration)
     innovation = position - predicted
+    velocity = motion.velocity + interval * acceleration
+    velocity += 1.5 * rest * rest * (1.0 + pole) / interval * innovation
+    unknown = motion.acceleration + rest * rest * rest / (interval * interval) * innovation
     return Motion(
-        predicted + (1.0 - pole * pole * pole) * innovation,
-        motion.velocity
-        + interval * acceleration
-        + 1.5 * rest * rest * (1.0 + pole) / interval * innovation,
-        motion.acceleration + rest * rest * rest / (interval * interval) * innovation,
+        within(predicted + (1.0 - pole * pole * pole) * innovation, -LARGEST, LARGEST),
+        within(velocity, -LARGEST, LARGEST),
+        within(unknown, -LARGEST, LARGEST),
     )
