@@ -54,7 +54,7 @@ PARAMETERS = collect(
     declare(
         Parameter(
             "sliding_mode.surface_bandwidth",
-            60.0,
+            38.0,
             "rad/s",
             "rate λ at which the error fades on the surface",
             TUNED,
@@ -63,7 +63,7 @@ PARAMETERS = collect(
         ),
         Parameter(
             "sliding_mode.reaching_voltage",
-            4.0,
+            4.2,
             "V",
             "voltage K that drives the carriage onto the surface",
             TUNED,
@@ -72,7 +72,7 @@ PARAMETERS = collect(
         ),
         Parameter(
             "sliding_mode.boundary_layer",
-            2.5e-3,
+            0.0022,
             "m",
             "thickness φ of the layer about the surface in which the law is linear",
             TUNED,
@@ -89,9 +89,9 @@ PARAMETERS = collect(
             100.0,
         ),
     ),
-    friction.declared(NAME, "V", 0.1, 1e-4, 0.1, 2.3, TUNED),
-    effort.declared(NAME, "V", 30.0, 3e-4, TUNED),
-    effort.declared_valve(NAME, 0.7, 0.11, TUNED),
+    friction.declared(NAME, "V", 0.0, 1e-4, 0.1, 2.5, TUNED),
+    effort.declared(NAME, "V", 20.0, 3e-4, TUNED),
+    effort.declared_valve(NAME, 0.7, 0.12, TUNED),
     following.declared(NAME, 376.0, 2.5e-5, 2.0, 33.5, TUNED),
 )
 
