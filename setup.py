@@ -102,6 +102,7 @@ setup(
     packages=[
         *find_packages(include=["rodless_*"]),
         "rodless_base.config",
+        "rodless_base.config.laws",
         "rodless_base.config.sensors",
         "rodless_base.config.scenarios",
         "rodless_lab.benchmark.c",
@@ -115,6 +116,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
+        (f"share/{NAME}/config/laws", files("config/laws/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
         (f"share/{NAME}/config/scenarios", files("config/scenarios/*.yaml")),
         (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),

@@ -12,6 +12,7 @@ A class of arrays inherits :class:`Columns` and states the unit of each array be
 ``position: Annotated[Array, "m"]``.
 """
 
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
@@ -39,6 +40,11 @@ class Quantity(NamedTuple):
 
 def quantities(kind: type) -> tuple[Quantity, ...]:
     """Return the annotated fields of a class, in order, those of its base classes first."""
+    return _quantities(kind)
+
+
+@cache
+def _quantities(kind: type) -> tuple[Quantity, ...]:
     hints = get_type_hints(kind, include_extras=True)
     return tuple(
         Quantity(name, *hint.__metadata__)

@@ -17,21 +17,31 @@ if TYPE_CHECKING:
     from rodless_lab.runs.from_bag import read_commands, read_run
     from rodless_lab.runs.measured_run import MeasuredRun
     from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
+    from rodless_lab.simulation.design import Range
+    from rodless_lab.simulation.draw import draw
+    from rodless_lab.simulation.ensemble import Ensemble, ensemble
     from rodless_lab.simulation.linear_model import LinearModel
     from rodless_lab.simulation.linearise import linearise
+    from rodless_lab.simulation.run_metrics import RunMetrics, run_metrics
 
 __all__ = [
     "Bag",
     "ClosedLoopTrace",
     "Commands",
+    "Ensemble",
     "LinearModel",
     "MeasuredRun",
+    "Range",
+    "RunMetrics",
     "TopicMessages",
     "closed_loop",
+    "draw",
+    "ensemble",
     "linearise",
     "read_bag",
     "read_commands",
     "read_run",
+    "run_metrics",
 ]
 
 # Where each is. Loaded when asked for: the compiled loop takes half a second, bags need rclpy, and
@@ -40,14 +50,20 @@ _MODULES = {
     "Bag": "bags.reader",
     "ClosedLoopTrace": "simulation.closed_loop",
     "Commands": "runs.commands",
+    "Ensemble": "simulation.ensemble",
     "LinearModel": "simulation.linear_model",
     "MeasuredRun": "runs.measured_run",
+    "Range": "simulation.design",
+    "RunMetrics": "simulation.run_metrics",
     "TopicMessages": "bags.reader",
     "closed_loop": "simulation.closed_loop",
+    "draw": "simulation.draw",
+    "ensemble": "simulation.ensemble",
     "linearise": "simulation.linearise",
     "read_bag": "bags.reader",
     "read_commands": "runs.from_bag",
     "read_run": "runs.from_bag",
+    "run_metrics": "simulation.run_metrics",
 }
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from rodless_control import ControllerParameters
+from rodless_control.laws import LAWS
 from rodless_lab.reports.options import OPTIONS, Option
 from rodless_lab.reports.parameters import parameter_reference
 from rodless_lab.runs.measured_run import run_of_trace
@@ -37,6 +38,13 @@ def test_relative_links_lead_somewhere(page: Path) -> None:
     targets = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
     local = [target for target in targets if "://" not in target]
     assert [target for target in local if not (page.parent / target).exists()] == []
+
+
+def test_every_law_stands_on_its_page_with_a_link_to_its_file() -> None:
+    """docs/laws.md lists what controller.law may name."""
+    page = (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
+    for name in LAWS:
+        assert f"| [`{name}`](../rodless_control/laws/{name}.py) |" in page
 
 
 @pytest.mark.parametrize("option", OPTIONS, ids=lambda option: option.page)

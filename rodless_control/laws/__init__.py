@@ -19,6 +19,10 @@ from rodless_control.parameters import LawParameters
 
 LAWS = {
     "pid": "rodless_control.laws.pid:Pid",
+    "state_feedback": "rodless_control.laws.state_feedback:StateFeedback",
+    "cascade": "rodless_control.laws.cascade:Cascade",
+    "sliding_mode": "rodless_control.laws.sliding_mode:SlidingMode",
+    "adrc": "rodless_control.laws.adrc:Adrc",
 }
 
 

@@ -18,6 +18,17 @@ The derivative acts on the filtered measurement, so that a step of r gives no im
 works where ``error_dead_band`` < |e| < ``integral_zone``, and ``anti_windup`` keeps it from winding
 up at a limit. New gains start without a jump: an offset in i takes up the difference and fades with
 ``tracking_time``. After Åström and Hägglund, *PID Controllers*, 1995, chapter 3.
+
+Options for a carriage that must stop within micrometres and keep still, off by default:
+
+- ``filter`` = fading_memory: position and velocity are the estimates of a filter that has no lag in
+  position (``parts/fading_memory``), for the error too.
+- ``gain_boost`` β: p = kp·e·(1 + β·exp(−(e/w)²)) with w = ``gain_boost_width``, more gain near the
+  target: Seraji, "A new class of nonlinear PID controllers with robotic applications", *Journal of
+  Robotic Systems* 15(3), 1998, 161-181.
+- ``acceleration_feedforward``: f has a share of d²r/dt² too (``parts/reference``).
+- ``parking_error``: a carriage that is there is left alone (``parts/parking``): p, d and f shrink
+  to 1 %, and the integral holds.
 """
 
 import math
@@ -27,9 +38,16 @@ from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
+from rodless_control.laws.parts import dead_zone, fading_memory, parking
+from rodless_control.laws.parts.fading_memory import Motion
+from rodless_control.laws.parts.numbers import numbers
+from rodless_control.laws.parts.parking import Parking, ParkingLimits
+from rodless_control.laws.parts.reference import reference_acceleration
+from rodless_control.laws.parts.saturation import bounded, held_at_limit, within
 from rodless_control.parameters import OUTPUT, LawParameters
 
 TUNED = "tuned on the simulated rig"
+OPTION = "an option, off by default"
 
 PARAMETERS = declare(
     Parameter("controller.kp", 800.0, "V/m", "proportional gain", TUNED, 0.0, 1e5),
@@ -47,7 +65,7 @@ PARAMETERS = declare(
         "controller.filter_bandwidth",
         50.0,
         "rad/s",
-        "bandwidth of the measurement filter of the derivative",
+        "bandwidth of the measurement filter",
         TUNED,
         1.0,
         1e5,
@@ -96,29 +114,45 @@ PARAMETERS = declare(
         1e-3,
         100.0,
     ),
+    *dead_zone.declared("controller", 0.6, 0.3, TUNED).values(),
     Parameter(
-        "controller.dead_zone_voltage",
-        0.6,
-        "V",
-        "voltage added in the direction of the command to cross the valve's flat centre",
-        TUNED,
+        "controller.filter",
+        "low_pass",
+        "",
+        "low_pass of first order, for the derivative alone; or fading_memory, without lag in "
+        "position, for error and derivative",
+        "Morrison, Introduction to Sequential Smoothing and Prediction, 1969",
+        choices=("low_pass", "fading_memory"),
+    ),
+    Parameter(
+        "controller.gain_boost",
         0.0,
-        2.0,
+        "",
+        "proportional gain at a small error beyond the one at a large error, as a share of it",
+        OPTION,
+        0.0,
+        100.0,
     ),
     Parameter(
-        "controller.dead_zone_width",
-        0.3,
-        "V",
-        "command at which three quarters of the dead-zone voltage is added",
-        TUNED,
-        1e-4,
-        5.0,
+        "controller.gain_boost_width",
+        6e-4,
+        "m",
+        "error at which the boost of the gain has faded by e (Gaussian)",
+        OPTION,
+        1e-6,
+        1.0,
     ),
+    Parameter(
+        "controller.acceleration_feedforward",
+        0.0,
+        "V·s²/m",
+        "voltage per reference acceleration, added inside the limits",
+        OPTION,
+        0.0,
+        100.0,
+    ),
+    *parking.declared("controller", 0.0, 2.0, 33.5, OPTION).values(),
 )
-
-# Lengths and velocities beyond this (m, m/s) count as this large: with every term finite, no
-# infinity can turn into NaN where two meet.
-LARGEST = 1e3
 
 
 class PidParameters(LawParameters):
@@ -132,6 +166,16 @@ class PidParameters(LawParameters):
 
     DECLARATIONS: ClassVar[dict[str, Parameter]] = {**PARAMETERS, **OUTPUT}
     LAW_NAME: ClassVar[str] = "pid"
+
+
+class Options(NamedTuple):
+    """Constants of the options."""
+
+    fading_memory: bool
+    gain_boost: float
+    gain_boost_width: float  # m
+    acceleration_feedforward: float  # V·s²/m
+    parking: ParkingLimits
 
 
 class Gains(NamedTuple):
@@ -152,6 +196,7 @@ class Gains(NamedTuple):
     neutral_voltage: float  # V
     minimum_voltage: float  # V
     maximum_voltage: float  # V
+    options: Options
 
 
 class Memory(NamedTuple):
@@ -161,8 +206,13 @@ class Memory(NamedTuple):
     filtered_position: float  # m
     filtered_velocity: float  # m/s
     offset: float  # V, left by a change of gains; fades
+    position: float  # m, as last read
     error: float  # m, of the last sample
     reference_velocity: float  # m/s, of the last sample
+    reference_acceleration: float  # m/s²
+    acceleration: float  # m/s², estimated by the fading-memory filter
+    slow_error: float  # m, of the parking automaton
+    parked: float  # 1, or 0
 
 
 class Command(NamedTuple):
@@ -186,48 +236,64 @@ class Command(NamedTuple):
 def gains_of(parameters: ParameterSet) -> Gains:
     """Return the constants of the law for one set of parameters."""
     anti_windup = parameters.text("controller.anti_windup")
-    numbers = {
-        name: parameters.number(f"controller.{name}")
-        for name, kind in Gains.__annotations__.items()
-        if kind is float
-    }
     return Gains(
         conditional_integration=anti_windup == "conditional_integration",
         back_calculation=anti_windup == "back_calculation",
-        **numbers,
+        options=Options(
+            fading_memory=parameters.text("controller.filter") == "fading_memory",
+            gain_boost=parameters.number("controller.gain_boost"),
+            gain_boost_width=parameters.number("controller.gain_boost_width"),
+            acceleration_feedforward=parameters.number("controller.acceleration_feedforward"),
+            parking=ParkingLimits.of(parameters, "controller"),
+        ),
+        **numbers(parameters, "controller", Gains),
     )
 
 
 @kernel
 def compensated(gains: Gains, effort: float) -> float:
     """Voltage for ``effort`` (V about neutral) with the valve's flat centre crossed, unlimited."""
-    crossing = gains.dead_zone_voltage * math.tanh(effort / gains.dead_zone_width)
+    crossing = dead_zone.crossing(gains.dead_zone_voltage, gains.dead_zone_width, effort)
     return gains.neutral_voltage + effort + crossing
 
 
 @kernel
 def limited(gains: Gains, voltage: float) -> float:
     """``voltage`` within the command limits."""
-    return min(max(voltage, gains.minimum_voltage), gains.maximum_voltage)
+    return within(voltage, gains.minimum_voltage, gains.maximum_voltage)
 
 
 @kernel
-def bounded(length: float) -> float:
-    """``length`` (m) or velocity (m/s), no larger than any rig needs."""
-    return min(max(length, -LARGEST), LARGEST)
+def filtered(gains: Gains, memory: Memory, position: float, interval: float) -> Motion:
+    """Motion by the chosen filter, for a position held over ``interval`` (s).
 
-
-@kernel
-def filtered(gains: Gains, memory: Memory, position: float, interval: float) -> tuple[float, float]:
-    """Filtered position (m) and velocity (m/s) for a position held over ``interval`` (s).
-
-    The filter is a first-order low-pass, and this its exact solution.
+    The low-pass is of first order, and this its exact solution; it leaves the position as read to
+    the error.
     """
+    if gains.options.fading_memory:
+        known = Motion(memory.filtered_position, memory.filtered_velocity, memory.acceleration)
+        return fading_memory.estimated(gains.filter_bandwidth, known, position, 0.0, interval)
     if interval <= 0.0:
-        return memory.filtered_position, memory.filtered_velocity
+        return Motion(memory.filtered_position, memory.filtered_velocity, 0.0)
     share = 1.0 - math.exp(-gains.filter_bandwidth * interval)
     change = share * (position - memory.filtered_position)
-    return memory.filtered_position + change, change / interval
+    return Motion(memory.filtered_position + change, change / interval, 0.0)
+
+
+@kernel
+def proportional(gains: Gains, error: float) -> float:
+    """Proportional term (V), boosted near the target where that is asked for."""
+    p = gains.kp * error
+    boost, ratio = gains.options.gain_boost, error / gains.options.gain_boost_width
+    return p * (1.0 + boost * math.exp(-ratio * ratio)) if boost > 0.0 else p
+
+
+@kernel
+def fed_forward(gains: Gains, velocity: float, acceleration: float) -> float:
+    """Feed-forward (V) of the reference's velocity (m/s) and, if asked for, acceleration (m/s²)."""
+    ahead = gains.feedforward * velocity
+    share = gains.options.acceleration_feedforward
+    return ahead + share * acceleration if share > 0.0 else ahead
 
 
 @kernel
@@ -243,8 +309,8 @@ def integrated(
     grown = integral + gains.ki * error * interval
     wanted = compensated(gains, others + grown)
     excess = wanted - limited(gains, wanted)
-    if gains.conditional_integration and excess * (grown - integral) > 0.0:
-        return integral
+    if gains.conditional_integration:
+        return held_at_limit(integral, grown, excess)
     if gains.back_calculation:
         return grown - excess * min(interval / gains.tracking_time, 1.0)
     return grown
@@ -253,7 +319,8 @@ def integrated(
 @kernel
 def begin(gains: Gains, measurement: Measurement) -> Memory:  # noqa: ARG001
     """Memory of a law that has seen the carriage at rest where it is."""
-    return Memory(0.0, bounded(measurement.position), 0.0, 0.0, 0.0, 0.0)
+    position = bounded(measurement.position)
+    return Memory(0.0, position, 0.0, 0.0, position, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -269,16 +336,49 @@ def update(
     An ``interval`` of 0 (the first sample) neither integrates nor differentiates.
     """
     position, velocity = bounded(measurement.position), bounded(reference.velocity)
-    filtered_position, filtered_velocity = filtered(gains, memory, position, interval)
-    error = bounded(reference.position) - position
-    p = gains.kp * error
-    d = -gains.kd * filtered_velocity
-    feedforward = gains.feedforward * velocity
+    motion = filtered(gains, memory, position, interval)
+    seen = motion.position if gains.options.fading_memory else position
+    error = bounded(reference.position) - seen
+    acceleration = reference_acceleration(
+        gains.filter_bandwidth,
+        memory.reference_acceleration,
+        velocity - memory.reference_velocity,
+        interval,
+    )
+    automaton = parking.parked(
+        gains.options.parking,
+        Parking(memory.slow_error, memory.parked),
+        error,
+        motion.velocity,
+        velocity,
+        interval,
+    )
+    p = proportional(gains, error)
+    d = -gains.kd * motion.velocity
+    feedforward = fed_forward(gains, velocity, acceleration)
     offset = memory.offset * math.exp(-interval / gains.tracking_time)
-    integral = integrated(gains, memory.integral, p + d + feedforward + offset, error, interval)
+    integral = memory.integral
+    if automaton.parked > 0.0:
+        share = parking.acting(automaton)
+        p, d, feedforward = share * p, share * d, share * feedforward
+    else:
+        others = p + d + feedforward + offset
+        integral = integrated(gains, integral, others, error, interval)
     voltage = limited(gains, compensated(gains, p + integral + offset + d + feedforward))
     return (
-        Memory(integral, filtered_position, filtered_velocity, offset, error, velocity),
+        Memory(
+            integral,
+            motion.position,
+            motion.velocity,
+            offset,
+            position,
+            error,
+            velocity,
+            acceleration,
+            motion.acceleration,
+            automaton.slow_error,
+            automaton.parked,
+        ),
         Command(voltage, error, p, integral + offset, d, feedforward),
     )
 
@@ -310,9 +410,16 @@ class Pid(CompiledLaw):
         carriage off its target.
         """
         new: Gains = self.gains
-        jump = (
-            (new.kp - old.kp) * memory.error
-            - (new.kd - old.kd) * memory.filtered_velocity
-            + (new.feedforward - old.feedforward) * memory.reference_velocity
-        )
+        jump = self._reactions(new, memory) - self._reactions(old, memory)
+        if new.options.fading_memory != old.options.fading_memory:
+            # Where the low-pass has lagged to is no position to start from.
+            memory = memory._replace(filtered_position=memory.position)
         return memory._replace(offset=memory.offset - jump)
+
+    @staticmethod
+    def _reactions(gains: Gains, memory: Memory) -> float:
+        """Sum (V) of all terms but the integral at the last sample."""
+        share = parking.acting(Parking(memory.slow_error, memory.parked))
+        ahead = fed_forward(gains, memory.reference_velocity, memory.reference_acceleration)
+        p = proportional(gains, memory.error)
+        return share * (p - gains.kd * memory.filtered_velocity + ahead)

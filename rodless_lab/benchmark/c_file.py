@@ -83,7 +83,7 @@ class _Plant(ctypes.Structure):
 
 
 class _Gains(ctypes.Structure):
-    _fields_ = _numbers(*Gains._fields)
+    _fields_ = _numbers(*(name for name in Gains._fields if name != "options"))
 
 
 class _Motion(ctypes.Structure):
@@ -125,6 +125,20 @@ def _plant(plant: Plant) -> _Plant:
         value = known[name]
         setattr(found, name, kind(*value) if isinstance(value, tuple) else value)
     return found
+
+
+def _gains(gains: Gains) -> _Gains:
+    """Return the PID's constants as C has them; raises ValueError for options it does not know."""
+    known = gains._asdict()
+    options = known.pop("options")
+    if (
+        options.fading_memory
+        or options.gain_boost
+        or options.acceleration_feedforward
+        or options.parking.error
+    ):
+        raise ValueError("the C file knows none of the options of the PID")
+    return _Gains(**known)
 
 
 def _address(values: Array) -> ctypes.c_void_p:
@@ -176,7 +190,7 @@ class CFile:
         rows, commands = np.empty((count, len(COLUMNS))), np.empty((count, len(Command._fields)))
         fault = self._library.closed_loop(
             ctypes.byref(_plant(plant)),
-            ctypes.byref(_Gains(*gains)),
+            ctypes.byref(_gains(gains)),
             _address(references),
             ctypes.c_long(count),
             _Motion(*state),

@@ -49,6 +49,7 @@ VERBS = {
     "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
     "animate": ("rodless_lab.cli.animate", "draw a run as a moving picture"),
     "bench": ("rodless_lab.cli.bench", "time the rig, other solvers and the nodes on this machine"),
+    "laws": ("rodless_lab.cli.laws", "compare the control laws, yours among them, on random rigs"),
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
     "policy": ("rodless_lab.cli.policy", "write the SROS2 policy of a running rig"),
     "soak": ("rodless_lab.cli.soak", "run the nodes for long; report memory, losses and balance"),

@@ -8,9 +8,13 @@
 
 """The parameter tables of the docs, from the declarations."""
 
+from collections.abc import Mapping
+
 from rodless_base.columns import quantities
 from rodless_base.parameters import Parameter, ParameterSet, Value
 from rodless_control import ControllerParameters
+from rodless_control.controller_parameters import DEFAULT_LAW
+from rodless_control.laws import LAWS, law_class
 from rodless_sim import RigParameters
 from rodless_sim.physics.state import FURTHER, HeatedMotion, Motion, state_with
 
@@ -36,6 +40,12 @@ HEADER = """| name | default | unit | range | meaning | source | calibrated |
 |---|---|---|---|---|---|---|
 """
 
+LAWS_INTRODUCTION = """
+## Other laws
+
+With another `controller.law` the controller has that law's parameters in place of those of `pid`.
+Files may tune several laws: the node leaves out what belongs to the others.
+"""
 
 STATE = """
 ## State
@@ -58,7 +68,18 @@ EVERYTHING = state_with(tuple(FURTHER))
 def parameter_reference() -> str:
     """Return the reference page as Markdown."""
     tables = (_table("plant", RigParameters), _table("controller", ControllerParameters))
-    return INTRODUCTION + "".join(tables) + _state()
+    return INTRODUCTION + "".join(tables) + _laws() + _state()
+
+
+def _laws() -> str:
+    """The parameters that the other laws of the package bring in place of those of the PID."""
+    return LAWS_INTRODUCTION + "".join(
+        f"\n### {name}\n\n{HEADER}"
+        + "\n".join(_rows(ControllerParameters.for_law(name), own))
+        + "\n"
+        for name, own in ((name, law_class(name).PARAMETERS) for name in LAWS)
+        if name != DEFAULT_LAW
+    )
 
 
 def _state() -> str:
@@ -73,9 +94,12 @@ def _state() -> str:
 
 
 def _table(node: str, kind: type[ParameterSet]) -> str:
+    return f"\n## {node}\n\n{HEADER}" + "\n".join(_rows(kind, kind.DECLARATIONS)) + "\n"
+
+
+def _rows(kind: type[ParameterSet], declared: Mapping[str, Parameter]) -> list[str]:
     calibrated = kind.preset("calibrated")
-    rows = [_row(parameter, calibrated[name]) for name, parameter in kind.DECLARATIONS.items()]
-    return f"\n## {node}\n\n{HEADER}" + "\n".join(rows) + "\n"
+    return [_row(parameter, calibrated[name]) for name, parameter in declared.items()]
 
 
 def _row(parameter: Parameter, calibrated: Value) -> str:

@@ -10,9 +10,10 @@
 
 import math
 from collections.abc import Callable, Mapping
+from copy import copy
 from functools import cache
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -79,8 +80,9 @@ class ClosedLoopTrace(Trace):
     """A run of the rig with the reference it followed and the error r − y.
 
     Position, pressures and force are as the instruments of ``sensors.*`` read them, the rest is
-    true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones. ``terms`` holds the law's
-    TERMS by name, one entry per sample.
+    true. :func:`rodless_sim.simulate` of ``voltage`` gives the true ones. ``true_position`` (m) is
+    that of the carriage, no column of the table. ``terms`` holds the law's TERMS by name, one entry
+    per sample.
 
     :meth:`columns`, and so what is saved, has the terms too, behind the other columns. Their units
     are empty, since a law does not state them. A term that equals the column of its name, such as
@@ -90,14 +92,21 @@ class ClosedLoopTrace(Trace):
     reference: Annotated[Array, "m", "reference for the position"]
     error: Annotated[Array, "m", "reference less the position read"]
 
+    true_position: Array
     terms: Mapping[str, Array] = MappingProxyType({})
     _term_columns: Mapping[str, Array] = MappingProxyType({})
+
+    def __init__(self, true_position: Array | None = None, **columns: Array) -> None:
+        """Take the columns, and the true position where the one read has errors."""
+        super().__init__(**columns)
+        true = self.position if true_position is None else read_only(true_position)
+        vars(self)["true_position"] = true
 
     def with_terms(self, terms: Mapping[str, Array]) -> "ClosedLoopTrace":
         """Return the same run with the law's terms, one entry per sample each."""
         own = self._own_columns()
         terms = {name: read_only(values) for name, values in terms.items()}
-        run = ClosedLoopTrace(**own)
+        run = ClosedLoopTrace(self.true_position, **own)
         vars(run)["terms"] = MappingProxyType(terms)
         vars(run)["_term_columns"] = {
             f"term_{name}" if name in own else name: values
@@ -156,12 +165,13 @@ def run_closed_loop(
 
     ``noise``, shape (n, 4), are what the instruments' noise is made of, ``period`` is in ns and
     ``limits`` in V. Returns the rows of :func:`rodless_sim.trace.record` as read, shape
-    (n, recorded); the commands, shape (n, columns): the voltage, within ``limits``, and the law's
-    terms; the number of samples done: fewer than n where the law's voltage was not finite, or where
-    the motion ended with the fault that comes next; and the last state and spool.
+    (n, recorded); the commands, shape (n, columns + 1): the voltage, within ``limits``, the law's
+    terms, and the true position (m); the number of samples done: fewer than n where the law's
+    voltage was not finite, or where the motion ended with the fault that comes next; and the last
+    state and spool.
     """
     rows = np.empty((len(references), recorded))
-    commands = np.empty((len(references), columns))
+    commands = np.empty((len(references), columns + 1))
     true = truth(plant, 0, state)
     lags = Lags(true, true)
     read, _ = read_rig(instruments, lags, true, noise[0])
@@ -175,6 +185,7 @@ def run_closed_loop(
         memory, command = update(gains, memory, read, reference, since)
         for column in range(columns):
             commands[k, column] = command[column]
+        commands[k, columns] = state.position
         if not math.isfinite(command[0]):
             return rows, commands, k, 0, state, spool
         voltage = min(max(command[0], limits[0]), limits[1])
@@ -226,10 +237,15 @@ def plain_loop(law: Law) -> Callable[..., LoopResult]:
 
 def loop_of(law: Law) -> tuple[Callable[..., LoopResult], Any]:
     """Return the loop around a law, and the gains it takes; compiled where the law is."""
-    # A subclass that updates in Python wants to be asked there.
-    if isinstance(law, CompiledLaw) and type(law).update is CompiledLaw.update:
+    if isinstance(law, CompiledLaw) and is_compiled(law):
         return compiled_loop(law.KERNELS), law.gains
     return plain_loop(law), None
+
+
+def is_compiled(law: Law) -> bool:
+    """Whether a law runs in the compiled loop."""
+    # A subclass that updates in Python wants to be asked there.
+    return isinstance(law, CompiledLaw) and type(law).update is CompiledLaw.update
 
 
 def as_law(law: AnyLaw) -> Law:
@@ -333,64 +349,104 @@ def closed_loop(
     >>> len(run.voltage)
     501
     """
-    plant = Plant.of(checked(rig_parameters))
-    span = nanoseconds(period, "period")
-    count = sample_count(nanoseconds(duration), span)
-    chosen = as_law(law)
-    terms = checked_terms(type(chosen))
-    numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(terms))
-    refuse_more_than_there_is(
-        8 * numbers * count,
-        f"duration {duration:g} s at period {period:g} s refused: {count} samples",
-        "shorten it, or lengthen the period",
-    )
-    limits = limits_of(chosen)
-    start = starting_motion(plant, rig_parameters, position)
-    times = sample_times(count, span)
-    references = sampled(reference, times)
-    chosen.reset()
-    if scenario is not None or needs_steps(rig_parameters):
+    checked(rig_parameters)
+    loop = Loop(law, reference, duration, period)
+    return loop.traced(loop.run(rig_parameters, position, scenario))
+
+
+class LoopRun(NamedTuple):
+    """What a loop leaves of a run, one row per sample."""
+
+    plant: Plant
+    rows: Array  # shape (n, k): as :func:`rodless_sim.trace.record`, as read
+    commands: Array  # shape (n, m): voltage (V), the law's terms, true position (m)
+
+
+class Loop:
+    """A law, a reference and times: what the runs of many rigs have in common.
+
+    Several threads may :meth:`run` rigs at once where the law is compiled.
+    """
+
+    def __init__(self, law: AnyLaw, reference: Reference, duration: float, period: float) -> None:
+        """Prepare the loop; raises as :func:`closed_loop`."""
+        self._span = nanoseconds(period, "period")
+        count = sample_count(nanoseconds(duration), self._span)
+        self.law = as_law(law)
+        self._terms = checked_terms(type(self.law))
+        numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(self._terms))
+        refuse_more_than_there_is(
+            8 * numbers * count,
+            f"duration {duration:g} s at period {period:g} s refused: {count} samples",
+            "shorten it, or lengthen the period",
+        )
+        self._limits = limits_of(self.law)
+        self.times = sample_times(count, self._span)
+        self.references = sampled(reference, self.times)  # shape (n, 2): m, m/s
+        self._noise_shape = (count, NOISE_CHANNELS)
+        self._no_noise = np.zeros(self._noise_shape)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the law is, so that a run releases the GIL."""
+        return is_compiled(self.law)
+
+    def run(
+        self,
+        rig_parameters: RigParameters,
+        position: float | None = None,
+        scenario: AnyScenario | None = None,
+    ) -> LoopRun:
+        """Control a rig that starts at rest at ``position`` (m); raises as :func:`closed_loop`."""
+        if scenario is not None or needs_steps(rig_parameters):
+            return self._run_stepped(rig_parameters, position, scenario)
+        plant = Plant.of(checked(rig_parameters))
+        start = starting_motion(plant, rig_parameters, position)
+        self.law.reset()
+        instruments, generator = instruments_and_noise(rig_parameters)
+        ideal = are_ideal(instruments)
+        run, gains = loop_of(self.law)
+        rows, commands, done, fault, state, spool = run(
+            plant,
+            instruments,
+            self._no_noise if ideal else generator.standard_normal(self._noise_shape),
+            gains,
+            self._limits,
+            self.references,
+            start,
+            starting_spool(plant.drive, plant.valve.closed_voltage),
+            rig_parameters.number("time.tolerance"),
+            self._span,
+            len(columns_of(plant)),
+            1 + len(self._terms),
+        )
+        if fault:
+            raise simulation_error(fault, float(self.times[done]), state, spool)
+        if done < len(self.times):
+            raise LawError(
+                f"at {self.times[done]:g} s: {law_name(self.law)} answered {commands[done, 0]!s} "
+                "V: must be a finite number"
+            )
+        return LoopRun(plant, rows, commands)
+
+    def _run_stepped(
+        self, rig_parameters: RigParameters, position: float | None, scenario: AnyScenario | None
+    ) -> LoopRun:
         rig = Rig(rig_parameters, scenario)
         rig.reset(position)
-        columns, commands = run_stepped(rig, chosen, references, span)
-        return _with_law(columns, commands[:, 1:], references[:, 0].copy(), terms)
-    instruments, generator = instruments_and_noise(rig_parameters)
-    shape = (count, NOISE_CHANNELS)
-    run, gains = loop_of(chosen)
-    rows, commands, done, fault, state, spool = run(
-        plant,
-        instruments,
-        np.zeros(shape) if are_ideal(instruments) else generator.standard_normal(shape),
-        gains,
-        limits,
-        references,
-        start,
-        starting_spool(plant.drive, plant.valve.closed_voltage),
-        rig_parameters.number("time.tolerance"),
-        span,
-        len(columns_of(plant)),
-        1 + len(terms),
-    )
-    if fault:
-        raise simulation_error(fault, float(times[done]), state, spool)
-    if done < count:
-        raise LawError(
-            f"at {times[done]:g} s: {law_name(chosen)} answered {commands[done, 0]!s} V: "
-            "must be a finite number"
+        # A compiled law remembers in the object what it keeps to itself in the compiled loop.
+        law = copy(self.law) if self.compiled else self.law
+        law.reset()
+        run = run_stepped(rig, law, self.references, self._span)
+        rows = np.column_stack([run.columns[name] for name in columns_of(rig.plant)])
+        return LoopRun(rig.plant, rows, np.column_stack([run.commands, run.true_position]))
+
+    def traced(self, run: LoopRun) -> ClosedLoopTrace:
+        """Return a run as named columns."""
+        voltage, *terms, position = run.commands.T.copy()
+        found = trace(run.plant, self._span, voltage, run.rows)
+        wanted = self.references[:, 0].copy()
+        named = ClosedLoopTrace(
+            position, **found.columns(), reference=wanted, error=wanted - found.position
         )
-    return _traced(plant, span, rows, commands, references[:, 0].copy(), terms)
-
-
-def _traced(
-    plant: Plant, span: int, rows: Array, commands: Array, wanted: Array, names: tuple[str, ...]
-) -> ClosedLoopTrace:
-    run = trace(plant, span, commands[:, 0].copy(), rows)
-    return _with_law(run.columns(), commands[:, 1:], wanted, names)
-
-
-def _with_law(
-    columns: Mapping[str, Array], terms: Array, wanted: Array, names: tuple[str, ...]
-) -> ClosedLoopTrace:
-    error = wanted - columns["position"]
-    found = ClosedLoopTrace(**columns, reference=wanted, error=error)
-    return found.with_terms(dict(zip(names, terms.T.copy(), strict=True)))
+        return named.with_terms(dict(zip(self._terms, terms, strict=True)))

@@ -40,10 +40,11 @@ def needs_steps(parameters: RigParameters) -> bool:
 
 
 class SteppedRun(NamedTuple):
-    """A run: the columns of a trace by name, and commands and terms, shape (n, 1 + terms)."""
+    """A run: the columns of a trace by name, as read, and what else there is of it."""
 
     columns: dict[str, Array]
-    commands: Array
+    commands: Array  # shape (n, 1 + terms): V, and the law's terms
+    true_position: Array  # m
 
 
 def run_stepped(rig: Rig, law: Law, references: Array, period: int) -> SteppedRun:
@@ -64,11 +65,9 @@ def run_stepped(rig: Rig, law: Law, references: Array, period: int) -> SteppedRu
         if k + 1 < len(references):
             rig.advance(commands[k, 0], period * SECONDS_PER_NANOSECOND)
     columns = columns_of_states(states, period)
+    true_position = columns["position"]
     columns |= {name: np.array([getattr(one, name) for one in seen]) for name in READ}
-    area = rig.plant.cylinder.piston_area
-    columns["force"] = area * (columns["pressure_a"] - columns["pressure_b"])
-    columns["voltage"] = commands[:, 0].copy()
-    return SteppedRun(columns, commands)
+    return SteppedRun(columns, commands, true_position)
 
 
 class Answers:

@@ -8,6 +8,7 @@
 
 """What the chambers of a held carriage settle at, once flows and heat balance."""
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
@@ -21,8 +22,10 @@ from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.heat import NetInflow, wall_area
+from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
+from rodless_sim.physics.settled_chamber import PRESSURE_ERROR, RELATIVE_ERROR, settled_chamber
 from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 
 # What counts as balanced: heat that would warm a chamber by some microkelvins in a second.
@@ -36,7 +39,12 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
     A valve that seals perfectly leaves both at ambient pressure. Raises SimulationError for one
     that fills a chamber past the supply's pressure.
     """
-    lands, ambient = openings(plant, voltage), plant.ambient_pressure
+    lands = openings(plant, voltage)
+    if plant.leak.across == 0.0:
+        found = _settled_apart(plant, lands)
+        if found is None:
+            raise _unsettled(voltage)
+        return found
 
     def net(pressure_a: float, pressure_b: float) -> tuple[float, float]:
         a, b = inflows(plant, lands, Motion(0.0, 0.0, pressure_a, pressure_b))
@@ -48,8 +56,6 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
     def balance_a(pressure_b: float) -> float:
         return balance(lambda pressure: net(pressure, pressure_b)[0])
 
-    if plant.leak.across == 0.0:
-        return balance_a(ambient), balance(lambda pressure: net(ambient, pressure)[1])
     pressure_b = balance(lambda pressure: net(balance_a(pressure), pressure)[1])
     return balance_a(pressure_b), pressure_b
 
@@ -156,8 +162,18 @@ def _without_flow(plant: Plant, voltage: float, net: Callable[[float], float]) -
     # Coefficients beyond any valve overflow, and then no pressure balances either.
     if net(supply) <= 0.0:
         with suppress(ValueError, RuntimeError):
-            return float(brentq(net, ambient, supply, xtol=1e-6, rtol=1e-14))
-    raise SimulationError(
+            return float(brentq(net, ambient, supply, xtol=PRESSURE_ERROR, rtol=RELATIVE_ERROR))
+    raise _unsettled(voltage)
+
+
+def _settled_apart(plant: Plant, lands: Lands) -> tuple[float, float] | None:
+    """Return P_a and P_b in Pa of chambers that do not leak into each other, or None."""
+    a, b = settled_chamber(plant, lands, 0), settled_chamber(plant, lands, 1)
+    return None if math.isnan(a) or math.isnan(b) else (a, b)
+
+
+def _unsettled(voltage: float) -> SimulationError:
+    return SimulationError(
         f"the chambers do not settle at {voltage:g} V; check valve.area_coefficients and "
         "valve.flow_coefficients"
     )

@@ -11,6 +11,7 @@
 import copy
 import pickle
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -35,7 +36,17 @@ from rodless_control.controller_parameters import ControllerParameters as Contro
 from rodless_control.loop import ControlLoop
 from rodless_control.setpoint import SetpointFollower
 from rodless_control.trajectory import Trajectory, Waypoint
-from rodless_lab import closed_loop, linearise, read_bag, read_commands, read_run
+from rodless_lab import (
+    Range,
+    closed_loop,
+    draw,
+    ensemble,
+    linearise,
+    read_bag,
+    read_commands,
+    read_run,
+    run_metrics,
+)
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.step_metrics import step_metrics
 from rodless_sim import Rig, RigParameters, Scenario, simulate
@@ -46,6 +57,7 @@ CONTROLLER = ControllerParameters.preset("paper")
 RUN = simulate(RIG, [6.0] * 30 + [5.08] * 30, 1e-3)
 MEASURED = run_of_trace(RUN, RIG.number("supply.pressure"))
 
+LOOP = closed_loop(RIG, CONTROLLER, references.step(0.0, 0.05, at=0.01), 0.02, 1e-3)
 MODEL = linearise(RIG, 0.1, 6.0)
 
 # Given where a function leaves open what is in it.
@@ -241,6 +253,29 @@ def calls(folder: Path) -> dict[str, Call]:
             lambda answer: closed_loop(RIG, lambda _m, _r: answer, step, 0.005, 1e-3).columns(),
             given(answer=5.5),
         ),
+        "rodless_lab.ensemble": Call(
+            # What a run does not have is NaN.
+            lambda **arguments: len(ensemble([RIG, RIG], CONTROLLER, step, **arguments)),
+            given(duration=0.02, period=1e-3, position=0.0, since=0.0, workers=2),
+        ),
+        "rodless_lab.draw": Call(
+            lambda **arguments: [dict(rig) for rig in islice(draw(**arguments), 3)],
+            given(
+                ranges={"supply.pressure": (5e5, 6e5)},
+                count=2,
+                base=RIG,
+                seed=1,
+                method="random",
+                factors={"friction.*.static": Range(0.9, 1.1)},
+            ),
+        ),
+        "rodless_lab.Range": Call(
+            lambda **arguments: Range(**arguments).at(0.5),
+            given(low=1.0, high=2.0, count=0, logarithmic=False),
+        ),
+        "rodless_lab.run_metrics": Call(
+            lambda since: run_metrics(LOOP, since) and 0, given(since=0.0)
+        ),
         "rodless_lab.linearise": Call(
             lambda **arguments: tuple(linearise(**arguments).A.ravel()),
             given(parameters=RIG, position=0.1, voltage=6.0, velocity=None),
@@ -300,7 +335,9 @@ PASSIVE = {
         "Command", "CompiledLaw", "Law", "Measurement", "ParameterError", "ReferencePoint",
         "references",
     },
-    "rodless_lab": {"Bag", "ClosedLoopTrace", "Commands", "TopicMessages"},
+    "rodless_lab": {
+        "Bag", "ClosedLoopTrace", "Commands", "Ensemble", "RunMetrics", "TopicMessages",
+    },
 }  # fmt: skip
 
 

@@ -28,8 +28,8 @@ MEMORY = len(Memory._fields)
 def control_of(gains: Gains) -> Callable[[Array, Array, Array, float], float]:
     """Return ``control(memory, y, reference, interval) -> V``.
 
-    ``memory``, shape (6,), is kept up to date; ``reference`` is in m and m/s, ``interval`` in s, 0
-    for the first sample.
+    ``memory``, one number for each field of ``Memory``, is kept up to date; ``reference`` is in m
+    and m/s, ``interval`` in s, 0 for the first sample.
     """
 
     @compiled
@@ -38,7 +38,20 @@ def control_of(gains: Gains) -> Callable[[Array, Array, Array, float], float]:
         if interval == 0.0:
             before = begin(gains, measurement)
         else:
-            before = Memory(memory[0], memory[1], memory[2], memory[3], memory[4], memory[5])
+            # Compiled code cannot know the length of an array.
+            before = Memory(
+                memory[0],
+                memory[1],
+                memory[2],
+                memory[3],
+                memory[4],
+                memory[5],
+                memory[6],
+                memory[7],
+                memory[8],
+                memory[9],
+                memory[10],
+            )
         after, command = update(
             gains, before, measurement, ReferencePoint(wanted[0], wanted[1]), interval
         )

@@ -102,8 +102,8 @@ def test_parameters_know_their_law() -> None:
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("pud", "must be pid or package.module:Class"),
-        ("", "must be pid or package.module:Class"),
+        ("pud", f"must be {', '.join(LAWS)} or package.module:Class"),
+        ("", f"must be {', '.join(LAWS)} or package.module:Class"),
         ("nowhere_at_all:Law", "No module named 'nowhere_at_all'"),
         ("broken_laws:Law", "importing broken_laws failed: ZeroDivisionError: division by zero"),
         (

@@ -15,17 +15,20 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from running import StartProcess, until_it_says
 
-from rodless_control import PidParameters, references
+from rodless_control import Measurement, PidParameters, ReferencePoint, references
+from rodless_control.laws import LAWS as LAWS_BY_NAME
+from rodless_control.laws import law_class
 from rodless_lab import closed_loop
 from rodless_lab.harness import RefusedError, RigSession
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command, write_parameters
-from rodless_sim import RigParameters
+from rodless_sim import Rig, RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 pytestmark = pytest.mark.ros
@@ -162,6 +165,43 @@ def test_the_pid_in_the_node_gives_the_numbers_of_closed_loop() -> None:
         assert np.array_equal(getattr(found, name), getattr(expected, name)), name
     for name, values in expected.terms.items():
         assert np.array_equal(getattr(found, name), values), name
+
+
+@pytest.mark.parametrize("name", [name for name in LAWS_BY_NAME if name != "pid"])
+def test_a_law_of_the_package_gives_the_same_bits_however_it_runs(name: str) -> None:
+    """Compiled with the rig, sample by sample in Python, and in the node in lock-step.
+
+    With noisy sensors, positions, pressures, commands and each of the law's terms are the same.
+    """
+    rig_parameters = RigParameters.preset("calibrated").with_values(PLANT)
+    step = references.step(0.02, 0.03, at=0.1)
+    law, rig = law_class(name)(), Rig(rig_parameters)
+    expected = closed_loop(rig_parameters, law_class(name), step, DURATION, 1e-3)
+    for k in range(len(expected.time)):
+        read = rig.read()
+        command: Any = law.update(
+            Measurement(*read), ReferencePoint(*step.sample(read.time)), 1e-3 if k else 0.0
+        )
+        assert (read.position, command.voltage) == (expected.position[k], expected.voltage[k]), k
+        for term in law.TERMS:
+            assert getattr(command, term) == expected.terms[term][k], (k, term)
+        rig.advance(command.voltage, 1e-3)
+    with RigSession(
+        "lockstep",
+        preset="calibrated",
+        plant=PLANT,
+        controller={**STEP, "controller.law": name},
+        duration=DURATION,
+        telemetry=True,
+        one_process=True,
+    ) as session:
+        found = session.run()
+    assert len(found) == len(expected.time)
+    for column in ("position", "pressure_a", "pressure_b", "voltage"):
+        assert np.array_equal(getattr(found, column), getattr(expected, column)), column
+    for term, values in expected.terms.items():
+        assert np.array_equal(found.terms[term], values), term
+    assert np.ptp(found.position) > 5e-3
 
 
 def test_a_reset_of_the_plant_keeps_pressures_and_positions_together(

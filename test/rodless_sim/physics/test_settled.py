@@ -8,13 +8,18 @@
 
 """The pressures at which the flows through the valve balance, without a run in time."""
 
+from functools import partial
+
 import pytest
 from chamber_flows import flow_into_a, flow_into_b
+from scipy.optimize import brentq
 
+from rodless_lab.accuracy.random_rigs import case
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.settled import settled_pressures
+from rodless_sim.physics.settled_chamber import PRESSURE_ERROR, RELATIVE_ERROR
 
 SUPPLY, AMBIENT = 621325.0, 101325.0
 
@@ -44,3 +49,22 @@ def test_a_valve_without_gaps_leaves_what_it_does_not_fill_at_ambient(voltage: f
     a, b = settled_pressures(plant, voltage)
     expected = {2.0: (AMBIENT, SUPPLY), 5.08: (AMBIENT, AMBIENT), 8.0: (SUPPLY, AMBIENT)}
     assert (a, b) == pytest.approx(expected[voltage], abs=1e-3)
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_the_pressures_are_those_of_scipy_bit_for_bit(number: int) -> None:
+    """Of random rigs, some at the ends of all ranges, at the closed valve and open ones."""
+    parameters = case(number).parameters
+    plant = Plant.of(parameters)
+    ambient, supply = plant.ambient_pressure, plant.supply_pressure
+    for voltage in (plant.valve.closed_voltage, 0.0, 4.9, 5.3, 9.0):
+        lands = openings(plant, voltage)
+        found = settled_pressures(plant, voltage)
+        for flow, pressure in zip((flow_into_a, flow_into_b), found, strict=True):
+            net = partial(flow, plant, lands)
+            expected = (
+                ambient
+                if net(ambient) <= 0.0
+                else brentq(net, ambient, supply, xtol=PRESSURE_ERROR, rtol=RELATIVE_ERROR)
+            )
+            assert pressure == expected

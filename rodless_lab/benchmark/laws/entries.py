@@ -1,0 +1,58 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Which laws compete, and with which parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rodless_base.parameter_file import preset_directory
+from rodless_control.controller import Law
+from rodless_control.laws import LAWS, law_class, make_law
+
+PID_WITH_PARKING = "laws/pid_parking.yaml"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A law with its parameters, under the name that tables show."""
+
+    name: str
+    law: Law
+
+
+def of_package() -> list[Entry]:
+    """Return the laws of the package: as ``calibrated`` tunes them, and the PID with its options.
+
+    The last are those of ``config/laws/pid_parking.yaml``.
+    """
+    found = [entry(f"{name}") for name in LAWS]
+    with_options = entry("pid", preset_directory() / PID_WITH_PARKING)
+    return [found[0], Entry("pid with parking", with_options.law), *found[1:]]
+
+
+def entry(name: str, file: Path | None = None) -> Entry:
+    """Return one law: of this package by name, or ``package.module:Class``.
+
+    Its parameters come from ``file``, by default from the preset ``calibrated``. Raises
+    ParameterError for a law or file that cannot be.
+    """
+    law = law_class(name)
+    kind = law.Parameters
+    values = kind.preset("calibrated") if file is None else kind.from_file(file)
+    return Entry(name, make_law(law, values))
+
+
+def users(texts: Sequence[str]) -> list[Entry]:
+    """Return the laws that ``LAW`` or ``LAW=FILE`` name; raises as :func:`entry`."""
+    found = []
+    for text in texts:
+        name, _, file = text.partition("=")
+        found.append(Entry(text, entry(name, Path(file) if file else None).law))
+    return found

@@ -1,0 +1,80 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""`rodless laws`: the control laws side by side, yours among them."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rodless_base.atomic_write import atomic_write, check_writable
+from rodless_base.parameters import ParameterError
+from rodless_base.start import Stop
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Write table, picture and figures of each run; return 1 after Ctrl-C, 2 for bad options."""
+    parser = argparse.ArgumentParser(
+        prog="rodless laws",
+        description="Let the control laws do seeded tasks on the same random rigs, and compare.",
+        epilog="LAW is a law of this package, or package.module:Class of your own; see "
+        "docs/laws.md.",
+    )
+    parser.add_argument(
+        "--law",
+        action="append",
+        metavar="LAW[=FILE]",
+        help="with parameters of a file; repeat it (default: those of the package)",
+    )
+    parser.add_argument("--rigs", type=_positive, default=100, help="rigs (default: %(default)s)")
+    parser.add_argument("--seed", type=_positive, default=1, help="(default: %(default)s)")
+    parser.add_argument(
+        "--output", type=Path, default=Path("results/laws"), help="folder (default: %(default)s)"
+    )
+    chosen = parser.parse_args(arguments)
+    stop.from_now_on_wait()
+    # They load numba and matplotlib: not for help.
+    from rodless_lab.benchmark.laws import entries  # noqa: PLC0415
+    from rodless_lab.benchmark.laws.contest import contest  # noqa: PLC0415
+    from rodless_lab.benchmark.laws.picture import side_by_side  # noqa: PLC0415
+    from rodless_lab.benchmark.laws.tables import markdown, rows  # noqa: PLC0415
+    from rodless_lab.benchmark.laws.tasks import rigs, tasks  # noqa: PLC0415
+    from rodless_lab.figures.files import write_figure  # noqa: PLC0415
+
+    try:
+        laws = entries.users(chosen.law) if chosen.law else entries.of_package()
+        check_writable(chosen.output)
+        scores = contest(
+            laws,
+            tasks(chosen.seed),
+            rigs(chosen.rigs, chosen.seed),
+            lambda name: print(name, file=sys.stderr, flush=True),
+            lambda: stop.requested,
+        )
+        if stop.requested:
+            print("interrupted", file=sys.stderr)
+            return 1
+        text = markdown(scores)
+        print(text)
+        atomic_write(chosen.output / "laws.md", text)
+        atomic_write(chosen.output / "runs.csv", rows(scores))
+        write_figure(chosen.output, "laws", lambda: side_by_side(scores))
+    except ParameterError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"{chosen.output}: cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _positive(text: str) -> int:
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
+    return int(text)

@@ -1,0 +1,195 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A run of the rig in figures: what an ensemble keeps of each.
+
+With the error e = r - y of the carriage's true position y from the reference r, all of it about the
+run from ``since`` on, or about its last second:
+
+    final error     e at the last sample
+    mean error      mean of e over the last second
+    limit cycle     (max e - min e)/2 over the last second
+    settling        from the last change of r until |e| <= 0.2 mm for good
+    overshoot       how far y passes the last r, in the direction of the last change
+    peak, RMS       max |e|, sqrt(mean e^2)
+    air             what has flowed into both chambers
+    valve travel    sum of |u[k+1] - u[k]|
+    rest, chatter   of u in the last second: RMS about its mean; RMS of u[k+1] - u[k]
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.kernels import outlined_kernel
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace
+
+Array = npt.NDArray[np.float64]
+
+# The paper's positioning tolerance (section 7): 0.2 mm.
+SETTLING_BAND = 2e-4  # m
+
+# What is said of the rest is said of this long at the end, or of a shorter run.
+LAST = 1.0  # s
+
+
+class RunMetrics(NamedTuple):
+    """Figures of one run in closed loop; NaN for what it does not have.
+
+    The settling time is NaN where the carriage has not settled, and so are settling time and
+    overshoot where the reference still moves at the end.
+    """
+
+    final_error: Annotated[float, "m", "reference less position at the end"]
+    mean_error: Annotated[float, "m", "mean error of the last second"]
+    settling_time: Annotated[float, "s", "from the last change of the reference to ±0.2 mm"]
+    overshoot: Annotated[float, "m", "past the last reference"]
+    peak_error: Annotated[float, "m", "largest error"]
+    rms_error: Annotated[float, "m", "root mean square of the error"]
+    limit_cycle: Annotated[float, "m", "amplitude of the error in the last second"]
+    air: Annotated[float, "kg", "air that has flowed into the chambers"]
+    valve_travel: Annotated[float, "V", "sum of the changes of the command"]
+    rest_voltage: Annotated[float, "V", "RMS of the command about its mean in the last second"]
+    chatter: Annotated[float, "V", "RMS of the command's changes in the last second"]
+
+
+NO_METRICS = RunMetrics(*(math.nan,) * len(RunMetrics._fields))
+
+
+def run_metrics(run: ClosedLoopTrace, since: float = 0.0) -> RunMetrics:
+    """Return the figures of a run.
+
+    Parameters
+    ----------
+    run
+        From :func:`rodless_lab.closed_loop`.
+    since
+        When peak and RMS begin to count, in s: a sine after its first period, for example.
+
+    Raises
+    ------
+    ValueError
+        For a run that ends before ``since``.
+
+    Examples
+    --------
+    >>> from rodless_control import PidParameters, references
+    >>> from rodless_lab import closed_loop
+    >>> from rodless_sim import RigParameters
+    >>> step = references.step(0.0, 0.058, at=0.5)
+    >>> run = closed_loop(RigParameters(), PidParameters(), step, duration=4.0, period=1e-3)
+    >>> run_metrics(run).settling_time < 2.0
+    True
+    """
+    return metrics_of(
+        run.time,
+        run.reference,
+        np.column_stack([run.mass_flow_a, run.mass_flow_b]),
+        0,
+        np.column_stack([run.voltage, run.true_position]),
+        since,
+    )
+
+
+def metrics_of(
+    times: Array, reference: Array, rows: Array, flows: int, commands: Array, since: float
+) -> RunMetrics:
+    """Return the figures of a run whose columns stand in arrays of more, each of n rows.
+
+    From column ``flows`` on, ``rows`` has the mass flows into both chambers (kg/s); ``commands``
+    begins with the voltage (V) and ends with the true position (m). Raises as :func:`run_metrics`.
+    """
+    if not since <= times[-1]:
+        raise ValueError(f"since {since:g} s refused: the run ends at {times[-1]:g} s")
+    period = float(times[1] - times[0])
+    first = int(np.searchsorted(times, since))
+    last = min(round(LAST / period), len(times) - 1) + 1
+    return RunMetrics(*measured(reference, rows, flows, commands, period, first, last))
+
+
+@outlined_kernel
+def measured(
+    reference: Array,
+    rows: Array,
+    flows: int,
+    commands: Array,
+    period: float,
+    first: int,
+    last: int,
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float]:
+    """Return the fields of :class:`RunMetrics` for arrays as :func:`metrics_of` takes them.
+
+    Samples are ``period`` s apart. Peak and RMS begin at sample ``first``; the ``last`` ones are
+    those of the last second.
+    """
+    voltage, position = commands[:, 0], commands[:, commands.shape[1] - 1]
+    flow_a, flow_b = rows[:, flows], rows[:, flows + 1]
+    count = reference.size
+    peak, squares = 0.0, 0.0
+    for k in range(first, count):
+        error = reference[k] - position[k]
+        peak = max(peak, abs(error))
+        squares += error * error
+    air, travel = 0.0, 0.0
+    for k in range(count - 1):
+        air += period * (max(flow_a[k], 0.0) + max(flow_b[k], 0.0))
+        travel += abs(voltage[k + 1] - voltage[k])
+    lowest, highest, errors, volts, changes = math.inf, -math.inf, 0.0, 0.0, 0.0
+    for k in range(count - last, count):
+        error = reference[k] - position[k]
+        lowest, highest = min(lowest, error), max(highest, error)
+        errors += error
+        volts += voltage[k]
+        if k + 1 < count:
+            changes += (voltage[k + 1] - voltage[k]) ** 2
+    spread = 0.0
+    for k in range(count - last, count):
+        spread += (voltage[k] - volts / last) ** 2
+    settling, overshoot = settled(reference, position, period)
+    return (
+        reference[-1] - position[-1],
+        errors / last,
+        settling,
+        overshoot,
+        peak,
+        math.sqrt(squares / (count - first)),
+        0.5 * (highest - lowest),
+        air,
+        travel,
+        math.sqrt(spread / last),
+        math.sqrt(changes / max(last - 1, 1)),
+    )
+
+
+@outlined_kernel
+def settled(reference: Array, position: Array, period: float) -> tuple[float, float]:
+    """Return settling time (s) and overshoot (m) after the last change of the reference."""
+    count = reference.size
+    end = count - 1
+    while end > 0 and reference[end] == reference[end - 1]:
+        end -= 1
+    if end == count - 1:
+        return math.nan, math.nan
+    # The reference rests from ``end`` on, and has moved without a rest since ``start``.
+    start = end
+    while start > 1 and reference[start - 1] != reference[start - 2]:
+        start -= 1
+    target = reference[-1]
+    before = reference[max(start - 1, 0)]
+    direction = math.copysign(1.0, target - before) if target != before else 0.0
+    beyond = 0.0
+    inside = count
+    for k in range(count - 1, start - 1, -1):
+        if abs(reference[k] - position[k]) <= SETTLING_BAND and inside == k + 1:
+            inside = k
+        beyond = max(beyond, direction * (position[k] - target))
+    if inside == count:
+        return math.nan, beyond
+    return (inside - start) * period, beyond

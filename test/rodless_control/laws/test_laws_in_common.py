@@ -1,0 +1,203 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What every law of the package does alike: limits, new gains, gaps, resets and a start at rest."""
+
+import itertools
+import math
+import sys
+from typing import Any
+
+import pytest
+
+from rodless_control import Measurement, ReferencePoint
+from rodless_control.controller import CompiledLaw
+from rodless_control.laws import LAWS, law_class
+
+# The PID has tests of its own for all of this.
+OTHERS = [name for name in LAWS if name != "pid"]
+
+INTERVAL = 1e-3
+LARGEST = sys.float_info.max
+HOSTILE = (0.0, 0.05, -0.05, 1e3, -1e9, 1e308, -1e308, LARGEST, -LARGEST, 5e-324)
+
+# Of each law a change that acts at once, and back.
+CHANGES = {
+    "state_feedback": {"state_feedback.position_gain": 300.0},
+    "cascade": {"cascade.position_gain": 1000.0},
+    "sliding_mode": {"sliding_mode.boundary_layer": 0.02},
+    "adrc": {"adrc.input_gain": 20.0},
+}
+
+
+def made(name: str, **changes: float) -> Any:
+    """Return a law with its own default parameters, but for ``changes``."""
+    law = law_class(name)
+    assert issubclass(law, CompiledLaw)
+    return law(changes)
+
+
+def sample(k: int) -> tuple[Measurement, ReferencePoint]:
+    """Sample ``k`` of a slow move with noise, 0.2 mm behind its reference."""
+    position = 0.05 + 1e-5 * k + 5e-6 * (-1) ** k
+    pressures = 3.2e5 + 100.0 * k, 3.1e5 - 80.0 * k, 6e5
+    return Measurement(k * 1_000_000, position, *pressures), ReferencePoint(0.0502 + 1e-5 * k, 0.01)
+
+
+def running(name: str) -> Any:
+    """Return a law in the middle of a move, not at a limit."""
+    law = made(name)
+    for k in range(60):
+        command = law.update(*sample(k), INTERVAL)
+    assert 0.5 < command.voltage < 9.5
+    return law
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_terms_are_those_declared(name: str) -> None:
+    """Each TERM is a field of the answer, finite, and the answer begins with the voltage."""
+    law = running(name)
+    command = law.update(*sample(60), INTERVAL)
+    assert command._fields == ("voltage", *law.TERMS)
+    assert all(map(math.isfinite, command))
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_carriage_at_rest_where_it_is_wanted_is_left_alone(name: str) -> None:
+    """The first command and those that follow are the neutral voltage, with equal pressures."""
+    law = made(name)
+    for k in range(50):
+        measurement = Measurement(k * 1_000_000, 0.1, 3e5, 3e5, 6e5)
+        command = law.update(measurement, ReferencePoint(0.1), INTERVAL if k else 0.0)
+        assert command.voltage == pytest.approx(5.08, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_no_finite_input_leaves_the_limits(name: str) -> None:
+    """Readings and references up to the largest float, in any order, give commands in 0-10 V."""
+    law = made(name)
+    for k, (one, other) in enumerate(itertools.product(HOSTILE, HOSTILE)):
+        measurement = Measurement(0, one, other, HOSTILE[k % 7], HOSTILE[k % 9])
+        reference = ReferencePoint(other, HOSTILE[k % len(HOSTILE)])
+        command = law.update(measurement, reference, (1e-3, 1e-9, 0.0, 10.0)[k % 4])
+        assert 0.0 <= command.voltage <= 10.0
+    rest = Measurement(0, 0.1, 3e5, 3e5, 6e5)
+    for _ in range(3000):
+        command = law.update(rest, ReferencePoint(0.1), INTERVAL)
+    assert command.voltage == pytest.approx(5.08, abs=0.7)
+    law.reset()
+    assert law.update(rest, ReferencePoint(0.1), 0.0).voltage == pytest.approx(5.08, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_limits_are_those_of_the_parameters(name: str) -> None:
+    """A step either way asks for no more than 4.5 or 6 V."""
+    limits = {"controller.minimum_voltage": 4.5, "controller.maximum_voltage": 6.0}
+    for side, expected in ((1.0, 6.0), (-1.0, 4.5)):
+        law = made(name, **limits)
+        for k in range(20):
+            measurement = Measurement(k * 1_000_000, 0.1, 3e5, 3e5, 6e5)
+            reference = ReferencePoint(0.1 + side * 0.05)
+            command = law.update(measurement, reference, INTERVAL if k else 0.0)
+        assert command.voltage == expected
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_new_gains_make_no_jump(name: str) -> None:
+    """The law evaluated again at the same instant gives the same voltage; then the gains act."""
+    law = running(name)
+    last = sample(59)
+    before = law.update(*last, 0.0).voltage
+    law.configure(law.parameters.with_values(CHANGES[name]))
+    assert law.update(*last, 0.0).voltage == pytest.approx(before, abs=1e-9)
+    for _ in range(3000):  # 3 s, and the offset has faded: e^-30
+        settled = law.update(*last, INTERVAL)
+    fresh = made(name, **CHANGES[name])
+    fresh.update(*last, 0.0)
+    for _ in range(3000):
+        expected = fresh.update(*last, INTERVAL)
+    integral = getattr(settled, "integral", 0.0) - getattr(expected, "integral", 0.0)
+    effort = getattr(settled, "effort", None)
+    if effort is not None and settled.parked == expected.parked:
+        assert effort - integral == pytest.approx(expected.effort, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_same_gains_again_change_nothing_at_all(name: str) -> None:
+    """Setting a parameter to the value it has keeps every bit; there and back leaves no trace."""
+    law, untouched, moved = running(name), running(name), running(name)
+    law.configure(law.parameters)
+    moved.configure(moved.parameters.with_values(CHANGES[name]))
+    moved.configure(untouched.parameters)
+    expected = untouched.update(*sample(60), INTERVAL)
+    assert law.update(*sample(60), INTERVAL) == expected
+    assert list(moved.update(*sample(60), INTERVAL)) == pytest.approx(list(expected), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_gains_may_change_before_the_first_sample(name: str) -> None:
+    """A law that has seen nothing has nothing to keep continuous."""
+    law = made(name)
+    law.configure(law.parameters.with_values(CHANGES[name]))
+    fresh = made(name, **CHANGES[name])
+    assert law.update(*sample(0), 0.0) == fresh.update(*sample(0), 0.0)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_after_a_gap_the_filters_start_anew_and_the_integral_stays(name: str) -> None:
+    """No velocity is made up from a jump over a gap."""
+    law = running(name)
+    integral = law.memory.drive.integral
+    law.hold()
+    far = Measurement(0, 0.15, 3e5, 3e5, 6e5)
+    command = law.update(far, ReferencePoint(0.15), 5.0)
+    assert command.velocity == 0.0
+    assert law.memory.drive.integral == integral
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_reset_makes_the_next_sample_the_first(name: str) -> None:
+    """After a reset a used law answers like a new one, sample for sample."""
+    used, new = running(name), made(name)
+    used.hold()
+    used.reset()
+    samples = [sample(k) for k in range(5)]
+    assert [used.update(*s, INTERVAL) for s in samples] == [
+        new.update(*s, INTERVAL) for s in samples
+    ]
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_sample_that_is_not_finite_leaves_no_trace(name: str) -> None:
+    """A NaN among the readings makes no finite command, and the next answer is as without it."""
+    law, untouched = running(name), running(name)
+    measurement, reference = sample(60)
+    bad = measurement._replace(position=math.nan)
+    assert not math.isfinite(law.update(bad, reference, INTERVAL).voltage)
+    assert law.update(measurement, reference, INTERVAL) == untouched.update(
+        measurement, reference, INTERVAL
+    )
+
+
+@pytest.mark.parametrize("name", [n for n in OTHERS if n != "adrc"])
+def test_the_integral_holds_against_a_limit(name: str) -> None:
+    """A carriage that is held 0.1 mm off with the valve at its limit winds nothing up."""
+    tight = {
+        "controller.minimum_voltage": 5.07,
+        "controller.maximum_voltage": 5.09,
+        f"{name}.integral_zone": 1.0,
+        f"{name}.parking_error": 0.0,
+    }
+    law = made(name, **tight)
+    for k in range(3000):
+        measurement = Measurement(k * 1_000_000, 0.1, 3e5, 3e5, 6e5)
+        command = law.update(measurement, ReferencePoint(0.1001), INTERVAL if k else 0.0)
+    gain = law.parameters.number(f"{name}.integral_gain")
+    assert command.voltage == 5.09
+    # The sample before the limit is reached may add its share.
+    assert 0.0 <= command.integral <= 2.0 * gain * 1e-4 * INTERVAL

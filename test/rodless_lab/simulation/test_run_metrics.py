@@ -1,0 +1,161 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The figures of a run against runs made by hand, of which each figure is known."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from rodless_control import PidParameters, references
+from rodless_lab import ClosedLoopTrace, RunMetrics, closed_loop, run_metrics
+from rodless_lab.runs.step_metrics import step_metrics
+from rodless_sim import RigParameters, simulate
+
+Array = npt.NDArray[np.float64]
+
+PERIOD = 1e-2
+TIME = PERIOD * np.arange(401)  # 4 s
+
+
+def made(reference: Array, position: Array, **columns: Array) -> ClosedLoopTrace:
+    """A run of these columns; what is not given is zero."""
+    zero = np.zeros(len(reference))
+    time = PERIOD * np.arange(len(reference))
+    names = ("velocity", "pressure_a", "pressure_b", "voltage", "force")
+    found = dict.fromkeys((*names, "mass_flow_a", "mass_flow_b"), zero)
+    found |= {"time": time, "position": position, "reference": reference}
+    return ClosedLoopTrace(**{**found, "error": reference - position, **columns})
+
+
+def stepped(at: int, height: float, count: int = 401) -> Array:
+    """A reference that jumps at sample ``at``."""
+    return np.where(np.arange(count) < at, 0.0, height)
+
+
+def test_the_settling_time_counts_from_the_last_change_of_the_reference() -> None:
+    """Whatever the carriage did before: here it enters the band 0.7 s after the second step."""
+    reference = stepped(50, 0.02) + stepped(200, 0.03)
+    position = np.where(np.arange(401) < 270, 0.0, 0.05 - 1.9e-4)
+    assert run_metrics(made(reference, position)).settling_time == pytest.approx(0.7)
+
+
+def test_a_move_settles_from_its_start_on() -> None:
+    """The reference moves from 1 s to 2 s, and the carriage arrives half a second later."""
+    reference = np.clip((TIME - 1.0) * 0.05, 0.0, 0.05)
+    position = np.where(np.arange(401) < 250, 0.0, 0.05)
+    assert run_metrics(made(reference, position)).settling_time == pytest.approx(
+        1.5, abs=2 * PERIOD
+    )
+
+
+@pytest.mark.parametrize("end", [3.0e-4, -3.0e-4])
+def test_a_carriage_beside_its_target_never_settles(end: float) -> None:
+    """It is 0.3 mm off; and one that leaves the band at the last sample has not settled either."""
+    reference = stepped(100, 0.05)
+    assert math.isnan(run_metrics(made(reference, reference + end)).settling_time)
+    position = reference.copy()
+    position[-1] += end
+    assert math.isnan(run_metrics(made(reference, position)).settling_time)
+
+
+@pytest.mark.parametrize("height", [0.05, -0.05])
+def test_overshoot_is_in_the_direction_of_the_step(height: float) -> None:
+    """2 mm past the target counts, 3 mm on the near side does not."""
+    reference = stepped(100, height)
+    position = reference.copy()
+    position[150], position[160] = height * 1.04, height * 0.94
+    assert run_metrics(made(reference, position)).overshoot == pytest.approx(2e-3)
+
+
+def test_what_still_moves_neither_settles_nor_overshoots() -> None:
+    """A sine has its errors, but no settling time."""
+    reference = 0.1 + 0.02 * np.sin(2.0 * np.pi * 0.5 * TIME)
+    found = run_metrics(made(reference, reference - 1e-3))
+    assert math.isnan(found.settling_time)
+    assert math.isnan(found.overshoot)
+    assert found.peak_error == pytest.approx(1e-3)
+    assert found.rms_error == pytest.approx(1e-3)
+    assert found.mean_error == pytest.approx(1e-3)
+
+
+def test_peak_and_rms_count_from_the_time_given() -> None:
+    """The jump of a step is left out; the error behind it counts."""
+    reference = stepped(100, 0.05)
+    position = np.where(np.arange(401) < 150, 0.0, 0.05 - 1e-3)
+    found = run_metrics(made(reference, position), since=1.5)
+    assert found.peak_error == pytest.approx(1e-3)
+    assert found.rms_error == pytest.approx(1e-3)
+    assert run_metrics(made(reference, position)).peak_error == 0.05
+    with pytest.raises(ValueError, match=r"^since 5 s refused: the run ends at 4 s$"):
+        run_metrics(made(reference, position), since=5.0)
+
+
+def test_a_limit_cycle_is_seen_in_the_last_second() -> None:
+    """0.3 mm about a mean of 0.1 mm, and nothing of what was before."""
+    wave = 1e-4 + 3e-4 * np.sin(2.0 * np.pi * 4.0 * TIME)
+    reference = np.full(401, 0.05)
+    position = reference - np.where(np.arange(401) < 300, 5e-3, wave)
+    found = run_metrics(made(reference, position))
+    assert found.limit_cycle == pytest.approx(3e-4, rel=1e-2)
+    assert found.mean_error == pytest.approx(1e-4, rel=2e-2)
+    assert found.final_error == pytest.approx(wave[-1])
+
+
+def test_air_counts_what_flows_in_and_the_valve_both_directions() -> None:
+    """1 g/s into A for a second, out of it for another; the command goes up 2 V and down 1 V."""
+    flow = np.zeros(401)
+    flow[100:200], flow[200:300] = 1e-3, -1e-3
+    voltage = 5.0 + stepped(100, 2.0) - stepped(200, 1.0)
+    zero = np.zeros(401)
+    found = run_metrics(made(zero, zero, mass_flow_a=flow, voltage=voltage))
+    assert found.air == pytest.approx(1e-3)
+    assert found.valve_travel == pytest.approx(3.0)
+    assert (found.rest_voltage, found.chatter) == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_chatter_at_rest_is_told_from_a_slow_wave() -> None:
+    """0.1 V up and down at each sample; a wave of a second has the same RMS, but hardly changes."""
+    zero = np.zeros(401)
+    chatter = 5.0 + 0.1 * (-1.0) ** np.arange(401)
+    found = run_metrics(made(zero, zero, voltage=chatter))
+    assert (found.rest_voltage, found.chatter) == pytest.approx((0.1, 0.2), rel=1e-3)
+    wave = 5.0 + 0.1 * np.sqrt(2.0) * np.sin(2.0 * np.pi * TIME)
+    found = run_metrics(made(zero, zero, voltage=wave))
+    assert found.rest_voltage == pytest.approx(0.1, rel=1e-2)
+    assert found.chatter < 0.01
+
+
+def test_a_real_step_has_the_figures_of_the_step_metrics() -> None:
+    """As `rodless demo` measures them, by a reader that knows where the step is."""
+    step = references.step(0.0, 0.058, at=0.5)
+    run = closed_loop(RigParameters(), PidParameters(), step, 6.0, 1e-3)
+    found = run_metrics(run)
+    other = step_metrics(run.time, run.position, run.voltage, 0.0, 0.058, 0.5)
+    assert found.settling_time == pytest.approx(other.settling_time, abs=1e-9)
+    assert found.overshoot == pytest.approx(other.overshoot, abs=1e-12)
+    assert found.final_error == pytest.approx(-other.final_error, abs=1e-12)
+
+
+def test_errors_are_those_of_the_carriage_not_of_its_sensor() -> None:
+    """With 0.1 mm of noise the figures are of the true position, which the voltages give again."""
+    rig = RigParameters({"sensors.position_noise": 1e-4})
+    step = references.step(0.0, 0.058, at=0.1)
+    run = closed_loop(rig, PidParameters(), step, 3.0, 1e-3)
+    true = simulate(rig, run.voltage[:-1], 1e-3)
+    assert np.array_equal(run.true_position, true.position)
+    assert not np.array_equal(run.position, true.position)
+    assert run_metrics(run).final_error == 0.058 - true.position[-1]
+
+
+def test_each_figure_says_its_unit() -> None:
+    """And none is without a name."""
+    assert all(math.isfinite(value) for value in run_metrics(made(TIME * 0.0, TIME * 0.0))[:1])
+    assert RunMetrics._fields[0] == "final_error"
