@@ -8,6 +8,8 @@
 
 """The panel that opens bags, plays them and says how far two are apart."""
 
+from collections.abc import Callable
+
 from nicegui import ui
 
 from rodless_lab.view.playback import SPEEDS, Playback
@@ -24,9 +26,15 @@ class BagPanel:
         self._state = requests.state
         self._shown: Playback | None = None
         self._scrubbing = False
-        ui.html("<h2>Bags</h2>", sanitize=False)
+        with ui.expansion("Bags", value=not self._state.live):
+            self._shelf()
+            with ui.element("div") as self._deck:
+                self._controls()
+        self.refresh()
+
+    def _shelf(self) -> None:
         self._names = (
-            ui.select(requests.bags, multiple=True, label="One bag, or two to compare")
+            ui.select(self._requests.bags, multiple=True, label="One bag, or two to compare")
             .props(f"dense outlined use-chips max-values=2 {tag('bags')}")
             .classes("w-full")
             .on("popup-show", self._list)
@@ -34,21 +42,21 @@ class BagPanel:
         with ui.element("div").classes("view-row"):
             button("Open", self._open, "open")
             self._live = button("Back to the rig", self._close, "live")
-        with ui.element("div") as self._deck:
-            with ui.element("div").classes("view-row"):
-                self._play = button("Play", self._toggle, "play")
-                self._speed = ui.select({s: f"× {s:g}" for s in SPEEDS}, value=1.0).props(
-                    f'dense outlined aria-label="Speed" {tag("speed")}'
-                )
-                self._speed.on_value_change(self._set_speed)
-                self._where = ui.label().classes("view-number").props(tag("cursor"))
-            self._cursor = ui.slider(min=0.0, max=1.0, step=0.01).props(
-                f'aria-label="Time in the bag, s" {tag("scrub")}'
+
+    def _controls(self) -> None:
+        with ui.element("div").classes("view-row"):
+            self._play = button("Play", self.toggle, "play")
+            self._speed = ui.select({s: f"× {s:g}" for s in SPEEDS}, value=1.0).props(
+                f'dense outlined aria-label="Speed" {tag("speed")}'
             )
-            self._cursor.on("pan", lambda event: self._scrub(event.args != "end"))
-            self._cursor.on("update:model-value", self._seek, throttle=0.05)
-            self._apart = ui.html("", sanitize=False).classes("view-label").props(tag("apart"))
-        self.refresh()
+            self._speed.on_value_change(self._set_speed)
+            self._where = ui.label().classes("view-number").props(tag("cursor"))
+        self._cursor = ui.slider(min=0.0, max=1.0, step=0.01).props(
+            f'aria-label="Time in the bag, s" {tag("scrub")}'
+        )
+        self._cursor.on("pan", lambda event: self._scrub(event.args != "end"))
+        self._cursor.on("update:model-value", self._seek, throttle=0.05)
+        self._apart = ui.html("", sanitize=False).classes("view-label").props(tag("apart"))
 
     def _list(self) -> None:
         self._names.set_options(self._requests.bags, value=self._names.value)
@@ -64,8 +72,6 @@ class BagPanel:
         playing = self._state.playback is not None and self._state.playback.playing
         await self._now(lambda: self._requests.play(not playing))
 
-    _toggle = toggle
-
     async def _set_speed(self) -> None:
         if self._shown is not None and self._speed.value != self._shown.speed:
             await self._now(lambda: self._requests.set_speed(self._speed.value))
@@ -76,9 +82,10 @@ class BagPanel:
     async def _seek(self) -> None:
         await self._now(lambda: self._requests.seek(self._cursor.value))
 
-    async def _now(self, work: object) -> None:
+    @staticmethod
+    async def _now(work: Callable[[], None]) -> None:
         async def do() -> None:
-            work()  # type: ignore[operator]
+            work()
 
         await attempt(do())
 

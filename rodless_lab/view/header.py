@@ -6,8 +6,9 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""The line above the drawing: how the rig is, and what stops and starts it."""
+"""How the rig is, and what stops and starts it."""
 
+import json
 from functools import partial
 
 from nicegui import ui
@@ -23,11 +24,10 @@ _CLASSES = {"OK": "ok", "WARN": "warn"}
 
 
 class Header:
-    """State, plant time, real-time factor, and the buttons of the whole rig."""
+    """State, plant time and real-time factor."""
 
     def __init__(self, requests: Requests) -> None:
         """Build it in the element that is open."""
-        self._requests = requests
         self._state = state = requests.state
         with ui.element("header").classes("view-head"):
             ui.label("rodless view").classes("view-title")
@@ -41,15 +41,44 @@ class Header:
             }
             self._time = ui.label().classes("view-number").props(tag("time"))
             self._factor = ui.label().classes("view-number").props(tag("factor"))
-            ui.element("div").classes("view-space")
-            self._pause = button("Pause", self._toggle_pause, "pause")
+
+    def refresh(self) -> None:
+        """Show what the state says now."""
+        state = self._state
+        if not state.live:
+            return
+        for node, chip in self._chips.items():
+            said = state.nodes[node]
+            text = f"{node}: {said.message}"
+            if chip.text != text:
+                chip.set_text(text)
+                chip.props(f"title={json.dumps(text)}")
+            chip.classes(add=_CLASSES.get(said.level, "error"), remove="ok warn error")
+        self._time.set_text("– s" if state.time is None else f"{state.time:.2f} s")
+        factor = state.nodes[PLANT].values.get("speed factor")
+        self._factor.set_text("" if factor is None else f"× {float(factor):.2f} real time")
+
+
+class Run:
+    """What stops and starts the rig, and what records it."""
+
+    def __init__(self, requests: Requests) -> None:
+        """Build it in the element that is open."""
+        self._requests = requests
+        self._state = requests.state
+        self._told: str | None = None
+        with ui.element("div").classes("view-row") as self._all:
+            self._pause = button("Pause", self.toggle_pause, "pause")
             self._steps = [
                 button(text, partial(self._step, count), f"step-{count}")
                 for text, count in STEPS.items()
             ]
-            button("Reset", lambda: attempt(requests.reset()), "reset")
+            button("Reset", self._reset, "reset")
             self._enable = button("Disable", self._toggle_enable, "enable")
             self._record = button("Record", self._toggle_recording, "record")
+
+    async def _reset(self) -> None:
+        await attempt(self._requests.reset())
 
     async def _step(self, count: int) -> None:
         await attempt(self._requests.step(count))
@@ -57,8 +86,6 @@ class Header:
     async def toggle_pause(self) -> None:
         """Pause, or run on."""
         await attempt(self._requests.pause(not self._state.paused))
-
-    _toggle_pause = toggle_pause
 
     async def _toggle_enable(self) -> None:
         await attempt(self._requests.enable(not self._state.enabled))
@@ -75,23 +102,15 @@ class Header:
         await attempt(tell())
 
     def refresh(self) -> None:
-        """Show what the state says now."""
+        """Show what can be done now."""
         state = self._state
-        if not state.live:
-            return
-        for node, chip in self._chips.items():
-            said = state.nodes[node]
-            chip.set_text(f"{node}: {said.message}")
-            chip.classes(add=_CLASSES.get(said.level, "error"), remove="ok warn error")
-        self._time.set_text("– s" if state.time is None else f"{state.time:.2f} s")
-        factor = state.nodes[PLANT].values.get("speed factor")
-        self._factor.set_text("" if factor is None else f"× {float(factor):.2f} real time")
+        self._all.set_visibility(state.live and state.playback is None)
         self._pause.set_text("Resume" if state.paused else "Pause")
         for one in self._steps:
             one.set_enabled(state.paused)
         self._enable.set_text("Disable" if state.enabled else "Enable")
         self._record.set_text(f"Stop {state.recording}" if state.recording else "Record")
         problem = self._requests.recording_problem
-        if problem is not None and problem != getattr(self, "_told", None):
+        if problem is not None and problem != self._told:
             complain(problem)
         self._told = problem

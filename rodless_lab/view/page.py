@@ -16,7 +16,7 @@ from nicegui.events import KeyEventArguments
 from rodless_lab.view import frames
 from rodless_lab.view.bag_panel import BagPanel
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.header import Header
+from rodless_lab.view.header import Header, Run
 from rodless_lab.view.requests import Requests
 from rodless_lab.view.rig_view import RigView
 from rodless_lab.view.steering import Steering
@@ -45,20 +45,21 @@ def build(requests: Requests) -> None:
             problem = ui.label().classes("view-problem").props(tag("problem"))
             drawing = RigView(state, aim)
         with ui.element("aside").classes("view-side"):
+            run = Run(requests)
             steering = Steering(requests)
             bags = BagPanel(requests)
 
     def refresh() -> None:
         problem.set_visibility(state.problem is not None)
         problem.set_text(state.problem or "")
-        for part in (header, steering, bags):
+        for part in (header, run, steering, bags):
             part.refresh()
 
     async def press(event: KeyEventArguments) -> None:
         if not event.action.keydown or event.action.repeat:
             return
         if event.key == " ":
-            await (bags.toggle() if state.playback else header.toggle_pause())
+            await (bags.toggle() if state.playback else run.toggle_pause())
         elif event.key == "." and state.live and not state.playback:
             await attempt(requests.step())
 

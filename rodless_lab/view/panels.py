@@ -42,6 +42,7 @@ class Panel:
 
     title: str
     fields: tuple[Field, ...]
+    is_open: bool = False  # from the start
 
 
 PANELS = (
@@ -53,6 +54,7 @@ PANELS = (
             Field("controller.kd", "Derivative", "V·s/m", 0.0, 200.0, 1.0),
             Field("controller.feedforward", "Feed-forward", "V·s/m", 0.0, 200.0, 1.0),
         ),
+        is_open=True,
     ),
     Panel(
         "Supply and load",
@@ -60,6 +62,7 @@ PANELS = (
             Field("supply.pressure", "Supply, absolute", "kPa", 50.0, 1200.0, 5.0, 1e3),
             Field("cylinder.moving_mass", "Moving mass", "kg", 0.5, 20.0, 0.1),
         ),
+        is_open=True,
     ),
     Panel(
         "Friction",

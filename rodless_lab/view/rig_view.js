@@ -89,14 +89,17 @@ export default {
       } else {
         if (news.anew) this.rows = [];
         this.rows.push(...news.rows);
-        const last = this.rows[this.rows.length - 1];
-        if (last) {
-          const first = this.rows.findIndex((row) => row[0] >= last[0] - this.config.window - 1);
+        const newest = this.rows[this.rows.length - 1];
+        if (newest && news.rows.length) {
+          const oldest = newest[0] - this.config.window - 1;
+          const first = this.rows.findIndex((row) => row[0] >= oldest);
           if (first > 200) this.rows.splice(0, first);
-          if (news.rows.length) this.scene.update(last, news.flows);
+          this.scene.update(newest, news.flows);
         }
       }
-      this.scene.setTarget(news.target ?? null, news.locked ?? true);
+      // Before the first set-point the carriage holds where it is.
+      const last = this.rows[this.rows.length - 1] ?? [];
+      this.scene.setTarget(news.target ?? last[7] ?? last[1] ?? null, news.locked ?? true);
       this.draw();
     },
     draw() {
@@ -106,12 +109,16 @@ export default {
         this.drawing = false;
         const { mode, begin, end, tapes, window: span } = this.config;
         if (mode === "bag") {
-          for (const plot of this.plots) plot.draw(tapes, begin, end, this.cursor);
+          this.plots.forEach((plot, k) =>
+            plot.draw(tapes, begin, end, k === this.plots.length - 1, this.cursor),
+          );
           return;
         }
         const now = this.rows.length ? this.rows[this.rows.length - 1][0] : 0;
         const to = Math.max(now, span);
-        for (const plot of this.plots) plot.draw([this.rows], to - span, to);
+        this.plots.forEach((plot, k) =>
+          plot.draw([this.rows], to - span, to, k === this.plots.length - 1),
+        );
       });
     },
     aim(target, last) {

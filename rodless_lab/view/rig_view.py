@@ -39,7 +39,7 @@ class RigView(ui.element, component="rig_view.js", esm={"rodless-view": "static"
 
     def push(self) -> None:
         """Send what is new, if anything."""
-        if not self._ready:
+        if not (self._ready and self.client.has_socket_connection):
             return
         state = self._state
         key = (state.playback, state.stroke, state.closed_voltage, state.terms)

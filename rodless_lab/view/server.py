@@ -24,6 +24,9 @@ from rodless_lab.view.origins import OwnPagesOnly
 # Messages kept for a page whose connection breaks for a moment: 10 s of frames.
 HISTORY = 200
 
+# For a page to come back whose connection has broken, in wall-clock s.
+RECONNECT_TIMEOUT = 30.0
+
 # For pages to be told good-bye, in wall-clock s.
 END_TIMEOUT = 2
 
@@ -43,6 +46,7 @@ class Server(Closing):
             dark=False,
             tailwind=False,
             message_history_length=HISTORY,
+            reconnect_timeout=RECONNECT_TIMEOUT,
             show_welcome_message=False,
         )
         config = uvicorn.Config(

@@ -31,7 +31,8 @@ class Steering:
         self._requests = requests
         self._state = requests.state
         with ui.element("div") as self._all:
-            self._reference()
+            with ui.expansion("Reference", value=True):
+                self._reference()
             self._panels = [self._panel(panel) for panel in PANELS]
             ui.label().bind_text_from(self, "law").classes("view-label").props(tag("law"))
         self.refresh()
@@ -43,7 +44,6 @@ class Steering:
         return "" if law is None else f"Law: {law} (chosen when the controller starts)"
 
     def _reference(self) -> None:
-        ui.html("<h2>Reference</h2>", sanitize=False)
         with ui.element("div").classes("view-row"):
             self._target = (
                 ui.number("Set-point, mm", step=1.0)
@@ -63,8 +63,7 @@ class Steering:
         self._show_shape()
 
     def _panel(self, panel: Panel) -> tuple[ui.element, list[ParameterField]]:
-        with ui.element("div") as box:
-            ui.html(f"<h2>{panel.title}</h2>", sanitize=False)
+        with ui.expansion(panel.title, value=panel.is_open) as box:
             fields = [ParameterField(one, self._state, self._set) for one in panel.fields]
             if any(one.name == "supply.pressure" for one in panel.fields):
                 with ui.element("div").classes("view-row"):

@@ -39,6 +39,7 @@ from rodless_base.topics import (
     VALVE_STATE,
     VALVE_VOLTAGE,
 )
+from rodless_control import Pid
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.state import CONTROLLER, ViewState
 
@@ -192,7 +193,7 @@ class LiveRig(Closing):
 
     def _published_terms(self) -> tuple[str, ...]:
         own = self._node.resolve_topic_name(CONTROLLER) + "/"
-        return tuple(
+        terms = (
             name.removeprefix(own)
             for name, kinds in self._node.get_topic_names_and_types()
             if name.startswith(own)
@@ -200,6 +201,9 @@ class LiveRig(Closing):
             and name.removeprefix(own) not in NO_TERMS
             and self._node.count_publishers(name)
         )
+        # Those of the PID in its own order, which is not that of the alphabet.
+        own_order = {term: place for place, term in enumerate(Pid.TERMS)}
+        return tuple(sorted(terms, key=lambda term: (own_order.get(term, len(own_order)), term)))
 
 
 def _finite(value: float) -> float | None:

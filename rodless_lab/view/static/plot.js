@@ -17,7 +17,8 @@ export class Plot {
   }
 
   // data: lists of rows, each drawn with the same series, the second one fainter.
-  draw(data, from, to, cursor = null) {
+  // The times stand below the last plot alone.
+  draw(data, from, to, isLast, cursor = null) {
     const { canvas } = this;
     const ratio = window.devicePixelRatio || 1;
     const width = canvas.clientWidth;
@@ -30,12 +31,17 @@ export class Plot {
     const g = canvas.getContext("2d");
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.clearRect(0, 0, width, height);
-    const size = Math.max(13, Math.min(18, Math.round(height / 9)));
-    const box = { left: size * 4, right: width - size, top: size * 1.9, bottom: height - size * 1.6 };
+    const size = Math.max(13, Math.min(20, Math.round(width / 75)));
+    const box = {
+      left: size * 4,
+      right: width - size,
+      top: size * 1.9,
+      bottom: height - size * (isLast ? 1.6 : 0.5),
+    };
     const [low, high] = this.range(data, from, to);
     const x = (t) => box.left + ((t - from) / (to - from)) * (box.right - box.left);
     const y = (v) => box.bottom - ((v - low) / (high - low)) * (box.bottom - box.top);
-    this.axes(g, box, size, { from, to, low, high }, x, y);
+    this.axes(g, box, size, { from, to, low, high, isLast }, x, y);
     g.save();
     g.beginPath();
     g.rect(box.left, box.top - 2, box.right - box.left, box.bottom - box.top + 4);
@@ -85,7 +91,7 @@ export class Plot {
     return [Math.floor(low / step + 1e-9) * step, Math.ceil(high / step - 1e-9) * step];
   }
 
-  axes(g, box, size, { from, to, low, high }, x, y) {
+  axes(g, box, size, { from, to, low, high, isLast }, x, y) {
     const { title, unit } = this.options;
     g.font = `${size}px ${FONT}`;
     g.lineWidth = 1;
@@ -94,7 +100,7 @@ export class Plot {
     g.fillStyle = "#333333";
     g.textBaseline = "middle";
     g.textAlign = "right";
-    const step = niceStep(high - low, box.bottom - box.top > size * 7 ? 4 : 2);
+    const step = niceStep(high - low, Math.max(2, (box.bottom - box.top) / (size * 1.7)));
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
       const v = k * step;
@@ -114,10 +120,10 @@ export class Plot {
       g.moveTo(at, box.top);
       g.lineTo(at, box.bottom);
       g.stroke();
-      if (at < box.right - size) g.fillText((k * pace).toFixed(decimals), at, box.bottom + 4);
+      if (isLast && at < box.right - size) g.fillText((k * pace).toFixed(decimals), at, box.bottom + 4);
     }
     g.textAlign = "right";
-    g.fillText("s", box.right + size * 0.7, box.bottom + 4);
+    if (isLast) g.fillText("s", box.right + size * 0.7, box.bottom + 4);
     g.textAlign = "left";
     g.textBaseline = "middle";
     g.font = `600 ${size}px ${FONT}`;

@@ -5,9 +5,9 @@ const NS = "http://www.w3.org/2000/svg";
 const ATMOSPHERE = 101325;
 
 // Where the piston's centre is at 0 and at the full stroke, and half its length; in drawing units.
-const LEFT = 200;
-const RIGHT = 1000;
-const HALF = 26;
+const LEFT = 262;
+const RIGHT = 938;
+const HALF = 82;
 
 // The spool moves a millimetre: drawn larger, by so many units per mm of eq. (24).
 const SPOOL_SCALE = 34;
@@ -26,13 +26,13 @@ const SECTION = `
 </defs>
 <g class="ruler"></g>
 <line class="want" x1="0" x2="0" y1="62" y2="214"/>
-<rect class="metal" x="118" y="132" width="56" height="88" rx="4"/>
-<rect class="metal" x="1026" y="132" width="56" height="88" rx="4"/>
-<rect class="tube" x="174" y="140" width="852" height="72"/>
-<rect class="a" x="174" y="146" height="60"/>
+<rect class="metal" x="124" y="132" width="56" height="88" rx="4"/>
+<rect class="metal" x="1020" y="132" width="56" height="88" rx="4"/>
+<rect class="tube" x="180" y="140" width="840" height="72"/>
+<rect class="a" x="180" y="146" height="60"/>
 <rect class="b" y="146" height="60"/>
 <g class="moving">
-  <rect class="piston" x="-26" y="146" width="52" height="60"/>
+  <rect class="piston" x="-82" y="146" width="164" height="60"/>
 
 </g>
 <g class="carried">
@@ -49,8 +49,8 @@ const SECTION = `
 <text class="mid" x="1098" y="166">B</text><text class="mid pb" x="1098" y="192"></text>
 <text class="big motion" x="600" y="258" text-anchor="middle"></text>
 
-<path class="pipe pipe-a" d="M530,316 V286 H146 V220"/>
-<path class="pipe pipe-b" d="M670,316 V286 H1054 V220"/>
+<path class="pipe pipe-a" d="M530,316 V286 H152 V220"/>
+<path class="pipe pipe-b" d="M670,316 V286 H1048 V220"/>
 <path class="pipe" d="M460,376 V404"/><path class="pipe supply" d="M600,376 V404"/>
 <path class="pipe" d="M740,376 V404"/>
 <rect class="metal" x="400" y="312" width="400" height="68" rx="4"/>
@@ -72,14 +72,14 @@ const SECTION = `
   <rect class="land" x="398" y="322" width="26" height="48"/>
   <rect class="land" x="776" y="322" width="26" height="48"/>
 </g>
-<path class="flow under f0" d="M600,404 V358 Q600,336 575,336 Q530,336 530,318 V286 H146 V216"/>
-<path class="flow f0" d="M600,404 V358 Q600,336 575,336 Q530,336 530,318 V286 H146 V216"/>
-<path class="flow under f1" d="M146,216 V286 H530 V318 Q530,336 490,336 Q460,336 460,358 V404"/>
-<path class="flow f1" d="M146,216 V286 H530 V318 Q530,336 490,336 Q460,336 460,358 V404"/>
-<path class="flow under f2" d="M600,404 V358 Q600,336 625,336 Q670,336 670,318 V286 H1054 V216"/>
-<path class="flow f2" d="M600,404 V358 Q600,336 625,336 Q670,336 670,318 V286 H1054 V216"/>
-<path class="flow under f3" d="M1054,216 V286 H670 V318 Q670,336 710,336 Q740,336 740,358 V404"/>
-<path class="flow f3" d="M1054,216 V286 H670 V318 Q670,336 710,336 Q740,336 740,358 V404"/>
+<path class="flow under f0" d="M600,404 V358 Q600,336 575,336 Q530,336 530,318 V286 H152 V216"/>
+<path class="flow f0" d="M600,404 V358 Q600,336 575,336 Q530,336 530,318 V286 H152 V216"/>
+<path class="flow under f1" d="M152,216 V286 H530 V318 Q530,336 490,336 Q460,336 460,358 V404"/>
+<path class="flow f1" d="M152,216 V286 H530 V318 Q530,336 490,336 Q460,336 460,358 V404"/>
+<path class="flow under f2" d="M600,404 V358 Q600,336 625,336 Q670,336 670,318 V286 H1048 V216"/>
+<path class="flow f2" d="M600,404 V358 Q600,336 625,336 Q670,336 670,318 V286 H1048 V216"/>
+<path class="flow under f3" d="M1048,216 V286 H670 V318 Q670,336 710,336 Q740,336 740,358 V404"/>
+<path class="flow f3" d="M1048,216 V286 H670 V318 Q670,336 710,336 Q740,336 740,358 V404"/>
 <text class="mid" x="508" y="308" text-anchor="end">4</text>
 <text class="mid" x="692" y="308">2</text>
 <text class="small out-a" x="460" y="426" text-anchor="middle"></text>
@@ -103,7 +103,7 @@ export class Scene {
   // onTarget(metres) is called while the target is dragged or stepped by keys.
   constructor(svg, onTarget) {
     this.svg = svg;
-    svg.setAttribute("viewBox", "0 0 1200 436");
+    svg.setAttribute("viewBox", "0 0 1200 432");
     svg.innerHTML = SECTION;
     this.parts = {};
     this.onTarget = onTarget;
@@ -170,10 +170,10 @@ export class Scene {
 
   carriage(position, a, b) {
     const at = this.x(position);
-    const left = Math.max(at - HALF - 174, 0);
+    const left = Math.max(at - HALF - 180, 0);
     this.part(".a").setAttribute("width", left);
     this.part(".b").setAttribute("x", at + HALF);
-    this.part(".b").setAttribute("width", Math.max(1026 - at - HALF, 0));
+    this.part(".b").setAttribute("width", Math.max(1020 - at - HALF, 0));
     this.part(".a").style.fill = this.colour(a);
     this.part(".b").style.fill = this.colour(b);
     for (const name of [".moving", ".carried"]) {
