@@ -141,7 +141,11 @@ setup(
             "scikit-sundae>=1.0",  # CVODE, to compare with
             "casadi>=3.6",  # CVODES, to compare with
         ],
-        "view": ["nicegui>=3.10"],  # the pages of `rodless view`, and all they load
+        "view": [
+            "nicegui>=3.10",  # the pages of `rodless view`, and all they load;
+            "fastapi>=0.109",  # what it is made of, for a server
+            "uvicorn>=0.22",  # that ends with the verb
+        ],
         "supply": [
             "uv",  # locks, and installs the oldest dependencies,
             "pip-audit",  # looks up known vulnerabilities

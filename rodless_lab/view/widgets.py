@@ -39,9 +39,12 @@ def complain(text: str) -> None:
 
 def button(text: str, click: Callable[[], object], name: str) -> ui.button:
     """Return a button with a word on it; ``name`` finds it in tests."""
-    return ui.button(text, on_click=click).props(
+    made = ui.button(text, on_click=click).props(
         f'no-caps outline dense padding="xs md" {tag(name)}'
     )
+    # Clicked with a mouse it lets the keyboard go: Space is to pause, not to click it again.
+    made.on("click", js_handler="(event) => event.detail && event.currentTarget.blur()")
+    return made
 
 
 def tag(name: str) -> str:

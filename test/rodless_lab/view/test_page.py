@@ -39,6 +39,9 @@ TIMEOUT = 90.0
 # A fifth of the usual work for the nodes.
 PERIOD = 0.005
 
+# The node of `rodless record`.
+RECORDER = "recorder"
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
@@ -245,7 +248,7 @@ def test_a_pause_stops_time_and_a_step_advances_it_by_one_period(
     observer.wait(lambda: len(samples) >= 11, "ten samples more")
     stamps = [one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in samples]
     assert stamps[10] - stamps[0] == pytest.approx(10 * PERIOD)
-    tab.page.locator("body").press("Space")
+    tab.page.keyboard.press("Space")
     tab.wait_text("pause", "Pause")
     assert not is_paused(observer)
 
@@ -281,14 +284,18 @@ def test_the_supply_can_be_cut(tab: Tab, observer: "Observer") -> None:
     observer.wait(lambda: readings[-1].fluid_pressure == before, "the supply to be back")
 
 
-def test_a_bag_is_recorded_and_played_back(tab: Tab, folder: Path) -> None:
+def listeners(observer: "Observer", topic: str) -> set[str]:
+    """Return the names of the nodes that listen to a topic."""
+    return {one.node_name for one in observer.node.get_subscriptions_info_by_topic(topic)}
+
+
+def test_a_bag_is_recorded_and_played_back(tab: Tab, folder: Path, observer: "Observer") -> None:
     """A move into a bag, the bag on the page: played, scrubbed, and back to the rig."""
     tab.click("record")
     tab.wait_text("record", "Stop")
-    # A recorder that has everything says so; the view's own buttons need not wait for it.
     name = tab.text("record").removeprefix("Stop ")
-    tab.wait("() => true")
-    tab.page.wait_for_timeout(4000)
+    topic = "/joint_states"
+    observer.wait(lambda: RECORDER in listeners(observer, topic), "the recorder", TIMEOUT)
     tab.fill("set-point", "80")
     tab.wait_position(79.0, 81.0)
     tab.fill("set-point", "40")
