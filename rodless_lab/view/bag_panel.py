@@ -9,6 +9,7 @@
 """The panel that opens bags, plays them and says how far two are apart."""
 
 from collections.abc import Callable
+from html import escape
 
 from nicegui import ui
 
@@ -40,7 +41,7 @@ class BagPanel:
             .on("popup-show", self._list)
         )
         with ui.element("div").classes("view-row"):
-            button("Open", self._open, "open")
+            self._opener = button("Open", self._open, "open")
             self._live = button("Back to the rig", self._close, "live")
 
     def _controls(self) -> None:
@@ -62,7 +63,9 @@ class BagPanel:
         self._names.set_options(self._requests.bags, value=self._names.value)
 
     async def _open(self) -> None:
+        self._opener.props("loading")  # long bags take a while
         await attempt(self._requests.open_bags(list(self._names.value or [])))
+        self._opener.props(remove="loading")
 
     async def _close(self) -> None:
         await self._now(self._requests.close_bags)
@@ -111,8 +114,8 @@ class BagPanel:
 
 
 def _table(playback: Playback) -> str:
-    """Return names, and how far two runs are apart, as HTML; names have no letters to escape."""
-    names = [tape.name for tape in playback.tapes]
+    """Return names, and how far two runs are apart, as HTML."""
+    names = [escape(tape.name) for tape in playback.tapes]
     if len(names) == 1:
         return f"<b>{names[0]}</b>"
     rows = "".join(

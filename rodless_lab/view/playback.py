@@ -21,7 +21,7 @@ from rodless_base.topics import JOINT_STATES, REFERENCE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
-from rodless_lab.runs.from_bag import read_run_and_setpoint
+from rodless_lab.runs.from_bag import run_in
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.samples import Row
@@ -74,9 +74,10 @@ def open_tape(path: Path) -> Tape:
     try:
         bag = read_bag(path)
         namespace = rig_namespace(bag)
-        run, setpoint = read_run_and_setpoint(path, namespace)
+        run, setpoint = run_in(bag, namespace)
     except (BagError, RunError) as error:
-        raise ViewError(str(error)) from error
+        text = str(error)
+        raise ViewError(text if path.name in text else f"{path.name}: {text}") from error
     # Times of the run count from its first sample.
     stamps = bag[f"{namespace}/{JOINT_STATES}"].stamp
     first = float(stamps[-1]) - float(run.time[-1]) if len(stamps) else 0.0

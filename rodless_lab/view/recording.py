@@ -59,8 +59,11 @@ class Recording:
         return words
 
     def _last_words(self) -> str:
+        """What the recorder has said at its end: how much there is, and what is missing of it."""
         lines = self._processes[_NAME].output.splitlines()
-        return lines[-1] if lines else f"ended with exit code {self._processes.exit_codes[_NAME]}"
+        ends = [place for place, line in enumerate(lines) if " messages in " in line]
+        said = lines[ends[-1] :] if ends else lines[-1:]
+        return "; ".join(said) or f"ended with exit code {self._processes.exit_codes[_NAME]}"
 
 
 def command(path: Path, namespace: str) -> Sequence[str]:

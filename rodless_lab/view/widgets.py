@@ -19,6 +19,9 @@ from rodless_lab.view.state import ViewState
 # How long a refusal is shown, in ms.
 SHOWN = 8000
 
+# A button that is clicked with a mouse lets the keyboard go: Space is to pause, not to click again.
+LET_GO = "(event) => event.detail && setTimeout(() => document.activeElement?.blur())"
+
 Submit = Callable[[str, float], Awaitable[None]]
 
 
@@ -42,8 +45,7 @@ def button(text: str, click: Callable[[], object], name: str) -> ui.button:
     made = ui.button(text, on_click=click).props(
         f'no-caps outline dense padding="xs md" {tag(name)}'
     )
-    # Clicked with a mouse it lets the keyboard go: Space is to pause, not to click it again.
-    made.on("click", js_handler="(event) => event.detail && event.currentTarget.blur()")
+    made.on("click", js_handler=LET_GO)
     return made
 
 

@@ -17,6 +17,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter import parameter_value_to_python
 
+from rodless_base.one_line import traced
 from rodless_base.start import Stop
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.running_rig import NODES, RunningRig
@@ -117,8 +118,10 @@ class Desk:
         except InterruptedRunError:
             asked.set_exception(ViewError("the view is ending"))
             raise
-        except Exception as error:  # the page that has asked is to hear of it, whatever it is
+        except ViewError as error:
             asked.set_exception(error)
+        except Exception as error:  # the page that has asked is to hear of it, whatever it is
+            asked.set_exception(ViewError(f"not done: {traced(error)}"))
 
     def _refuse_the_rest(self) -> None:
         while not self._jobs.empty():

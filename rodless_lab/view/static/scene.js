@@ -105,6 +105,7 @@ export class Scene {
     this.svg = svg;
     svg.setAttribute("viewBox", "0 0 1200 432");
     svg.innerHTML = SECTION;
+    svg.classList.add("empty");
     this.parts = {};
     this.onTarget = onTarget;
     this.stroke = 0.2;
@@ -114,6 +115,7 @@ export class Scene {
     this.held = null;
     this.locked = true;
     this.offsets = [0, 0, 0, 0];
+    this.flows(null);
     this.listen();
   }
 
@@ -169,6 +171,7 @@ export class Scene {
   }
 
   carriage(position, a, b) {
+    this.svg.classList.remove("empty");
     const at = this.x(position);
     const left = Math.max(at - HALF - 180, 0);
     this.part(".a").setAttribute("width", left);
