@@ -52,6 +52,8 @@ TEST_REQUIREMENTS = [
     "psutil",  # the benchmark's arithmetic is tested, which imports it
     "control",  # takes linear models over
     "packaging",  # reads the lock file as pip does
+    "nicegui>=3.10",  # the pages of `rodless view`,
+    "playwright",  # and what uses them in a Chromium that the machine has
     "catkin_pkg",  # reads the changelog as catkin_prepare_release does
     "colcon-common-extensions",  # the packaging test builds with colcon,
     "setuptools>=70.1",  # and a wheel, which older ones cannot do by themselves
@@ -110,7 +112,10 @@ setup(
     # An installed package carries the presets inside, so that they are found without ROS, and the
     # C file of the benchmark.
     package_dir={"rodless_base.config": "config", "rodless_lab.benchmark.c": "benchmarks"},
-    package_data={"": ["*.yaml", "*.xml", "*.c", "py.typed"]},
+    package_data={
+        "": ["*.yaml", "*.xml", "*.c", "*.js", "*.css", "py.typed"],
+        "rodless_lab.view": ["static/*.js"],  # a folder of no Python
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -148,6 +153,11 @@ setup(
             "psutil>=5.9",  # reads the processor time of the nodes
             "scikit-sundae>=1.0",  # CVODE, to compare with
             "casadi>=3.6",  # CVODES, to compare with
+        ],
+        "view": [
+            "nicegui>=3.10",  # the pages of `rodless view`, and all they load;
+            "fastapi>=0.109",  # what it is made of, for a server
+            "uvicorn>=0.22",  # that ends with the verb
         ],
         "supply": [
             "uv",  # locks, and installs the oldest dependencies,

@@ -53,6 +53,7 @@ VERBS = {
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
     "policy": ("rodless_lab.cli.policy", "write the SROS2 policy of a running rig"),
     "soak": ("rodless_lab.cli.soak", "run the nodes for long; report memory, losses and balance"),
+    "view": ("rodless_lab.cli.view", "show and steer a rig in the browser, and play bags"),
     "docs": ("rodless_lab.cli.docs", "write the generated pages and pictures of the docs"),
 }
 

@@ -71,7 +71,7 @@ def read_run_and_setpoint(
 ) -> tuple[MeasuredRun, Setpoint | None]:
     """Read a run as :func:`read_run` does, and its set-points if they were recorded."""
     with _naming(path):
-        return _run(read_bag(path), namespace.rstrip("/"))
+        return run_in(read_bag(path), namespace.rstrip("/"))
 
 
 @contextmanager
@@ -84,7 +84,8 @@ def _naming(path: str | Path) -> Iterator[None]:
         raise RunError(text if str(path) in text else f"{path}: {text}") from error
 
 
-def _run(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
+def run_in(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
+    """Return what :func:`read_run_and_setpoint` reads; raises RunError and BagError."""
     joint = _recorded(bag, namespace, JOINT_STATES)
     time = _stamps(joint)
     position = _checked(joint, _of_joint(joint, "position", CARRIAGE), time)

@@ -1,0 +1,55 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What a page is sent: once how it is set up, then 20 times a second what is new; SI units."""
+
+from typing import Any
+
+from rodless_lab.view.samples import Mark
+from rodless_lab.view.state import ViewState
+
+# Frames a page gets per s.
+RATE = 20.0
+
+# What plots of a running rig show, in s.
+WINDOW = 20.0
+
+
+def setup(state: ViewState) -> dict[str, Any]:
+    """Return what a page must know before its first frame."""
+    playback = state.playback
+    common = {"stroke": state.stroke, "closed": state.closed_voltage}
+    if playback is None:
+        return {**common, "mode": "live", "window": WINDOW, "terms": list(state.terms)}
+    return {
+        **common,
+        "mode": "bag",
+        "terms": [],
+        "begin": playback.begin,
+        "end": playback.end,
+        "names": [tape.name for tape in playback.tapes],
+        "tapes": [tape.rows() for tape in playback.tapes],
+    }
+
+
+def frame(state: ViewState, mark: Mark) -> tuple[dict[str, Any], Mark]:
+    """Return what is new to a page that has the rows up to ``mark``, and its next mark."""
+    playback = state.playback
+    if playback is not None:
+        when = playback.cursor
+        now, *others = (tape.row_at(when) for tape in playback.tapes)
+        return {"cursor": when, "row": now, "ghost": others[0][1] if others else None}, Mark()
+    anew, rows, end = state.history.since(mark)
+    flows = state.flows() if rows else None
+    return {
+        "anew": anew,
+        "rows": rows,
+        "flows": flows and [round(flow, 3) for flow in flows],
+        "target": state.target,
+        "locked": not state.takes_set_points,
+    }, end

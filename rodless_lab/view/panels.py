@@ -1,0 +1,101 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Which parameters pages offer, in which groups; another panel is another entry.
+
+A field is shown where a running node has its parameter.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Field:
+    """A slider: one of ``unit`` is ``scale`` of the parameter's own; bounds are in ``unit``."""
+
+    name: str
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    scale: float = 1.0
+    offset: float = 0.0  # in the parameter's unit, of what is shown as 0
+
+    def shown(self, value: float) -> float:
+        """Return a parameter's value in ``unit``."""
+        return round((value - self.offset) / self.scale, 6)
+
+    def own(self, value: float) -> float:
+        """Return what is shown as ``value`` in the parameter's unit, to twelve digits."""
+        return float(f"{self.offset + value * self.scale:.12g}")
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A group of fields under a title."""
+
+    title: str
+    fields: tuple[Field, ...]
+    is_open: bool = False  # from the start
+
+
+PANELS = (
+    Panel(
+        "PID",
+        (
+            Field("controller.kp", "Proportional", "V/m", 0.0, 2000.0, 10.0),
+            Field("controller.ki", "Integral", "V/(m·s)", 0.0, 500.0, 5.0),
+            Field("controller.kd", "Derivative", "V·s/m", 0.0, 200.0, 1.0),
+            Field("controller.feedforward", "Feed-forward", "V·s/m", 0.0, 200.0, 1.0),
+        ),
+        is_open=True,
+    ),
+    Panel(
+        "Supply and load",
+        (
+            Field("supply.pressure", "Supply, absolute", "kPa", 50.0, 1200.0, 5.0, 1e3),
+            Field("cylinder.moving_mass", "Moving mass", "kg", 0.5, 20.0, 0.1),
+        ),
+        is_open=True,
+    ),
+    Panel(
+        "Friction",
+        (
+            Field("friction.forward.static", "Static, forward", "N", 0.0, 100.0, 1.0),
+            Field("friction.reverse.static", "Static, reverse", "N", 0.0, 100.0, 1.0),
+            Field("friction.forward.coulomb", "Coulomb, forward", "N", 0.0, 100.0, 0.5),
+            Field("friction.reverse.coulomb", "Coulomb, reverse", "N", 0.0, 100.0, 0.5),
+            Field("friction.forward.viscous", "Viscous, forward", "N·s/m", 0.0, 8000.0, 50.0),
+            Field("friction.reverse.viscous", "Viscous, reverse", "N·s/m", 0.0, 8000.0, 50.0),
+        ),
+    ),
+)
+
+# What each reference type is given beside its name; lengths in mm.
+_VELOCITY = Field("reference.velocity", "Velocity", "mm/s", 1.0, 500.0, 1.0, 1e-3)
+REFERENCES: dict[str, tuple[Field, ...]] = {
+    "setpoint": (),
+    "ramp": (_VELOCITY,),
+    "move": (
+        _VELOCITY,
+        Field("reference.acceleration", "Acceleration", "mm/s²", 10.0, 5000.0, 10.0, 1e-3),
+    ),
+    "step": (
+        Field("reference.start", "From", "mm", 0.0, 200.0, 1.0, 1e-3),
+        Field("reference.target", "To", "mm", 0.0, 200.0, 1.0, 1e-3),
+    ),
+    "sine": (
+        Field("reference.centre", "Centre", "mm", 0.0, 200.0, 1.0, 1e-3),
+        Field("reference.amplitude", "Amplitude", "mm", 0.0, 100.0, 1.0, 1e-3),
+        Field("reference.frequency", "Frequency", "Hz", 0.01, 5.0, 0.01),
+    ),
+}
+
+# Those that begin at a plant time of their own, reference.at.
+TIMED = ("step", "sine")

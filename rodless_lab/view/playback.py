@@ -1,0 +1,218 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Bags as pages play them: one, or two on one time, with a cursor that all pages share."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.constants import CARRIAGE
+from rodless_base.topics import JOINT_STATES, REFERENCE
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
+from rodless_lab.runs.from_bag import run_in
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
+from rodless_lab.view.errors import ViewError
+from rodless_lab.view.samples import Row
+
+Array = npt.NDArray[np.float64]
+
+# Rows of a bag that a page is sent: more than it has pixels.
+MOST_ROWS = 3000
+
+# How many times as fast as plant time a bag may be played.
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
+
+
+@dataclass(frozen=True)
+class Tape:
+    """A recorded run; ``columns`` are those of rows, shape (8, n), NaN where nothing was."""
+
+    name: str
+    run: MeasuredRun
+    setpoint: Setpoint | None
+    columns: Array
+
+    @property
+    def begin(self) -> float:
+        """Time of the first sample in s."""
+        return float(self.columns[0, 0])
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample in s."""
+        return float(self.columns[0, -1])
+
+    def rows(self) -> list[Row]:
+        """Return at most ``MOST_ROWS`` rows, evenly spaced."""
+        step = -(-self.columns.shape[1] // MOST_ROWS)
+        return [_row(column) for column in self.columns[:, ::step].T]
+
+    def row_at(self, when: float) -> Row:
+        """Return the last row up to ``when`` (s), or the first."""
+        place = int(np.searchsorted(self.columns[0], when, side="right")) - 1
+        return _row(self.columns[:, max(place, 0)])
+
+
+def _row(column: Array) -> Row:
+    return tuple(value if np.isfinite(value) else None for value in column.tolist())
+
+
+def open_tape(path: Path) -> Tape:
+    """Read a bag of one rig, in whatever namespace; raises :class:`ViewError`."""
+    try:
+        bag = read_bag(path)
+        namespace = rig_namespace(bag)
+        run, setpoint = run_in(bag, namespace)
+    except (BagError, RunError) as error:
+        text = str(error)
+        raise ViewError(text if path.name in text else f"{path.name}: {text}") from error
+    # Times of the run count from its first sample.
+    stamps = bag[f"{namespace}/{JOINT_STATES}"].stamp
+    first = float(stamps[-1]) - float(run.time[-1]) if len(stamps) else 0.0
+    columns = np.vstack(
+        [
+            run.time,
+            run.position,
+            _velocity(bag, namespace, run, first),
+            run.pressure_a,
+            run.pressure_b,
+            run.supply_pressure,
+            run.voltage,
+            _reference(bag, namespace, run, setpoint, first),
+        ]
+    )
+    return Tape(path.name, run, setpoint, columns)
+
+
+def rig_namespace(bag: Bag) -> str:
+    """Return the namespace of the rig in a bag; raises :class:`ViewError` for none or several."""
+    found = [topic.removesuffix(JOINT_STATES) for topic in bag if topic.endswith("/joint_states")]
+    if len(found) != 1:
+        rigs = ", ".join(found) or "none"
+        raise ViewError(f"{bag.path}: holds {JOINT_STATES} of {rigs}; one rig can be played")
+    return found[0].rstrip("/")
+
+
+def _velocity(bag: Bag, namespace: str, run: MeasuredRun, first: float) -> Array:
+    """Velocity (m/s) as recorded, else by the change of position."""
+    messages = bag[f"{namespace}/{JOINT_STATES}"]
+    values = messages.fields.get("velocity")
+    names = list(getattr(messages.messages[0], "name", []))
+    if values is None or values.ndim != 2 or len(names) != values.shape[1]:
+        return np.gradient(run.position, run.time)
+    place = next((k for k, name in enumerate(names) if name.endswith(CARRIAGE)), 0)
+    # Of the sample before: between stuck and slipping there is no velocity in the middle.
+    return _held(messages.stamp - first, np.asarray(values[:, place], float), run.time)
+
+
+def _reference(
+    bag: Bag, namespace: str, run: MeasuredRun, setpoint: Setpoint | None, first: float
+) -> Array:
+    """Reference (m) as recorded, else the set-points; NaN before the first."""
+    topic = f"{namespace}/{REFERENCE}"
+    if topic in bag and len(bag[topic]):
+        messages = bag[topic]
+        return _held(messages.time - first, np.asarray(messages.fields["data"]), run.time)
+    if setpoint is not None and len(setpoint.time):
+        return _held(setpoint.time, setpoint.position, run.time)
+    return np.full(run.time.shape, np.nan)
+
+
+def _held(when: Array, values: Array, time: Array) -> Array:
+    """Return the last of ``values`` at each of ``time``, NaN before the first."""
+    place = np.searchsorted(when, time + 1e-6, side="right") - 1
+    return np.where(place >= 0, values[np.maximum(place, 0)], np.nan)
+
+
+@dataclass(frozen=True)
+class Apart:
+    """How far two runs are apart in one quantity, in ``unit``: second minus first."""
+
+    label: str
+    unit: str
+    largest: float
+    rms: float
+
+
+class Playback:
+    """One tape or two, and where on them everybody is."""
+
+    def __init__(self, tapes: Sequence[Tape], clock: Callable[[], float] = time.monotonic) -> None:
+        """Play one tape, or two on one time; raises :class:`ViewError` for runs that never meet."""
+        self.apart: tuple[Apart, ...] = ()
+        first, *others = tapes
+        if others:
+            first, other, self.apart = _side_by_side(first, others[0])
+            others = [other]
+        self.tapes = (first, *others)
+        self.begin = min(tape.begin for tape in self.tapes)
+        self.end = max(tape.end for tape in self.tapes)
+        self._clock = clock
+        self._speed = 1.0
+        self._playing = False
+        self._from = self.begin
+        self._since = clock()
+
+    @property
+    def cursor(self) -> float:
+        """Where the tapes are, in s."""
+        if not self._playing:
+            return self._from
+        return min(self._from + self._speed * (self._clock() - self._since), self.end)
+
+    @property
+    def playing(self) -> bool:
+        """Whether the cursor moves."""
+        return self._playing and self.cursor < self.end
+
+    @property
+    def speed(self) -> float:
+        """Plant s per wall-clock s."""
+        return self._speed
+
+    def play(self, playing: bool) -> None:
+        """Let the cursor move, from the beginning where it is at the end; or stop it."""
+        now = self.cursor
+        self._from = self.begin if playing and now >= self.end else now
+        self._since = self._clock()
+        self._playing = playing
+
+    def seek(self, when: float) -> None:
+        """Put the cursor at ``when`` (s), kept within the tapes."""
+        self._from = min(max(when, self.begin), self.end)
+        self._since = self._clock()
+
+    def set_speed(self, speed: float) -> None:
+        """Play at one of ``SPEEDS``; raises :class:`ViewError` for another."""
+        if speed not in SPEEDS:
+            raise ViewError(f"speed: {speed:g} refused, must be one of {SPEEDS}")
+        self._from, self._since = self.cursor, self._clock()
+        self._speed = speed
+
+
+def _side_by_side(first: Tape, second: Tape) -> tuple[Tape, Tape, tuple[Apart, ...]]:
+    """Put two tapes on one time, by their set-points, else by their starts; measure them."""
+    run, other = aligned((first.run, first.setpoint), (second.run, second.setpoint))
+    try:
+        found = differences(run, other, common_time(run.time, other.time))
+    except RunError as error:
+        raise ViewError(f"{first.name} and {second.name}: {error}") from error
+    shifted = first.columns.copy()
+    shifted[0] += run.time[0] - first.run.time[0]
+    apart = tuple(
+        Apart(label, unit, found[name].largest * scale, found[name].rms * scale)
+        for name, (label, unit, scale) in QUANTITIES.items()
+    )
+    return replace(first, run=run, columns=shifted), second, apart

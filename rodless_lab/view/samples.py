@@ -1,0 +1,106 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What the topics carried, thinned out, as a ring of rows that pages are sent."""
+
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+# Columns of a row, by name and unit; the terms of the law follow, each in volts.
+COLUMNS = {
+    "time": "s",
+    "position": "m",
+    "velocity": "m/s",
+    "pressure_a": "Pa",
+    "pressure_b": "Pa",
+    "supply_pressure": "Pa",
+    "voltage": "V",
+    "reference": "m",
+}
+
+# A row is a number for each column, None where none has come.
+Row = tuple[float | None, ...]
+
+# Rows that are kept: at 40 a second more than pages show.
+LENGTH = 1000
+
+
+class News(NamedTuple):
+    """What has come since a page was sent rows last; ``anew``: all that it has is void."""
+
+    anew: bool
+    rows: list[Row]
+    end: "Mark"
+
+
+class Mark(NamedTuple):
+    """How far a page has the rows: of which run, and how many."""
+
+    run: int = -1
+    rows: int = 0
+
+
+class History:
+    """The last rows of a run; a new run begins where time goes backwards.
+
+    One thread adds, any reads.
+    """
+
+    def __init__(self, length: int = LENGTH) -> None:
+        """Keep the last ``length`` rows."""
+        self._rows: deque[Row] = deque(maxlen=length)
+        self._run = 0
+        self._count = 0
+        self._lock = threading.Lock()
+
+    def add(self, row: Sequence[float | None]) -> bool:
+        """Take a row; return whether it is news: a sample that is repeated is none."""
+        with self._lock:
+            last = self._rows[-1][0] if self._rows else None
+            now = row[0]
+            if now is None or now == last:
+                return False
+            if last is not None and now < last:
+                self._begin()
+            self._rows.append(tuple(row))
+            self._count += 1
+            return True
+
+    def clear(self) -> None:
+        """Begin anew."""
+        with self._lock:
+            self._begin()
+
+    def _begin(self) -> None:
+        self._rows.clear()
+        self._run += 1
+        self._count = 0
+
+    @property
+    def run(self) -> int:
+        """Which run this is."""
+        with self._lock:
+            return self._run
+
+    @property
+    def last(self) -> Row | None:
+        """The last row."""
+        with self._lock:
+            return self._rows[-1] if self._rows else None
+
+    def since(self, mark: Mark) -> News:
+        """Return what is new to whoever has the rows up to ``mark``."""
+        with self._lock:
+            end = Mark(self._run, self._count)
+            missing = self._count - mark.rows
+            if mark.run != self._run or missing > len(self._rows):
+                return News(True, list(self._rows), end)
+            new = [self._rows[place] for place in range(-missing, 0)]
+            return News(False, new, end)

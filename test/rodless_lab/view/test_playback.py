@@ -1,0 +1,116 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Bags as pages play them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rig_bag
+
+from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.view.errors import ViewError
+from rodless_lab.view.playback import MOST_ROWS, Playback, open_tape
+
+PERIOD = 1e-3
+
+
+def run(count: int = 4000, speed: float = 0.02) -> MeasuredRun:
+    """A carriage at a constant speed (m/s)."""
+    time = PERIOD * np.arange(count)
+    still = np.full(count, 4e5)
+    return MeasuredRun(time, speed * time, still, still + 1e4, still + 2e5, np.full(count, 5.5))
+
+
+@pytest.fixture(scope="module")
+def bags(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with two bags: the second twice as fast, its set-point 0.2 s later."""
+    folder = tmp_path_factory.mktemp("bags")
+    rig_bag.write(folder / "slow", run(), setpoint=(0.3, 0.05))
+    rig_bag.write(folder / "fast", run(speed=0.04), setpoint=(0.5, 0.05))
+    return folder
+
+
+class Clock:
+    """Wall-clock s, as a test sets it."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        """Return them."""
+        return self.now
+
+
+def test_a_bag_becomes_rows(bags: Path) -> None:
+    """Few enough for a page, all columns at their times, in SI; the set-points as reference."""
+    tape = open_tape(bags / "slow")
+    rows = tape.rows()
+    assert MOST_ROWS / 2 <= len(rows) <= MOST_ROWS
+    time, position, velocity, a, b, supply, voltage, reference = tape.row_at(2.0)
+    assert (time, position) == pytest.approx((2.0, 0.04))
+    assert velocity == pytest.approx(0.02)
+    assert (a, b, supply, voltage) == pytest.approx((4e5, 4.1e5, 6e5, 5.5))
+    assert reference == 0.05
+    assert tape.row_at(0.1)[7] is None
+    assert tape.row_at(-1.0) == tape.row_at(0.0)
+    assert tape.row_at(99.0)[0] == pytest.approx(3.999)
+
+
+def test_the_cursor_follows_the_clock_at_the_speed_chosen(bags: Path) -> None:
+    """Play, stop, another speed, a jump, the end, and from there again from the beginning."""
+    clock = Clock()
+    playback = Playback([open_tape(bags / "slow")], clock)
+    assert (playback.cursor, playback.playing) == (0.0, False)
+    playback.play(True)
+    clock.now += 1.5
+    assert playback.cursor == pytest.approx(1.5)
+    playback.set_speed(0.5)
+    clock.now += 1.0
+    assert playback.cursor == pytest.approx(2.0)
+    playback.play(False)
+    clock.now += 1.0
+    assert playback.cursor == pytest.approx(2.0)
+    playback.seek(3.5)
+    playback.play(True)
+    clock.now += 10.0
+    assert playback.cursor == pytest.approx(3.999)
+    assert not playback.playing
+    playback.play(True)
+    assert playback.cursor == 0.0
+    playback.seek(-5.0)
+    assert playback.cursor == 0.0
+    with pytest.raises(ViewError, match="speed: 3 refused"):
+        playback.set_speed(3.0)
+
+
+def test_two_bags_stand_on_one_time_and_say_how_far_they_are_apart(bags: Path) -> None:
+    """By their set-points; the distance is worked out by hand."""
+    playback = Playback([open_tape(bags / name) for name in ("slow", "fast")])
+    slow, _ = playback.tapes
+    # The first is moved by 0.2 s, so that both set-points are at 0.5 s.
+    assert slow.begin == pytest.approx(0.2)
+    assert slow.row_at(1.2)[1] == pytest.approx(0.02)
+    assert (playback.begin, playback.end) == pytest.approx((0.0, 4.199))
+    apart = {one.label: one for one in playback.apart}
+    # At 3.999 s, the last that both have: 40 mm/s · 3.999 s - 20 mm/s · 3.799 s.
+    assert apart["position"].largest == pytest.approx(40.0 * 3.999 - 20.0 * 3.799, abs=0.05)
+    assert apart["position"].unit == "mm"
+    assert apart["valve voltage"].largest == 0.0
+
+
+def test_what_is_no_bag_of_a_rig_is_refused_in_words(tmp_path: Path) -> None:
+    """The name, and what is missing."""
+    with pytest.raises(ViewError, match="nothing"):
+        open_tape(tmp_path / "nothing")
+    rig_bag.write(tmp_path / "half", run(100), without="/supply/pressure")
+    with pytest.raises(ViewError, match="supply/pressure"):
+        open_tape(tmp_path / "half")
+    rig_bag.write(tmp_path / "no-rig", run(100), without="/joint_states")
+    with pytest.raises(ViewError, match="joint_states"):
+        open_tape(tmp_path / "no-rig")

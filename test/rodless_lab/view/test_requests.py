@@ -1,0 +1,199 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What pages may ask for, without a rig: what is sent, and what is refused."""
+
+import asyncio
+from collections.abc import Mapping
+from concurrent.futures import Future
+from pathlib import Path
+
+import pytest
+
+from rodless_control import ControllerParameters
+from rodless_lab.view import frames
+from rodless_lab.view.errors import ViewError
+from rodless_lab.view.requests import Requests
+from rodless_lab.view.samples import Mark
+from rodless_lab.view.state import ViewState
+from rodless_sim import RigParameters
+
+
+class Rig:
+    """Takes what is asked for, and does it to the state as nodes would."""
+
+    def __init__(self, state: ViewState) -> None:
+        self.state = state
+        self.asked: list[object] = []
+        self.refusal: str | None = None
+
+    def send_set_point(self, target: float) -> None:
+        """Take one."""
+        self.asked.append(target)
+
+    def set_parameters(self, given: Mapping[str, str]) -> "Future[None]":
+        """Take all."""
+        self.asked.append(dict(given))
+        values = {name: float(text) for name, text in given.items() if name == "supply.pressure"}
+        return self._answer(lambda: self.state.take_parameters("plant", values))
+
+    def call(self, services: Mapping[str, bool | None], times: int = 1) -> "Future[None]":
+        """Take note."""
+        self.asked.append((dict(services), times))
+        return self._answer(lambda: None)
+
+    def _answer(self, work: object) -> "Future[None]":
+        answer: Future[None] = Future()
+        if self.refusal is None:
+            work()  # type: ignore[operator]
+            answer.set_result(None)
+        else:
+            answer.set_exception(ViewError(self.refusal))
+        return answer
+
+
+@pytest.fixture
+def state() -> ViewState:
+    state = ViewState()
+    state.take_parameters("plant", dict(RigParameters()), whole=True)
+    state.take_parameters("controller", dict(ControllerParameters()), whole=True)
+    return state
+
+
+@pytest.fixture
+def rig(state: ViewState) -> Rig:
+    return Rig(state)
+
+
+@pytest.fixture
+def requests(state: ViewState, rig: Rig, tmp_path: Path) -> Requests:
+    return Requests(state, tmp_path, rig, rig)
+
+
+def test_a_set_point_is_sent_once_it_is_checked(requests: Requests, rig: Rig) -> None:
+    """What is refused is not sent."""
+    requests.set_point(0.058)
+    with pytest.raises(ViewError, match="200 mm"):
+        requests.set_point(0.3)
+    assert rig.asked == [0.058]
+
+
+def test_the_supply_is_cut_and_gets_back_the_pressure_it_had(
+    requests: Requests, rig: Rig, state: ViewState
+) -> None:
+    """Cut means the pressure of the atmosphere; whatever it was before comes back."""
+    state.take_parameters("plant", {"supply.pressure": 5.5e5})
+    asyncio.run(requests.cut_supply(True))
+    assert requests.supply_is_cut
+    asyncio.run(requests.cut_supply(False))
+    assert not requests.supply_is_cut
+    ambient = RigParameters()["atmosphere.pressure"]
+    assert rig.asked == [{"supply.pressure": f"{ambient}"}, {"supply.pressure": "550000.0"}]
+
+
+def test_a_supply_that_others_have_cut_is_not_restored_by_guessing(
+    requests: Requests, rig: Rig, state: ViewState
+) -> None:
+    """Nobody here knows what it was."""
+    state.take_parameters("plant", {"supply.pressure": 1e5})
+    with pytest.raises(ViewError, match="not cut here"):
+        asyncio.run(requests.cut_supply(False))
+    assert rig.asked == []
+
+
+def test_a_step_begins_a_moment_from_now(requests: Requests, rig: Rig, state: ViewState) -> None:
+    """All of it as one change: type, shape and start in plant time."""
+    state.history.add((12.25, 0.0))
+    asyncio.run(requests.set_reference("step", {"reference.target": 0.1}))
+    asyncio.run(requests.set_reference("move", {"reference.velocity": 0.05}))
+    assert rig.asked == [
+        {"reference.type": "step", "reference.target": "0.1", "reference.at": "12.75"},
+        {"reference.type": "move", "reference.velocity": "0.05"},
+    ]
+    with pytest.raises(ViewError, match="must be setpoint, ramp, move, step, sine"):
+        asyncio.run(requests.set_reference("jump", {}))
+
+
+def test_services_are_those_of_the_verbs(requests: Requests, rig: Rig) -> None:
+    """As `rodless pause`, `reset`, `disable` call them."""
+    for request in (requests.pause(True), requests.step(10), requests.reset()):
+        asyncio.run(request)
+    asyncio.run(requests.enable(False))
+    assert rig.asked == [
+        ({"plant/pause": True}, 1),
+        ({"plant/step": None}, 10),
+        ({"plant/reset": None, "controller/reset": None}, 1),
+        ({"controller/enable": False}, 1),
+    ]
+
+
+def test_what_a_node_refuses_is_said_in_its_words(requests: Requests, rig: Rig) -> None:
+    """The page shows them."""
+    rig.refusal = "plant: supply.pressure: -1 refused"
+    with pytest.raises(ViewError, match=r"supply\.pressure: -1 refused"):
+        asyncio.run(requests.set({"supply.pressure": -1.0}))
+
+
+def test_a_view_of_bags_alone_has_no_rig(tmp_path: Path) -> None:
+    """Nothing to steer, and it says so."""
+    requests = Requests(ViewState(live=False), tmp_path, None, None)
+    for request in (requests.pause(True), requests.record(), requests.set({"a": 1.0})):
+        with pytest.raises(ViewError, match="bags alone"):
+            asyncio.run(request)
+    with pytest.raises(ViewError, match="bags alone"):
+        requests.close_bags()
+    with pytest.raises(ViewError, match="bags alone"):
+        requests.set_point(0.1)
+    with pytest.raises(ViewError, match="no bag is open"):
+        requests.play(True)
+
+
+def test_bags_are_those_of_the_folder(requests: Requests, tmp_path: Path) -> None:
+    """A page cannot name another; what exists is never written over."""
+    (tmp_path / "run1").mkdir()
+    (tmp_path / "run1" / "metadata.yaml").touch()
+    (tmp_path / "other").mkdir()
+    assert requests.bags == ["run1"]
+    with pytest.raises(ViewError, match="exists already"):
+        asyncio.run(requests.record("run1"))
+    for names in (["../run1"], ["a", "b", "c"], [], "run1", None, [5]):
+        with pytest.raises(ViewError):
+            asyncio.run(requests.open_bags(names))
+    with pytest.raises(ViewError, match="nothing is being recorded"):
+        asyncio.run(requests.stop_recording())
+
+
+def test_a_frame_has_what_is_new(state: ViewState) -> None:
+    """Rows once, the target, whether it can be moved, and the flows of the newest row."""
+    state.target = 0.05
+    row = (1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, 0.05)
+    state.history.add(row)
+    news, mark = frames.frame(state, Mark())
+    assert (news["anew"], news["rows"], news["target"], news["locked"]) == (
+        True,
+        [row],
+        0.05,
+        False,
+    )
+    assert len(news["flows"]) == 4
+    assert news["flows"][0] > 0.0
+    assert frames.frame(state, mark)[0]["rows"] == []
+    state.take_parameters("controller", {"reference.type": "sine"})
+    assert frames.frame(state, mark)[0]["locked"]
+    assert frames.setup(state)["stroke"] == 0.2
+
+
+def test_flows_of_a_rig_that_is_not_known_are_not_drawn() -> None:
+    """Readings alone do not tell the valve."""
+    state = ViewState()
+    state.history.add((1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, None))
+    assert state.flows() is None
+    state.take_parameters("plant", dict(RigParameters()), whole=True)
+    assert state.flows() is not None
+    state.history.add((2.0, 0.01, 0.0, None, 3e5, 6e5, 5.6, None))
+    assert state.flows() is None
