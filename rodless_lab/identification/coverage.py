@@ -166,17 +166,13 @@ class Trial:
         return all(covers for informed, covers, _ in self.rows.values() if informed)
 
 
-def round_trips(
-    name: str, draws: int, show: Callable[[int], None] = lambda _: None
-) -> dict[str, Coverage]:
-    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1."""
-    return coverage_of(trials(name, draws, show=show))
-
-
 def trials(
     name: str, draws: int, effect: str = "", show: Callable[[int], None] = lambda _: None
 ) -> list[Trial]:
-    """Return what identification made of ``draws`` rigs of a subject, with a hidden ``effect``."""
+    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1.
+
+    With an ``effect`` the rigs have that too, and who identifies them does not know.
+    """
     found = []
     for seed in range(draws):
         found.append(round_trip(name, seed, effect))

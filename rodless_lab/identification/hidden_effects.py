@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rodless_sim.parameters import Value
+from rodless_base.parameters import Value
 
 Draw = Callable[[np.random.Generator], dict[str, Value]]
 
@@ -45,7 +45,7 @@ EFFECTS: dict[str, Draw] = {
     "iso_6358": _between("valve.sonic_conductance", 3.5e-9, 4.3e-9, valve__flow_law="iso_6358"),
     "discharge": _between("valve.discharge_coefficient", 0.85, 0.95, valve__discharge="constant"),
     "saturating": _between("friction.high_speed_viscous", 40.0, 160.0, friction__form="saturating"),
-    "tilt": _between("rail.tilt", 0.02, 0.2),
+    "tilt": _between("rail.tilt", 0.01, 0.1),
 }
 
 

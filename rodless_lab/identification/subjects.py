@@ -21,14 +21,12 @@ from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.causes import with_cause
 from rodless_lab.identification.pressures.chambers import (
-    chamber_unknowns,
     chambers_findings,
     identify_chambers,
 )
 from rodless_lab.identification.pressures.valve import (
     identify_valve,
     valve_findings,
-    valve_unknowns,
 )
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
@@ -52,14 +50,12 @@ def _friction(run: MeasuredRun, parameters: RigParameters) -> Identified:
 
 
 def _chambers(run: MeasuredRun, parameters: RigParameters) -> Identified:
-    fit = identify_chambers(run, parameters)
-    fit = with_cause(run, parameters, chamber_unknowns(parameters), fit)
+    fit = with_cause(run, parameters, identify_chambers(run, parameters))
     return Identified(chambers_findings(fit), fit.verdict, lambda: draw_pressures(run, fit))
 
 
 def _valve(run: MeasuredRun, parameters: RigParameters) -> Identified:
-    fit = identify_valve(run, parameters)
-    fit = with_cause(run, parameters, valve_unknowns(parameters), fit)
+    fit = with_cause(run, parameters, identify_valve(run, parameters))
     return Identified(
         valve_findings(fit, parameters), fit.verdict, lambda: draw_pressures(run, fit)
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy import linalg, stats
 
 Array = npt.NDArray[np.float64]
 
@@ -58,9 +58,9 @@ class Verdict:
 
     @property
     def p_value(self) -> float:
-        """The smallest of all checks, corrected for their number after Bonferroni."""
+        """The smallest of all checks, times their number (Bonferroni); 1 without any."""
         smallest = min((check.p_value for check in self.checks), default=1.0)
-        return min(smallest * len(self.checks), 1.0)
+        return min(smallest * max(len(self.checks), 1), 1.0)
 
     @property
     def fits(self) -> bool:
@@ -118,3 +118,35 @@ def check_power(name: str, found: float, explained: Array, unit: str, scale: flo
         unit,
         tail(found, explained),
     )
+
+
+# Draws of what chance leaves, their seed, and how many neighbours go together.
+DRAWS = 400
+SEED = 1
+NEIGHBOURS = 4
+
+# Residuals smaller than this share of what was measured are rounding.
+ROUNDING = 1e-9
+
+
+def whiteness(residuals: Array, jacobian: Array, size: float) -> Verdict:
+    """Say whether residuals, shape (n,), in the order of what was varied, are without a pattern.
+
+    For a fit of which the measurement's error is not known: neighbours that stray to one side
+    together are a curve of another shape. ``jacobian``, shape (n, p), is that of the fit, ``size``
+    that of what was measured: what rounding leaves of it has patterns and says nothing.
+    """
+    if len(residuals) < 2 * NEIGHBOURS or float(np.std(residuals)) < ROUNDING * abs(size):
+        return Verdict(())
+    directions, sizes, _ = linalg.svd(jacobian, full_matrices=False)
+    seen = directions[:, sizes > 1e-10 * sizes[0]]
+    drawn = np.random.default_rng(SEED).standard_normal((DRAWS, len(residuals)))
+    drawn -= drawn @ seen @ seen.T
+    found, explained = _alike(residuals), _alike(drawn)
+    check = check_power("scatter of neighbours", float(found), explained, "of the scatter", 1.0)
+    return Verdict((check,))
+
+
+def _alike(residuals: Array) -> Array:
+    """Mean square of the means of neighbours, over the residuals' own."""
+    return power(residuals, NEIGHBOURS) / power(residuals, 1)

@@ -59,7 +59,8 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
     """Read uniform motion and stick-slip from ``run``.
 
     Of ``parameters`` bore, moving mass, the rail's tilt and the lag of the pressure sensors are
-    used; ``reason`` says why where there is no uniform motion. Raises ValueError for a run of no length.
+    used; ``reason`` says why where there is no uniform motion. Raises ValueError for a run of no
+    length.
 
     Examples
     --------

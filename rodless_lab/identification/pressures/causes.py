@@ -14,7 +14,7 @@ from scipy import stats
 
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.identification.friction.uniform_motion import position_noise
-from rodless_lab.identification.pressures.fit import PressureFit, fit_pressures
+from rodless_lab.identification.pressures.fit import PressureFit, Solution, fit_pressures, solve
 from rodless_lab.identification.pressures.problem import Model, Unknown
 from rodless_lab.identification.pressures.unknowns import (
     area_factor,
@@ -24,9 +24,12 @@ from rodless_lab.identification.pressures.unknowns import (
     leak,
     polytropic_index,
 )
-from rodless_lab.identification.verdict import FALSE_ALARM, Verdict
+from rodless_lab.identification.verdict import FALSE_ALARM
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
+
+# An effect that helps shows soon; the one that is named is fitted to the end.
+MOST_STEPS = 12
 
 VALVE_LAG = "lag of the valve"
 
@@ -85,20 +88,16 @@ EFFECTS = (
 @dataclass(frozen=True)
 class _Trial:
     effect: Effect
+    parameters: RigParameters
     added: Sequence[Unknown]
-    fit: PressureFit
+    solution: Solution
     p_value: float
 
 
-def with_cause(
-    run: MeasuredRun,
-    parameters: RigParameters,
-    unknowns: Sequence[Unknown],
-    fit: PressureFit,
-) -> PressureFit:
+def with_cause(run: MeasuredRun, parameters: RigParameters, fit: PressureFit) -> PressureFit:
     """Return ``fit``; where it does not fit, its verdict says what the model likely lacks.
 
-    Each of EFFECTS is fitted beside ``unknowns``. The one that leaves least is named, if the gain
+    Each of EFFECTS is fitted beside what was. The one that leaves least is named, if the gain
     passes an F test at FALSE_ALARM, corrected for their number; what is left is correlated, so its
     degrees of freedom are those of the fit.
     """
@@ -110,21 +109,17 @@ def with_cause(
     trials = [
         trial
         for effect in EFFECTS
-        for trial in [_tried(effect, run, parameters, unknowns, fit)]
+        for trial in [_tried(effect, run, parameters, fit.solution)]
         if trial is not None
     ]
     significant = [trial for trial in trials if trial.p_value * len(trials) < FALSE_ALARM]
-    best = min(significant, key=lambda trial: trial.fit.cost, default=None)
-    cause = _noise(run) if best is None else _said(best)
+    best = min(significant, key=lambda trial: trial.solution.cost, default=None)
+    cause = _noise(run) if best is None else _said(best, run)
     return replace(fit, verdict=fit.verdict.blaming(cause))
 
 
 def _tried(
-    effect: Effect,
-    run: MeasuredRun,
-    parameters: RigParameters,
-    unknowns: Sequence[Unknown],
-    fit: PressureFit,
+    effect: Effect, run: MeasuredRun, parameters: RigParameters, without: Solution
 ) -> _Trial | None:
     """Fit with the effect, from where the fit without it ended; None where it adds nothing."""
     values = {name: value for name, value in effect.values if parameters[name] != value}
@@ -134,29 +129,30 @@ def _tried(
         with_effect = parameters.with_values(values)
     except ParameterError:
         return None
-    known = {unknown.name for unknown in unknowns}
+    known = without.found
     added = [found for found in effect.unknowns(with_effect) if found.name not in known]
     if not added and not values:
         return None
     begun = [
-        replace(unknown, start=min(max(fit.values[unknown.name], unknown.low), unknown.high))
-        for unknown in unknowns
+        replace(unknown, start=min(max(known[unknown.name], unknown.low), unknown.high))
+        for unknown in without.unknowns
     ]
-    found = fit_pressures(run, with_effect, [*begun, *added])
+    found = solve(run, with_effect, [*begun, *added], MOST_STEPS)
     size = max(len(added), 1)
-    statistic = (fit.cost - found.cost) / size / found.spread
-    return _Trial(effect, added, found, float(stats.f.sf(statistic, size, found.freedom)))
+    statistic = (without.cost - found.cost) / size / found.spread
+    p_value = float(stats.f.sf(statistic, size, found.freedom))
+    return _Trial(effect, with_effect, added, found, p_value)
 
 
-def _said(trial: _Trial) -> str:
+def _said(trial: _Trial, run: MeasuredRun) -> str:
+    fit = fit_pressures(run, trial.parameters, trial.solution.unknowns)
     sizes = [
-        f"{unknown.name} {trial.fit.values[unknown.name]:.3g} {unknown.unit}".rstrip()
+        f"{unknown.name} {fit.solution.found[unknown.name]:.3g} {unknown.unit}".rstrip()
         for unknown in trial.added
     ]
     size = f", {', '.join(sizes)}" if sizes else ""
-    verdict: Verdict = trial.fit.verdict
-    enough = "the model then fits" if verdict.fits else "not by itself"
-    return f"{trial.effect.name}{size}; it leaves {trial.fit.scatter:.3g} Pa, {enough}"
+    enough = "the model then fits" if fit.verdict.fits else "not by itself"
+    return f"{trial.effect.name}{size}; it leaves {fit.scatter:.3g} Pa, {enough}"
 
 
 def _noise(run: MeasuredRun) -> str:

@@ -15,15 +15,9 @@ from rodless_lab.identification.pressures.fit import (
     findings_of,
     fit_pressures,
 )
-from rodless_lab.identification.pressures.problem import Unknown
 from rodless_lab.identification.pressures.unknowns import GAP, VOLUMES, dead_volumes, gap
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-
-
-def chamber_unknowns(parameters: RigParameters) -> list[Unknown]:
-    """Return what is fitted: both dead volumes and the gap's effective height."""
-    return [*dead_volumes(parameters), gap(parameters)]
 
 
 def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
@@ -44,7 +38,7 @@ def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFi
     >>> round(fit.estimates["cylinder.dead_volume_a"].value * 1e6, 1)
     15.0
     """
-    return fit_pressures(run, parameters, chamber_unknowns(parameters))
+    return fit_pressures(run, parameters, [*dead_volumes(parameters), gap(parameters)])
 
 
 def chambers_findings(fit: PressureFit) -> list[Finding]:

@@ -49,13 +49,52 @@ SPANS = (0.0, 0.01, 0.1)
 
 
 @dataclass(frozen=True)
+class Solution:
+    """What least squares found, before it is judged.
+
+    ``values``, shape (p,), are those of the problem; ``residuals``, shape (2 m,), and ``jacobian``
+    are over the standard errors. ``cost`` is the robust sum of squares left, ``spread`` what one of
+    ``freedom`` degrees of freedom has of it.
+    """
+
+    problem: Problem
+    unknowns: Sequence[Unknown]
+    values: Array
+    residuals: Array
+    jacobian: Array
+    cost: float
+    inflation: float
+
+    @property
+    def variance(self) -> float:
+        """Variance of a residual, no less than the sensors' own."""
+        count = self.problem.readings - len(self.values)
+        return max(float(self.residuals @ self.residuals) / count, 1.0)
+
+    @property
+    def spread(self) -> float:
+        """Variance of a residual, times what its correlation in time adds to that of a mean."""
+        return self.variance * self.inflation
+
+    @property
+    def freedom(self) -> float:
+        """Number of residuals that are independent, less what was fitted."""
+        return (self.problem.readings - len(self.values)) / self.inflation
+
+    @property
+    def found(self) -> dict[str, float]:
+        """The unknowns by name."""
+        names = (unknown.name for unknown in self.unknowns)
+        return dict(zip(names, self.values.tolist(), strict=False))
+
+
+@dataclass(frozen=True)
 class PressureFit:
     """Estimates by name, and how the model follows the run.
 
     ``pressure_a`` and ``pressure_b`` (Pa, shape (n,)) are the model's readings; ``scatter`` (Pa) is
     that of the measured about them; ``correlation_time`` (s) that of the scatter. ``verdict`` says
-    whether the sensors explain them. ``values`` are the fitted unknowns by name; ``cost`` is the
-    robust sum of squares left, ``spread`` what one of ``freedom`` degrees of freedom has of it.
+    whether the sensors explain them; ``solution`` is what least squares found.
     """
 
     estimates: Mapping[str, Estimate]
@@ -64,10 +103,7 @@ class PressureFit:
     scatter: float
     correlation_time: float
     verdict: Verdict
-    values: Mapping[str, float]
-    cost: float
-    spread: float
-    freedom: float
+    solution: Solution
 
 
 def fit_pressures(
@@ -79,6 +115,24 @@ def fit_pressures(
     correlated in time, and by the bias of the sensors as ``parameters`` state it. Raises
     :class:`UninformativeRunError` where no pressure changes.
     """
+    solution = solve(run, parameters, unknowns)
+    problem, values = solution.problem, solution.values
+    modelled = problem.modelled(values)
+    return PressureFit(
+        _estimates(solution),
+        modelled[:, 0],
+        modelled[:, 1],
+        float(np.std(solution.residuals)) * problem.noise,
+        solution.inflation * problem.spacing,
+        _verdict(problem, values, solution.residuals, solution.jacobian),
+        solution,
+    )
+
+
+def solve(
+    run: MeasuredRun, parameters: RigParameters, unknowns: Sequence[Unknown], most: int = 40
+) -> Solution:
+    """Minimise the residuals in at most ``most`` steps; raises as :func:`fit_pressures`."""
     problem = Problem(run, parameters, unknowns)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:
@@ -99,45 +153,36 @@ def fit_pressures(
         xtol=1e-7,
         ftol=1e-7,
         gtol=1e-7,
-        max_nfev=40,
+        max_nfev=most,
     )
     values = np.asarray(found.x) * scale
     residuals = problem.residuals(values)[: problem.readings]
-    spacing, inflation = problem.spacing, _correlation(residuals.reshape(2, -1))
-    freedom = problem.readings - len(values)
-    variance = max(float(residuals @ residuals) / freedom, 1.0)
+    inflation = _correlation(residuals.reshape(2, -1))
     jacobian = np.asarray(found.jac) / scale
-    verdict = _verdict(problem, values, residuals, np.array(found.jac))
+    cost = 2.0 * float(found.cost)
+    return Solution(problem, unknowns, values, residuals, jacobian, cost, inflation)
+
+
+def _estimates(solution: Solution) -> dict[str, Estimate]:
+    problem, values = solution.problem, solution.values
     # What is known beforehand of the biases does not share the residuals' scatter.
-    jacobian[: problem.readings] /= math.sqrt(variance * inflation)
+    jacobian = solution.jacobian.copy()
+    jacobian[: problem.readings] /= math.sqrt(solution.spread)
     errors = MARGIN * np.sqrt(np.diag(covariance(jacobian, 1.0)))
-    effective = freedom / inflation
     estimates = {
         unknown.name: within(
             judged(
-                symmetric(float(value), float(error), effective, unknown.unit),
+                symmetric(float(value), float(error), solution.freedom, unknown.unit),
                 "the run leaves it open within half its value",
             ),
             unknown.low,
             unknown.high,
         )
-        for unknown, value, error in zip(unknowns, values, errors, strict=False)
+        for unknown, value, error in zip(solution.unknowns, values, errors, strict=False)
     }
-    supply = symmetric(problem.supply - float(values[-1]), float(errors[-1]), effective, "Pa")
-    estimates[SUPPLY] = supply
-    modelled = problem.modelled(values)
-    return PressureFit(
-        estimates,
-        modelled[:, 0],
-        modelled[:, 1],
-        float(np.std(residuals)) * problem.noise,
-        inflation * spacing,
-        verdict,
-        dict(zip((unknown.name for unknown in unknowns), values.tolist(), strict=False)),
-        2.0 * float(found.cost),
-        variance * inflation,
-        effective,
-    )
+    pressure = problem.supply - float(values[-1])
+    estimates[SUPPLY] = symmetric(pressure, float(errors[-1]), solution.freedom, "Pa")
+    return estimates
 
 
 def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array) -> Verdict:
@@ -146,13 +191,11 @@ def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array)
     The fit takes out of each draw what its parameters can follow, as it did of the run.
     """
     generator = np.random.default_rng(SEED)
-    # What a fit makes of residuals: the values move by -solved @ residuals.
+    # What a fit makes of residuals; in natural sizes, so that none is taken for nothing.
+    jacobian = jacobian * problem.scale
     solved = linalg.pinv(jacobian)[:, : problem.readings]
-    draws = []
-    for _ in range(DRAWS):
-        drawn = problem.drawn(values, generator).ravel()
-        draws.append((drawn - jacobian[: problem.readings] @ (solved @ drawn)).reshape(2, -1))
-    explained = np.stack(draws)
+    drawn = problem.draws(values, DRAWS, generator).reshape(DRAWS, -1)
+    explained = (drawn - drawn @ solved.T @ jacobian[: problem.readings].T).reshape(DRAWS, 2, -1)
     supply = problem.supply_residuals()
     still = generator.standard_normal((DRAWS, len(supply)))
     still -= still.mean(axis=1, keepdims=True)
@@ -162,11 +205,11 @@ def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array)
         if 2 * length > len(supply):
             continue
         over = f" over {span:g} s" if span else ""
-        for name, found, drawn in (
+        for name, found, left in (
             ("scatter of the pressures", residuals.reshape(2, -1), explained),
             ("scatter of the supply", supply, still),
         ):
-            expected = power(drawn, length).reshape(DRAWS, -1).mean(axis=1)
+            expected = power(left, length).reshape(DRAWS, -1).mean(axis=1)
             mean = float(np.mean(power(found, length)))
             checks.append(check_power(f"{name}{over}", mean, expected, "Pa", problem.noise))
     return Verdict(tuple(checks))

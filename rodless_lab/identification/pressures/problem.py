@@ -197,15 +197,18 @@ class Problem:
         """What the sensors would read, shape (n, 2), Pa."""
         return self._shown(self._pressures(values, self._course), values)
 
-    def drawn(self, values: Array, generator: np.random.Generator) -> Array:
+    def draws(self, values: Array, count: int, generator: np.random.Generator) -> Array:
         """Draw residuals that the sensors leave of a rig that is as ``values`` say.
 
-        Shape (2, m), over the noise: the readings' own, and what the position's does to a model
-        that is driven by it.
+        Shape (count, 2, m), over the noise: the readings' own, and what the position's does to a
+        model that is driven by it.
         """
+        true = self._pressures(values, self._course)
+        return np.stack([self._drawn(values, true, generator) for _ in range(count)])
+
+    def _drawn(self, values: Array, true: Array, generator: np.random.Generator) -> Array:
         tools = Instruments.specimen(self._sensors, generator)
         period = self._run.period
-        true = self._pressures(values, self._course)
         position = tools.position.measure(self._course.position, period, generator)
         again = self._pressures(values, Course.seen(position, period))
         rows = []

@@ -75,7 +75,7 @@ def leak(parameters: RigParameters, where: str) -> Unknown:
     """Return the effective area of the leak ``where``: across, a or b."""
 
     def apply(plant: Plant, value: float) -> Plant:
-        changed: Any = plant.leak._replace(**{"open": True, where: value})
-        return plant._replace(leak=changed)
+        changed: dict[str, Any] = {"open": True, where: value}
+        return plant._replace(leak=plant.leak._replace(**changed))
 
     return Unknown.parameter(f"leak.{where}", parameters, 1e-9, apply)

@@ -16,7 +16,6 @@ from rodless_lab.identification.pressures.fit import (
     findings_of,
     fit_pressures,
 )
-from rodless_lab.identification.pressures.problem import Unknown
 from rodless_lab.identification.pressures.unknowns import (
     AREA_FACTOR,
     CLOSED,
@@ -31,11 +30,6 @@ from rodless_sim.physics.flow_laws import iso_6358
 
 AREA = "valve.area_coefficients"
 CONDUCTANCE = "valve.sonic_conductance"
-
-
-def valve_unknowns(parameters: RigParameters) -> list[Unknown]:
-    """Return what is fitted: closed position, a factor on the area curve, the gap's height."""
-    return [*closed_voltage(parameters), *area_factor(parameters), gap(parameters)]
 
 
 def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
@@ -58,7 +52,8 @@ def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
     >>> round(fit.estimates["valve.closed_voltage"].value, 2)
     5.08
     """
-    return fit_pressures(run, parameters, valve_unknowns(parameters))
+    unknowns = [*closed_voltage(parameters), *area_factor(parameters), gap(parameters)]
+    return fit_pressures(run, parameters, unknowns)
 
 
 def valve_findings(fit: PressureFit, parameters: RigParameters) -> list[Finding]:
