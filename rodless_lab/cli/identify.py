@@ -15,28 +15,24 @@ from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
+from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
-from rodless_lab.identification.subjects import FINDINGS, assumed_parameters
+from rodless_lab.identification.subjects import SUBJECTS, assumed_parameters
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import RunError, UninformativeRunError
 from rodless_sim import ParameterError
 
+MISFIT = 3
+
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
-    """Return 0 if a parameter was identified, 1 if none was, 2 for a bag that cannot be used."""
+    """Return 0 if parameters were identified by a model that fits.
+
+    1 if none was, 2 for a bag that cannot be used, 3 if the model does not fit the run.
+    """
     options = _parser().parse_args(arguments)
     try:
-        parameters = assumed_parameters(options.base, options.sensors)
-        run = read_run(options.bag, options.namespace)
-        run.check_absolute()
-        findings = FINDINGS[options.subject](run, parameters)
-        if all(found.value is None for found in findings):
-            print(findings_table(findings))
-            print(f"{options.bag}: informs none of these; nothing was written", file=sys.stderr)
-            return 1
-        bag, base = options.bag.resolve().name, Path(options.base).name
-        heading = title(options.subject, bag, run, options.sensors, base)
-        atomic_write(options.output, parameter_text(heading, findings))
+        return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
         named = text if str(options.bag) in text else f"{options.bag}: {text}"
@@ -45,11 +41,36 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     except OSError as error:
         print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
+
+
+def _identify(options: argparse.Namespace) -> int:
+    parameters = assumed_parameters(options.base, options.sensors)
+    run = read_run(options.bag, options.namespace)
+    run.check_absolute()
+    found = SUBJECTS[options.subject](run, parameters)
+    verdict, picture = found.verdict, options.output.with_suffix(".png")
+    informed = any(finding.value is not None for finding in found.findings)
+    if informed:
+        bag, base = options.bag.resolve().name, Path(options.base).name
+        heading = title(options.subject, bag, run, options.sensors, base)
+        text = parameter_text([*heading, f"Verdict: {verdict}."], found.findings)
+        atomic_write(options.output, text)
+    if informed or not verdict.fits:
+        atomic_write(picture, png(found.draw))
     if run.doubt:
         print(run.doubt, file=sys.stderr)
-    print(findings_table(findings))
-    print(f"written to {options.output}; the plant takes it with --params-file")
-    return 0
+    print(findings_table(found.findings))
+    if not informed:
+        print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)
+    if informed:
+        print(f"written to {options.output}; the plant takes it with --params-file")
+    if informed or not verdict.fits:
+        print(f"{picture} shows the residuals")
+    if verdict.fits:
+        print(f"{verdict}")
+        return 0 if informed else 1
+    print(f"{verdict}; the intervals above do not hold", file=sys.stderr)
+    return MISFIT
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -57,9 +78,10 @@ def _parser() -> argparse.ArgumentParser:
         prog="rodless identify",
         description="Identify parameters of a rig from a recorded run.",
         epilog="Topics read: joint_states, chamber_a/pressure, chamber_b/pressure, "
-        "supply/pressure, valve/state (or valve/voltage). Pressures are absolute.",
+        "supply/pressure, valve/state (or valve/voltage). Pressures are absolute. Exit code 3: the "
+        "model does not fit the run; FILE.png shows the residuals.",
     )
-    parser.add_argument("subject", choices=sorted(FINDINGS))
+    parser.add_argument("subject", choices=sorted(SUBJECTS))
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of a rosbag2 bag")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.yaml")
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")

@@ -9,7 +9,9 @@
 """Do the intervals hold? Rigs with hidden parameters are run, measured, identified, compared.
 
 ``python -m rodless_lab.identification.coverage --draws 100`` prints, for every parameter, in how
-many draws its 95 % interval covered the truth and how wide it was.
+many draws its 95 % interval covered the truth and how wide it was, and how often the verdict was a
+false alarm. With ``--effects`` the rigs have effects that the model leaves out, one at a time: in
+how many draws the verdict says so, and in how many neither it nor the intervals do.
 """
 
 import argparse
@@ -24,10 +26,13 @@ from rodless_base.constants import absolute
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.identification.friction.run import identify_friction
-from rodless_lab.identification.pressures.chambers import GAP, VOLUMES, identify_chambers
-from rodless_lab.identification.pressures.fit import SUPPLY
-from rodless_lab.identification.pressures.valve import AREA, AREA_FACTOR, CLOSED, identify_valve
-from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.identification.hidden_effects import EFFECTS, outcome
+from rodless_lab.identification.pressures.chambers import identify_chambers
+from rodless_lab.identification.pressures.fit import SUPPLY, PressureFit
+from rodless_lab.identification.pressures.unknowns import AREA_FACTOR, CLOSED, GAP, VOLUMES
+from rodless_lab.identification.pressures.valve import AREA, identify_valve
+from rodless_lab.identification.verdict import Verdict
+from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
 
@@ -36,6 +41,12 @@ Values = dict[str, float]
 Row = tuple[bool, bool, float]
 
 FRICTION_NAMES = ("static", "coulomb", "stribeck_velocity", "viscous")
+
+# What is promised: of the intervals on right rigs, the false alarms there, and the draws on wrong
+# rigs in which an interval misses and the verdict does not say so.
+LEAST_COVERAGE = 0.95
+MOST_FALSE_ALARMS = 0.05
+MOST_SILENT = 0.10
 
 # What whoever identifies knows of the rig: the defaults, and the sensors' data sheet.
 KNOWN = RigParameters(DATA_SHEET)
@@ -47,7 +58,7 @@ class Subject:
 
     hide: Callable[[np.random.Generator], tuple[RigParameters, Values]]
     voltages: Array
-    identify: Callable[[MeasuredRun], Mapping[str, Estimate]]
+    identify: Callable[[MeasuredRun], tuple[Mapping[str, Estimate], Verdict]]
 
 
 @dataclass(frozen=True)
@@ -97,25 +108,30 @@ def _supply(generator: np.random.Generator) -> float:
     return absolute(float(generator.uniform(0.4e6, 0.6e6)))
 
 
-def _friction(run: MeasuredRun) -> Mapping[str, Estimate]:
+def _friction(run: MeasuredRun) -> tuple[Mapping[str, Estimate], Verdict]:
     fit = identify_friction(run, KNOWN)
-    return {
+    estimates = {
         f"friction.{side}.{name}": getattr(direction, name)
         for side, direction in (("forward", fit.forward), ("reverse", fit.reverse))
         for name in FRICTION_NAMES
     }
+    return estimates, fit.verdict
+
+
+def _pressures(
+    identify: Callable[[MeasuredRun, RigParameters], PressureFit],
+) -> Callable[[MeasuredRun], tuple[Mapping[str, Estimate], Verdict]]:
+    def found(run: MeasuredRun) -> tuple[Mapping[str, Estimate], Verdict]:
+        fit = identify(run, KNOWN)
+        return fit.estimates, fit.verdict
+
+    return found
 
 
 SUBJECTS = {
     "friction": Subject(hidden_friction, EXCITATIONS["friction"](), _friction),
-    "chambers": Subject(
-        hidden_chambers,
-        EXCITATIONS["chambers"](),
-        lambda run: identify_chambers(run, KNOWN).estimates,
-    ),
-    "valve": Subject(
-        hidden_valve, EXCITATIONS["valve"](), lambda run: identify_valve(run, KNOWN).estimates
-    ),
+    "chambers": Subject(hidden_chambers, EXCITATIONS["chambers"](), _pressures(identify_chambers)),
+    "valve": Subject(hidden_valve, EXCITATIONS["valve"](), _pressures(identify_valve)),
 }
 
 
@@ -137,29 +153,60 @@ def measured_run(
     )
 
 
-def round_trips(
-    name: str, draws: int, show: Callable[[int], None] = lambda _: None
-) -> dict[str, Coverage]:
-    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1."""
-    rows: dict[str, list[Row]] = {}
+@dataclass(frozen=True)
+class Trial:
+    """One rig: for each parameter whether it was informed, covered, and its relative half width."""
+
+    rows: dict[str, Row]
+    verdict: Verdict
+
+    @property
+    def covered(self) -> bool:
+        """Whether all intervals that are claimed hold the truth."""
+        return all(covers for informed, covers, _ in self.rows.values() if informed)
+
+
+def trials(
+    name: str, draws: int, effect: str = "", show: Callable[[int], None] = lambda _: None
+) -> list[Trial]:
+    """Hide, run, measure and identify ``draws`` rigs of a subject, seeds 0 to draws-1.
+
+    With an ``effect`` the rigs have that too, and who identifies them does not know.
+    """
+    found = []
     for seed in range(draws):
-        for parameter, row in round_trip(name, seed).items():
-            rows.setdefault(parameter, []).append(row)
+        found.append(round_trip(name, seed, effect))
         show(seed + 1)
-    return {parameter: _coverage(row) for parameter, row in rows.items()}
+    return found
 
 
-def round_trip(name: str, seed: int) -> dict[str, Row]:
-    """Return of one rig, for each parameter: informed, truth covered, half width over truth."""
+def round_trip(name: str, seed: int, effect: str = "") -> Trial:
+    """Hide, run, measure and identify one rig."""
     subject = SUBJECTS[name]
     generator = np.random.default_rng(seed)
     parameters, truth = subject.hide(generator)
-    estimates = subject.identify(measured_run(parameters, subject.voltages, generator))
-    return {
+    if effect:
+        parameters = parameters.with_values(EFFECTS[effect](generator))
+    run = measured_run(parameters, subject.voltages, generator)
+    try:
+        estimates, verdict = subject.identify(run)
+    except UninformativeRunError:
+        return Trial({}, Verdict(()))
+    rows = {
         parameter: (found.informed, found.covers(true), found.half_width / abs(true))
         for parameter, true in truth.items()
         for found in [estimates[parameter]]
     }
+    return Trial(rows, verdict)
+
+
+def coverage_of(found: Sequence[Trial]) -> dict[str, Coverage]:
+    """Count, for each parameter, the intervals that cover."""
+    rows: dict[str, list[Row]] = {}
+    for trial in found:
+        for parameter, row in trial.rows.items():
+            rows.setdefault(parameter, []).append(row)
+    return {parameter: _coverage(row) for parameter, row in rows.items()}
 
 
 def _coverage(rows: Sequence[Row]) -> Coverage:
@@ -174,10 +221,13 @@ def _coverage(rows: Sequence[Row]) -> Coverage:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Return 0 if every interval covered the truth in 95 of 100 informed draws."""
-    parser = argparse.ArgumentParser(prog="round_trip", description=__doc__)
+    """Return 0 if the intervals and verdicts keep what docs/identification.md promises."""
+    parser = argparse.ArgumentParser(prog="coverage", description=__doc__)
     parser.add_argument("subjects", nargs="*", help=", ".join(SUBJECTS))
     parser.add_argument("--draws", type=int, default=100)
+    parser.add_argument(
+        "--effects", nargs="*", metavar="EFFECT", help=f"left out: {', '.join(EFFECTS)}; all"
+    )
     options = parser.parse_args(arguments)
 
     def show(done: int) -> None:
@@ -186,14 +236,38 @@ def main(arguments: Sequence[str]) -> int:
 
     good = True
     for name in options.subjects or SUBJECTS:
-        for parameter, found in round_trips(name, options.draws, show).items():
-            good &= found.covered >= 0.95 * found.informed
-            print(
-                f"\r{parameter:36} covered {found.covered:4d} of {found.informed:4d} informed "
-                f"({found.draws} draws), ±{found.half_width:.2%}",
-                flush=True,
-            )
+        if options.effects is None:
+            good &= _right_rigs(name, options.draws, show)
+        else:
+            for effect in options.effects or EFFECTS:
+                good &= _wrong_rigs(name, options.draws, effect, show)
     return 0 if good else 1
+
+
+def _right_rigs(name: str, draws: int, show: Callable[[int], None]) -> bool:
+    done = trials(name, draws, show=show)
+    good = True
+    for parameter, found in coverage_of(done).items():
+        good &= found.covered >= LEAST_COVERAGE * found.informed
+        print(
+            f"\r{parameter:36} covered {found.covered:4d} of {found.informed:4d} informed "
+            f"({found.draws} draws), ±{found.half_width:.2%}",
+            flush=True,
+        )
+    alarms = outcome([(trial.verdict.fits, trial.covered) for trial in done]).refused
+    print(f"{name:36} false alarms {alarms} of {draws}", flush=True)
+    return good and alarms <= MOST_FALSE_ALARMS * draws
+
+
+def _wrong_rigs(name: str, draws: int, effect: str, show: Callable[[int], None]) -> bool:
+    done = trials(name, draws, effect, show)
+    found = outcome([(trial.verdict.fits, trial.covered) for trial in done])
+    print(
+        f"\r{name:10} without {effect:14} does not fit {found.refused:4d} of {found.draws}, "
+        f"all intervals cover {found.covered:4d}, silently wrong {found.silent:4d}",
+        flush=True,
+    )
+    return found.silent <= MOST_SILENT * draws
 
 
 if __name__ == "__main__":

@@ -109,3 +109,23 @@ def judged(estimate: Estimate, note: str) -> Estimate:
     if math.isfinite(half) and half <= LARGEST_RELATIVE_HALF_WIDTH * abs(estimate.value):
         return estimate
     return replace(estimate, informed=False, note=note)
+
+
+def within(estimate: Estimate, low: float, high: float) -> Estimate:
+    """Return ``estimate`` with its interval cut at the range ``low`` to ``high``, and marked so."""
+    if not estimate.informed:
+        return estimate
+    notes = [
+        f"cut at the {side} bound of its range, {end:g} {estimate.unit}".rstrip()
+        for side, end, beyond in (
+            ("lower", low, estimate.low < low),
+            ("upper", high, estimate.high > high),
+        )
+        if beyond
+    ]
+    return replace(
+        estimate,
+        low=max(estimate.low, low),
+        high=min(estimate.high, high),
+        note="; ".join(filter(None, (estimate.note, *notes))),
+    )

@@ -9,21 +9,62 @@
 """What can be identified from a bag, and what is taken as known for it."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
 
 from rodless_base.parameter_file import preset_names
+from rodless_lab.figures.identification import draw_friction, draw_pressures
+from rodless_lab.identification.friction.causes import with_form
 from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding
-from rodless_lab.identification.pressures.chambers import chambers_findings
-from rodless_lab.identification.pressures.valve import valve_findings
+from rodless_lab.identification.pressures.causes import with_cause
+from rodless_lab.identification.pressures.chambers import (
+    chambers_findings,
+    identify_chambers,
+)
+from rodless_lab.identification.pressures.valve import (
+    identify_valve,
+    valve_findings,
+)
+from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import ParameterError, RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
-FINDINGS: dict[str, Callable[[MeasuredRun, RigParameters], list[Finding]]] = {
-    "chambers": chambers_findings,
-    "friction": lambda run, parameters: friction_findings(identify_friction(run, parameters)),
-    "valve": valve_findings,
+
+@dataclass(frozen=True)
+class Identified:
+    """What a run says of the parameters, whether the model fits it, and the picture of both."""
+
+    findings: list[Finding]
+    verdict: Verdict
+    draw: Callable[[], Figure]
+
+
+def _friction(run: MeasuredRun, parameters: RigParameters) -> Identified:
+    fit = identify_friction(run, parameters)
+    verdict = with_form(fit, run, parameters)
+    return Identified(friction_findings(fit), verdict, lambda: draw_friction(fit))
+
+
+def _chambers(run: MeasuredRun, parameters: RigParameters) -> Identified:
+    fit = with_cause(run, parameters, identify_chambers(run, parameters))
+    return Identified(chambers_findings(fit), fit.verdict, lambda: draw_pressures(run, fit))
+
+
+def _valve(run: MeasuredRun, parameters: RigParameters) -> Identified:
+    fit = with_cause(run, parameters, identify_valve(run, parameters))
+    return Identified(
+        valve_findings(fit, parameters), fit.verdict, lambda: draw_pressures(run, fit)
+    )
+
+
+SUBJECTS: dict[str, Callable[[MeasuredRun, RigParameters], Identified]] = {
+    "chambers": _chambers,
+    "friction": _friction,
+    "valve": _valve,
 }
 
 

@@ -10,20 +10,25 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, stats
+from scipy import linalg, optimize, stats
 
-from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, unknown
-from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
-from rodless_lab.identification.friction.curve import (
-    Stribeck,
-    friction_force,
-    turning_points,
+from rodless_lab.identification.estimate import (
+    Estimate,
+    covariance,
+    judged,
+    symmetric,
+    unknown,
+    within,
 )
+from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.friction.curve import Stribeck
+from rodless_lab.identification.friction.form import PRINTED, FrictionForm
+from rodless_lab.identification.verdict import Check, Verdict, check_power, joined
 from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
@@ -38,6 +43,13 @@ _HIGH = np.array([parameter.maximum for parameter in _DECLARED])
 
 # Stribeck velocities (m/s) the search starts from; the cost has a minimum of its own near many.
 _STARTS = np.geomspace(5e-4, 1.2e-2, 6)
+
+# Draws of what the errors leave of a curve that fits, and their seed: a verdict is repeatable.
+DRAWS = 400
+SEED = 1
+
+# Points of neighbouring speeds of which the median is taken.
+GROUP = 3
 
 # Residuals beyond this many standard errors count linearly instead of squared.
 _ROBUST = 2.0
@@ -69,7 +81,9 @@ class DirectionFit:
     """Friction of one direction, magnitudes; the points it rests on, m/s and N, shape (n,).
 
     ``auxiliary`` is the paper's construction on the same points. ``breakaways`` are the forces
-    at which the carriage let go, ``stops`` those at which it caught again (N).
+    at which the carriage let go, ``stops`` those at which it caught again (N). ``form`` is that of
+    the curve; ``residuals`` are those of points, breakaways and stops, in this order, over their
+    standard errors, and ``verdict`` what they say of the form.
     """
 
     static: Estimate
@@ -81,6 +95,9 @@ class DirectionFit:
     forces: Array
     breakaways: Array
     stops: Array
+    form: FrictionForm = PRINTED
+    residuals: Array = field(default_factory=lambda: np.empty(0))
+    verdict: Verdict = field(default_factory=lambda: Verdict(()))
 
     @property
     def curve(self) -> Stribeck:
@@ -100,6 +117,11 @@ class FrictionFit:
     forward: DirectionFit
     reverse: DirectionFit
 
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the form follows the points of both directions within their errors."""
+        return joined([self.forward.verdict, self.reverse.verdict])
+
 
 class _Observations(NamedTuple):
     """Magnitudes of one direction with standard errors; ``known`` if those were given."""
@@ -113,6 +135,26 @@ class _Observations(NamedTuple):
     stops: Array
     stop_errors: Array
     known: bool
+    form: FrictionForm
+    direction: str
+
+
+class _Solution(NamedTuple):
+    values: Array
+    jacobian: Array
+    residuals: Array
+
+    def variance(self, known: bool) -> float:
+        """Variance of a residual: no less than 1 where the errors were known beforehand."""
+        freedom = len(self.residuals) - len(self.values)
+        if freedom < 1:
+            return 1.0 if known else math.nan
+        found = robust_sum(self.residuals) / freedom
+        return max(found, 1.0) if known else found
+
+    @property
+    def freedom(self) -> int:
+        return len(self.residuals) - len(self.values)
 
 
 def fit_friction(
@@ -125,8 +167,11 @@ def fit_friction(
     breakaway_errors: npt.ArrayLike | None = None,
     stops: npt.ArrayLike = (),
     stop_errors: npt.ArrayLike | None = None,
+    form: FrictionForm = PRINTED,
 ) -> FrictionFit:
-    """Fit eq. (29) to points of uniform motion by robust least squares, per direction.
+    """Fit a form of friction, by default eq. (29), to points of uniform motion, per direction.
+
+    By robust least squares.
 
     Standard errors, where given, weight the points; otherwise scatter about the curve is all that
     is known of them, and all are alike.
@@ -143,6 +188,8 @@ def fit_friction(
         which uniform motion cannot reach.
     breakaway_errors, stop_errors
         Their standard errors.
+    form
+        The curve, its own constants taken as known.
 
     Raises
     ------
@@ -169,7 +216,7 @@ def fit_friction(
     if speed.shape != force.shape:
         raise ValueError(f"{len(speed)} speeds and {len(force)} forces do not belong together")
     fits = []
-    for sign in (1.0, -1.0):
+    for sign, direction in ((1.0, "forward"), (-1.0, "reverse")):
         here, go, halt = sign * speed > 0.0, sign * away > 0.0, sign * stop > 0.0
         observations = _Observations(
             sign * speed[here],
@@ -181,6 +228,8 @@ def fit_friction(
             sign * stop[halt],
             np.maximum(stop_error[halt], _FINEST_FORCE),
             given,
+            form,
+            direction,
         )
         fits.append(_fit_direction(observations))
     return FrictionFit(*fits)
@@ -208,12 +257,14 @@ def _fit_direction(points: _Observations) -> DirectionFit:
     if full is None or not _curve_is_better(points, line, full):
         if not _line_is_enough(points, line):
             nothing = [unknown(unit, UNFINISHED) for unit in UNITS]
-            return _result(points, nothing)
-        return _result(points, _line_estimates(points, line))
-    return _result(points, _curve_estimates(points, full))
+            return _result(points, nothing, line if full is None else full)
+        return _result(points, _line_estimates(points, line), line)
+    return _result(points, _curve_estimates(points, full), full)
 
 
-def _result(points: _Observations, estimates: Sequence[Estimate]) -> DirectionFit:
+def _result(
+    points: _Observations, estimates: Sequence[Estimate], solution: _Solution | None = None
+) -> DirectionFit:
     lines = None
     if len(points.speeds) >= 2:
         breakaway = float(np.median(points.breakaways)) if len(points.breakaways) else None
@@ -229,29 +280,14 @@ def _result(points: _Observations, estimates: Sequence[Estimate]) -> DirectionFi
         forces=points.forces,
         breakaways=points.breakaways,
         stops=points.stops,
+        form=points.form,
+        residuals=np.empty(0) if solution is None else solution.residuals,
+        verdict=Verdict(()) if solution is None else _verdict(points, solution),
     )
 
 
-class _Solution(NamedTuple):
-    values: Array
-    jacobian: Array
-    residuals: Array
-
-    def variance(self, known: bool) -> float:
-        """Variance of a residual: no less than 1 where the errors were known beforehand."""
-        freedom = len(self.residuals) - len(self.values)
-        if freedom < 1:
-            return 1.0 if known else math.nan
-        found = _robust_sum(self.residuals) / freedom
-        return max(found, 1.0) if known else found
-
-    @property
-    def freedom(self) -> int:
-        return len(self.residuals) - len(self.values)
-
-
-def _robust_sum(residuals: Array) -> float:
-    """Sum of squares in which an outlier counts linearly (soft L1)."""
+def robust_sum(residuals: Array) -> float:
+    """Sum of squares of residuals, shape (n,), in which an outlier counts linearly (soft L1)."""
     scaled = (residuals / _ROBUST) ** 2
     return float(np.sum(2.0 * _ROBUST**2 * (np.sqrt(1.0 + scaled) - 1.0)))
 
@@ -281,21 +317,73 @@ def _fit_line(points: _Observations) -> _Solution:
     error = np.hypot(points.force_errors, slope * points.speed_errors)
 
     def residuals(values: Array) -> Array:
-        return np.asarray((points.forces - values[0] - values[1] * points.speeds) / error)
+        return np.asarray(
+            (points.forces - points.form.force(_dropless(values), points.speeds)) / error
+        )
 
     bounds = (np.full(2, -np.inf), np.full(2, np.inf))
     return _solved(residuals, np.array([intercept, slope]), bounds, np.array([10.0, 1e3]))
 
 
+def _dropless(values: Array) -> Stribeck:
+    """Return the curve of F_c and B alone: with F_s = F_c there is no drop, whatever v_s."""
+    return Stribeck(values[0], values[0], 1e-3, values[1])
+
+
+def _verdict(points: _Observations, solution: _Solution) -> Verdict:
+    """Hold the residuals, where their errors are known, against draws of such errors.
+
+    Each by itself without the worst tenth, and as medians of neighbours in speed: a wild point or
+    two does not make the curve another, while a curve of another shape leaves neighbours alike.
+    """
+    if not points.known or solution.freedom < 1:
+        return Verdict(())
+    jacobian = solution.jacobian
+    blind = np.eye(len(jacobian)) - jacobian @ linalg.pinv(jacobian)
+    generator = np.random.default_rng(SEED)
+    drawn = generator.standard_normal((DRAWS, len(jacobian))) @ blind
+    order = np.argsort(points.speeds)
+    checks = [_check("residuals", solution.residuals, drawn, _trimmed, points.direction)]
+    if len(order) >= 2 * GROUP:
+        found, expected = solution.residuals[order], drawn[:, order]
+        name = "residuals of neighbours in speed"
+        checks.append(_check(name, found, expected, _of_neighbours, points.direction))
+    return Verdict(tuple(checks))
+
+
+def _check(
+    name: str, found: Array, drawn: Array, square: Callable[[Array], Array], direction: str
+) -> Check:
+    """Compare a mean ``square`` along the last axis with that of the draws."""
+    unit = "standard errors"
+    return check_power(f"{name} {direction}", float(square(found)), square(drawn), unit, 1.0)
+
+
+def _trimmed(residuals: Array) -> Array:
+    """Mean square without the worst tenth."""
+    squares = np.sort(residuals**2, axis=-1)
+    kept = squares.shape[-1] - max(squares.shape[-1] // 10, 1)
+    return np.asarray(np.mean(squares[..., :kept], axis=-1))
+
+
+def _of_neighbours(residuals: Array) -> Array:
+    """Mean square of the medians of GROUP neighbours."""
+    count = residuals.shape[-1] // GROUP
+    groups = residuals[..., : count * GROUP].reshape(*residuals.shape[:-1], count, GROUP)
+    return np.asarray(np.mean(np.median(groups, axis=-1) ** 2, axis=-1))
+
+
 def _curve_residuals(points: _Observations, line: _Solution) -> Callable[[Array], Array]:
-    error = np.hypot(points.force_errors, line.values[1] * points.speed_errors)
+    form = points.form
+    slope = form.slope(_dropless(line.values), points.speeds)
+    error = np.hypot(points.force_errors, slope * points.speed_errors)
 
     def residuals(values: Array) -> Array:
         curve = Stribeck(*values)
-        ends = turning_points(curve)
+        ends = form.turning_points(curve)
         return np.concatenate(
             [
-                (points.forces - friction_force(curve, points.speeds)) / error,
+                (points.forces - form.force(curve, points.speeds)) / error,
                 (points.breakaways - ends.hump) / points.breakaway_errors,
                 (points.stops - ends.valley) / points.stop_errors,
             ]
@@ -316,7 +404,7 @@ def _fit_curve(points: _Observations, line: _Solution) -> _Solution | None:
         _solved(residuals, np.array([top, intercept, velocity, slope]), (_LOW, _HIGH), _SCALE)
         for velocity in _STARTS
     ]
-    return min(solutions, key=lambda solution: _robust_sum(solution.residuals))
+    return min(solutions, key=lambda solution: robust_sum(solution.residuals))
 
 
 def _curve_is_better(points: _Observations, line: _Solution, full: _Solution) -> bool:
@@ -325,7 +413,7 @@ def _curve_is_better(points: _Observations, line: _Solution, full: _Solution) ->
         return False
     if len(points.breakaways) or len(points.stops):
         return True
-    gain = _robust_sum(line.residuals) - _robust_sum(full.residuals)
+    gain = robust_sum(line.residuals) - robust_sum(full.residuals)
     statistic = gain / 2.0 / max(full.variance(points.known), 1e-300)
     return bool(stats.f.sf(statistic, 2, full.freedom) < _SIGNIFICANCE)
 
@@ -336,7 +424,7 @@ def _line_is_enough(points: _Observations, line: _Solution) -> bool:
         return True
     # Without the worst tenth: a wild point or two does not make the curve another.
     kept = np.sort(np.abs(line.residuals))[: -max(len(line.residuals) // 10, 1)]
-    return bool(stats.chi2.sf(_robust_sum(kept), line.freedom) > 1e-3)
+    return bool(stats.chi2.sf(robust_sum(kept), line.freedom) > 1e-3)
 
 
 def _line_estimates(points: _Observations, line: _Solution) -> list[Estimate]:
@@ -363,4 +451,7 @@ def _curve_estimates(points: _Observations, full: _Solution) -> list[Estimate]:
         symmetric(float(value), float(error), full.freedom, unit)
         for value, error, unit in zip(full.values, errors, UNITS, strict=True)
     ]
-    return [judged(estimate, WIDE) for estimate in estimates]
+    return [
+        within(judged(estimate, WIDE), low, high)
+        for estimate, low, high in zip(estimates, _LOW, _HIGH, strict=True)
+    ]

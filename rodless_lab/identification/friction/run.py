@@ -16,11 +16,13 @@ import numpy.typing as npt
 
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction.form import FrictionForm
 from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stick_slip_events
 from rodless_lab.identification.friction.uniform_motion import UniformPart, uniform_parts
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
+from rodless_sim.physics import rail
 from rodless_sim.physics.cylinder import piston_area
 
 Array = npt.NDArray[np.float64]
@@ -56,8 +58,9 @@ class FrictionPoints:
 def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoints:
     """Read uniform motion and stick-slip from ``run``.
 
-    Of ``parameters`` bore, moving mass and the lag of the pressure sensors are used; ``reason``
-    says why where there is no uniform motion. Raises ValueError for a run of no length.
+    Of ``parameters`` bore, moving mass, the rail's tilt and the lag of the pressure sensors are
+    used; ``reason`` says why where there is no uniform motion. Raises ValueError for a run of no
+    length.
 
     Examples
     --------
@@ -72,7 +75,8 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
     """
     area = piston_area(parameters)
     lag = parameters.number("sensors.pressure_lag")
-    force = area * (run.pressure_a - run.pressure_b)
+    # What of the pressures' force friction has to bear: a tilted rail bears its own share.
+    force = area * (run.pressure_a - run.pressure_b) - rail.of(parameters).weight
     found = uniform_parts(run.time, run.position, tolerance=STEADY)
     readings = [_force(run.time, force, part, lag) for part in found.parts]
     mass = parameters.number("cylinder.moving_mass")
@@ -102,7 +106,7 @@ def _force(time: Array, force: Array, part: UniformPart, lag: float) -> tuple[fl
 
 
 def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFit:
-    """Identify both directions' friction, eq. (29), from one run.
+    """Identify both directions' friction, in the form of ``parameters``, from one run.
 
     The intervals hold the noise of the run and, by the ``sensors.*`` of ``parameters``, what its
     noise cannot show: a bias of the pressure sensors moves F_s and F_c of both directions by one
@@ -113,7 +117,8 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     run
         The measured run.
     parameters
-        What is taken as known: bore, moving mass and ``sensors.*``.
+        What is taken as known: ``friction.form`` with its own constants, bore, moving mass, the
+        rail's tilt and ``sensors.*``.
 
     Raises
     ------
@@ -131,7 +136,11 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     >>> fit.forward.viscous.covers(rig.number("friction.forward.viscous"))
     True
     """
-    points = friction_points(run, parameters)
+    return fit_points(friction_points(run, parameters), parameters)
+
+
+def fit_points(points: FrictionPoints, parameters: RigParameters) -> FrictionFit:
+    """Fit what :func:`friction_points` read; see :func:`identify_friction`."""
     nonlinearity = 0.5 * speed_stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
         raise UninformativeRunError(f"no uniform motion: {points.reason}")
@@ -145,6 +154,7 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
         breakaway_errors=_alike(events.breakaways, events.breakaway_errors),
         stops=events.stops,
         stop_errors=_alike(events.stops, events.stop_errors),
+        form=FrictionForm.of(parameters),
     )
     return FrictionFit(
         _with_accuracy(fit.forward, parameters), _with_accuracy(fit.reverse, parameters)

@@ -8,18 +8,20 @@
 
 """The two chambers alone, driven by the measured position and the voltage, eqs. (1)-(27)."""
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
 from rodless_base.kernels import kernel
 from rodless_lab.identification.friction.uniform_motion import position_noise
-from rodless_lab.runs.measured_run import MeasuredRun
-from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
-from rodless_sim.physics.equations import inflows
+from rodless_sim.physics import heated  # noqa: F401  versions of the equations used here
+from rodless_sim.physics.equations import inflows, motion_rate, pressure_rates
+from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import AnyMotion, carried, moved
 
 Array = npt.NDArray[np.float64]
 
@@ -30,56 +32,69 @@ LONGEST_STEP = 5e-4
 SMOOTHING = 0.02
 
 
+# A valve this close (V) to its command has arrived.
+ARRIVED = 1e-6
+
+
+@kernel
+def rates_along(plant: Plant, lands: Lands, state: AnyMotion) -> AnyMotion:
+    """Return the rates of both chambers while the carriage moves as ``state`` says."""
+    a, b = pressure_rates(plant, state, inflows(plant, lands, state), state.velocity)
+    return motion_rate(state.velocity, 0.0, a, b)
+
+
 @kernel
 def chamber_pressures(
     plant: Plant,
     voltage: Array,
     position: Array,
     velocity: Array,
-    start: tuple[float, float],
+    start: AnyMotion,
     period: float,
     steps: int,
+    lag: float,
 ) -> Array:
     """Integrate P_a and P_b (Pa) from ``start`` along a given motion; returns shape (n, 2).
 
     ``voltage[k]`` (V), ``position[k]`` (m) and ``velocity[k]`` (m/s), shape (n,), hold from sample
-    k to k+1, the position moving at the mean of its velocities; ``steps`` midpoint steps each.
+    k to k+1, the position moving at the mean of its velocities; ``steps`` midpoint steps each. The
+    valve follows the voltage with a first-order ``lag`` (s).
     """
-    air, cylinder = plant.air, plant.cylinder
     pressures = np.empty((voltage.size, 2))
-    a, b = start
     step = period / steps
-    lands = openings(plant, voltage[0])
+    keep = math.exp(-0.5 * step / lag) if lag > 0.0 else 0.0
+    spool = voltage[0]
+    lands = openings(plant, spool)
+    state = start
     for k in range(voltage.size):
-        pressures[k, 0] = a
-        pressures[k, 1] = b
-        if k == 0 or voltage[k] != voltage[k - 1]:
-            lands = openings(plant, voltage[k])
+        pressures[k, 0] = state.pressure_a
+        pressures[k, 1] = state.pressure_b
         following = min(k + 1, voltage.size - 1)
         speed = 0.5 * (velocity[k] + velocity[following])
         for i in range(steps):
+            if spool != voltage[k]:
+                middle = voltage[k] + keep * (spool - voltage[k])
+                spool = voltage[k] + keep * (middle - voltage[k])
+                if abs(spool - voltage[k]) < ARRIVED:
+                    spool = voltage[k]
+                lands = openings(plant, middle)
             where = position[k] + speed * step * (i + 0.5)
-            first, second = volume_a(cylinder, where), volume_b(cylinder, where)
-            change = cylinder.piston_area * speed
-            to_a, to_b = inflows(plant, lands, Motion(where, speed, a, b))
-            half_a = a + 0.5 * step * pressure_rate(air, first, change, a, to_a.mass_flow)
-            half_b = b + 0.5 * step * pressure_rate(air, second, -change, b, to_b.mass_flow)
-            to_a, to_b = inflows(plant, lands, Motion(where, speed, half_a, half_b))
-            a += step * pressure_rate(air, first, change, half_a, to_a.mass_flow)
-            b += step * pressure_rate(air, second, -change, half_b, to_b.mass_flow)
+            state = carried(state, where, speed)
+            half = moved(state, rates_along(plant, lands, state), 0.5 * step)
+            state = moved(state, rates_along(plant, lands, carried(half, where, speed)), step)
     return pressures
 
 
-def smoothed_motion(run: MeasuredRun) -> tuple[Array, Array]:
-    """Position (m) and velocity (m/s) of the carriage from its noisy position, shapes (n,).
+def smoothed_motion(position: Array, period: float) -> tuple[Array, Array]:
+    """Position (m) and velocity (m/s) of the carriage from its noisy ``position``, shapes (n,).
 
     A local parabola; where the whole run moves no further than its noise, it stands still.
     """
-    if float(np.ptp(run.position)) < 12.0 * position_noise(run.position):
-        return np.full(run.position.shape, run.position.mean()), np.zeros(run.position.shape)
-    width = 2 * max(round(0.5 * SMOOTHING / run.period), 2) + 1
-    if width > len(run.position):
-        width = len(run.position) - 1 + len(run.position) % 2
-    position = savgol_filter(run.position, width, 2)
-    velocity = savgol_filter(run.position, width, 2, deriv=1, delta=run.period)
-    return np.asarray(position), np.asarray(velocity)
+    if float(np.ptp(position)) < 12.0 * position_noise(position):
+        return np.full(position.shape, position.mean()), np.zeros(position.shape)
+    width = 2 * max(round(0.5 * SMOOTHING / period), 2) + 1
+    if width > len(position):
+        width = len(position) - 1 + len(position) % 2
+    smooth = savgol_filter(position, width, 2)
+    velocity = savgol_filter(position, width, 2, deriv=1, delta=period)
+    return np.asarray(smooth), np.asarray(velocity)

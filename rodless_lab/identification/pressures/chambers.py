@@ -12,16 +12,12 @@ from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.fit import (
     SUPPLY,
     PressureFit,
-    Unknown,
     findings_of,
     fit_pressures,
 )
+from rodless_lab.identification.pressures.unknowns import GAP, VOLUMES, dead_volumes, gap
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-from rodless_sim.physics.plant import Plant
-
-VOLUMES = ("cylinder.dead_volume_a", "cylinder.dead_volume_b")
-GAP = "valve.gap_height"
 
 
 def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
@@ -42,30 +38,9 @@ def identify_chambers(run: MeasuredRun, parameters: RigParameters) -> PressureFi
     >>> round(fit.estimates["cylinder.dead_volume_a"].value * 1e6, 1)
     15.0
     """
-    return fit_pressures(
-        run, parameters, [*(_volume(parameters, name) for name in VOLUMES), gap(parameters)]
-    )
+    return fit_pressures(run, parameters, [*dead_volumes(parameters), gap(parameters)])
 
 
-def chambers_findings(run: MeasuredRun, parameters: RigParameters) -> list[Finding]:
-    """Identify the chambers; return what that says of the plant's parameters."""
-    return findings_of(identify_chambers(run, parameters), (*VOLUMES, GAP, SUPPLY))
-
-
-def gap(parameters: RigParameters) -> Unknown:
-    """Return the effective height of the valve's gaps as an unknown."""
-
-    def apply(plant: Plant, value: float) -> Plant:
-        return plant._replace(valve=plant.valve._replace(gap_height=value))
-
-    return Unknown.parameter(GAP, parameters, 1e-6, apply)
-
-
-def _volume(parameters: RigParameters, name: str) -> Unknown:
-    def apply(plant: Plant, value: float) -> Plant:
-        cylinder = plant.cylinder
-        if name == VOLUMES[0]:
-            return plant._replace(cylinder=cylinder._replace(dead_volume_a=value))
-        return plant._replace(cylinder=cylinder._replace(dead_volume_b=value))
-
-    return Unknown.parameter(name, parameters, 1e-5, apply)
+def chambers_findings(fit: PressureFit) -> list[Finding]:
+    """Return what the fit says of the plant's parameters."""
+    return findings_of(fit, (*VOLUMES, GAP, SUPPLY))

@@ -10,23 +10,26 @@
 
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.parameter_writer import Finding
-from rodless_lab.identification.pressures.chambers import GAP, gap
 from rodless_lab.identification.pressures.fit import (
     SUPPLY,
     PressureFit,
-    Unknown,
     findings_of,
     fit_pressures,
+)
+from rodless_lab.identification.pressures.unknowns import (
+    AREA_FACTOR,
+    CLOSED,
+    GAP,
+    area_factor,
+    closed_voltage,
+    gap,
 )
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 from rodless_sim.physics.flow_laws import iso_6358
-from rodless_sim.physics.plant import Plant
 
-CLOSED = "valve.closed_voltage"
 AREA = "valve.area_coefficients"
 CONDUCTANCE = "valve.sonic_conductance"
-AREA_FACTOR = "area factor"
 
 
 def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
@@ -49,13 +52,12 @@ def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
     >>> round(fit.estimates["valve.closed_voltage"].value, 2)
     5.08
     """
-    unknowns = [_closed(parameters), _area(), gap(parameters)]
+    unknowns = [*closed_voltage(parameters), *area_factor(parameters), gap(parameters)]
     return fit_pressures(run, parameters, unknowns)
 
 
-def valve_findings(run: MeasuredRun, parameters: RigParameters) -> list[Finding]:
-    """Identify the valve; return what that says of the plant's parameters."""
-    fit = identify_valve(run, parameters)
+def valve_findings(fit: PressureFit, parameters: RigParameters) -> list[Finding]:
+    """Return what the fit says of the plant's parameters, which were ``parameters`` before."""
     factor = fit.estimates[AREA_FACTOR]
     findings = findings_of(fit, (CLOSED, GAP, SUPPLY))
     if parameters.text("valve.flow_law") == iso_6358.NAME:
@@ -84,19 +86,3 @@ def _scaled(parameters: RigParameters, factor: Estimate) -> tuple[float, ...] | 
     return tuple(
         value if place % 3 else value * factor.value for place, value in enumerate(coefficients)
     )
-
-
-def _closed(parameters: RigParameters) -> Unknown:
-    def apply(plant: Plant, value: float) -> Plant:
-        return plant._replace(valve=plant.valve._replace(closed_voltage=value))
-
-    return Unknown.parameter(CLOSED, parameters, 0.1, apply)
-
-
-def _area() -> Unknown:
-    def apply(plant: Plant, value: float) -> Plant:
-        old = plant.valve.area_coefficients
-        new = tuple(number if place % 3 else number * value for place, number in enumerate(old))
-        return plant._replace(valve=plant.valve._replace(area_coefficients=new))  # type: ignore[arg-type]
-
-    return Unknown(AREA_FACTOR, "", 1.0, 0.1, 0.05, 20.0, apply)

@@ -21,6 +21,7 @@ from rodless_lab.identification.estimate import (
     judged,
     symmetric,
 )
+from rodless_lab.identification.verdict import Verdict, whiteness
 from rodless_sim.physics.valve import scaled_amplitudes
 
 Array = npt.NDArray[np.float64]
@@ -83,13 +84,21 @@ class AreaCurve:
 
     The coefficients are the paper's, with amplitudes in mm². ``scatter`` is the standard deviation
     of a single point in m², ``freedom`` its degrees of freedom, ``voltages`` (V, shape (n,)) where
-    the area was measured.
+    the area was measured, and ``residuals`` (m²) how far it was from the curve there.
     """
 
     coefficients: tuple[Estimate, ...]
     scatter: float
     freedom: int
     voltages: Array
+    residuals: Array
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the points lie about the curve without a pattern."""
+        order = np.argsort(self.voltages, kind="stable")
+        slopes = _jacobian(np.array(self._fitted), self.voltages[order])
+        return whiteness(self.residuals[order], slopes, float(np.ptp(self.area(self.voltages))))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -232,7 +241,7 @@ def _ordered(values: Array) -> Array:
 
 def _curve(values: Array, voltage: Array, area: Array) -> AreaCurve:
     freedom = len(voltage) - 9
-    residual = three_sines(values, voltage) - area
+    residual = area - three_sines(values, voltage)
     variance = float(residual @ residual) / max(freedom, 1)
     spread = covariance(_jacobian(values, voltage), variance)
     errors = np.sqrt(np.diag(spread))
@@ -240,4 +249,4 @@ def _curve(values: Array, voltage: Array, area: Array) -> AreaCurve:
         judged(symmetric(float(value), float(error), freedom, unit), DEGENERATE)
         for value, error, unit in zip(values, errors, _UNITS, strict=True)
     )
-    return AreaCurve(estimates, variance**0.5 * 1e-6, freedom, voltage)
+    return AreaCurve(estimates, variance**0.5 * 1e-6, freedom, voltage, residual * 1e-6)

@@ -8,12 +8,13 @@
 
 """Flow coefficient of the valve from measured mass flow, eq. (23), and its polynomial, eq. (25)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_lab.identification.estimate import Estimate, covariance, symmetric
+from rodless_lab.identification.verdict import Verdict, whiteness
 from rodless_sim.physics.air import choked_nozzle_function
 
 Array = npt.NDArray[np.float64]
@@ -47,10 +48,14 @@ def flow_coefficient(
 
 @dataclass(frozen=True)
 class FlowCoefficientCurve:
-    """Polynomial of the deflection in V: coefficients in 1/V^k, constant first, and the scatter."""
+    """Polynomial of the deflection in V: coefficients in 1/V^k, constant first, and the scatter.
+
+    ``verdict`` says whether the points lie about it without a pattern.
+    """
 
     coefficients: tuple[Estimate, ...]
     scatter: float
+    verdict: Verdict = field(default_factory=lambda: Verdict(()))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -87,7 +92,7 @@ def fit_flow_coefficient(
     base = np.vander(distance, DEGREE + 1, increasing=True) * weight[:, None]
     found, *_ = np.linalg.lstsq(base, values * weight, rcond=None)
     freedom = len(distance) - DEGREE - 1
-    residual = base @ found - values * weight
+    residual = values * weight - base @ found
     variance = float(residual @ residual) / max(freedom, 1)
     errors = np.sqrt(np.diag(covariance(base, variance)))
     units = [f"1/V^{power}" if power else "" for power in range(DEGREE + 1)]
@@ -95,4 +100,7 @@ def fit_flow_coefficient(
         symmetric(float(value), float(error), freedom, unit)
         for value, error, unit in zip(found, errors, units, strict=True)
     )
-    return FlowCoefficientCurve(estimates, variance**0.5)
+    order = np.argsort(distance, kind="stable")
+    size = float(np.max(np.abs(values * weight)))
+    verdict = whiteness(residual[order], base[order], size)
+    return FlowCoefficientCurve(estimates, variance**0.5, verdict)

@@ -11,19 +11,14 @@
 import errno
 import math
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from quiet_stop import Quiet
 
-from rodless_base.parameters import ParameterError
 from rodless_lab.cli import compare, identify
-from rodless_lab.identification.pressures.chambers import identify_chambers
-from rodless_lab.identification.pressures.valve import identify_valve
 from rodless_lab.runs.measured_run import MeasuredRun
-from rodless_sim import RigParameters
 
 
 def a_run(samples: int = 400) -> MeasuredRun:
@@ -51,16 +46,6 @@ def refused(
 def test_missing_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str], subject: str) -> None:
     """There is no such folder, whatever is to be identified."""
     assert "no such bag" in refused(tmp_path / "nothing", tmp_path, capsys, subject)
-
-
-@pytest.mark.parametrize("subject", [identify_chambers, identify_valve])
-def test_a_base_with_temperatures_is_refused(
-    subject: Callable[[MeasuredRun, RigParameters], object],
-) -> None:
-    """The fit's model has none: it would blame the dead volumes for the heat."""
-    base = RigParameters({"chambers.thermodynamics": "energy_balance"})
-    with pytest.raises(ParameterError, match="energy_balance refused, the fit knows no temp"):
-        subject(a_run(), base)
 
 
 @pytest.mark.parametrize("subject", [identify_chambers, identify_valve])

@@ -11,7 +11,7 @@
 import pytest
 
 from rodless_lab.identification.pressures.chambers import identify_chambers
-from rodless_lab.identification.pressures.valve import valve_findings
+from rodless_lab.identification.pressures.valve import identify_valve, valve_findings
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
 
@@ -28,7 +28,8 @@ def test_the_valve_of_a_base_with_iso_6358_gets_its_conductance() -> None:
     base = RigParameters({**LOCKED, "valve.flow_law": "iso_6358"})
     rig = base.with_values({"valve.sonic_conductance": 3.3e-9, "valve.closed_voltage": 5.05})
     run = run_of_trace(simulate(rig, VOLTAGES, 1e-3, position=0.06), SUPPLY)
-    found = {finding.name: finding.value for finding in valve_findings(run, base)}
+    fit = identify_valve(run, base)
+    found = {finding.name: finding.value for finding in valve_findings(fit, base)}
     assert found["valve.sonic_conductance"] == pytest.approx(3.3e-9, rel=0.01)
     assert found["valve.closed_voltage"] == pytest.approx(5.05, abs=2e-3)
     assert "valve.area_coefficients" not in found
@@ -40,6 +41,7 @@ def test_the_valve_of_a_base_with_iso_6358_gets_its_conductance() -> None:
         {"leak.across": 2e-8, "leak.a": 1e-8},
         {"chambers.thermodynamics": "polytropic", "chambers.polytropic_index": 1.1},
         {"valve.discharge": "constant", "valve.discharge_coefficient": 0.8},
+        {"chambers.thermodynamics": "energy_balance"},
     ],
     ids=lambda options: next(iter(options)),
 )

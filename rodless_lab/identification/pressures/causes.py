@@ -1,0 +1,161 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+"""What a model of valve and chambers that does not fit likely lacks: each effect is tried."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from scipy import stats
+
+from rodless_base.parameters import ParameterError, Value
+from rodless_lab.identification.friction.uniform_motion import position_noise
+from rodless_lab.identification.pressures.fit import PressureFit, Solution, fit_pressures, solve
+from rodless_lab.identification.pressures.problem import Model, Unknown
+from rodless_lab.identification.pressures.unknowns import (
+    area_factor,
+    closed_voltage,
+    dead_volumes,
+    heat_transfer,
+    leak,
+    polytropic_index,
+)
+from rodless_lab.identification.verdict import FALSE_ALARM
+from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_sim import RigParameters
+
+# An effect that helps shows soon; the one that is named is fitted to the end.
+MOST_STEPS = 12
+
+VALVE_LAG = "lag of the valve"
+
+
+def valve_lag(parameters: RigParameters) -> list[Unknown]:  # noqa: ARG001
+    """Return a first-order lag of the valve, which stands for its dynamics or dead time."""
+
+    def apply(model: Model, value: float) -> Model:
+        return model._replace(valve_lag=value)
+
+    return [Unknown(VALVE_LAG, "s", 1e-3, 1e-3, 0.0, 0.1, apply)]
+
+
+def nothing(parameters: RigParameters) -> list[Unknown]:  # noqa: ARG001
+    """Return no unknowns: the effect is a choice without a size."""
+    return []
+
+
+Unknowns = Callable[[RigParameters], list[Unknown]]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Something the model may lack: what of it is unknown, and the choices that switch it on."""
+
+    name: str
+    unknowns: Unknowns = nothing
+    values: tuple[tuple[str, Value], ...] = ()
+
+
+def _choice(
+    name: str, parameter: str, value: str, unknowns: Callable[..., list[Unknown]]
+) -> Effect:
+    says = f"{name} ({parameter}: {value})"
+    return Effect(says, unknowns, ((parameter, value),))
+
+
+EFFECTS = (
+    _choice("heat to the walls", "chambers.thermodynamics", "energy_balance", heat_transfer),
+    _choice("polytropic chambers", "chambers.thermodynamics", "polytropic", polytropic_index),
+    _choice("adiabatic chambers", "chambers.thermodynamics", "adiabatic", nothing),
+    Effect("a leak past the piston", lambda parameters: [leak(parameters, "across")]),
+    Effect("a leak of chamber A", lambda parameters: [leak(parameters, "a")]),
+    Effect("a leak of chamber B", lambda parameters: [leak(parameters, "b")]),
+    _choice("another flow law", "valve.flow_law", "iso_6358", area_factor),
+    _choice("another flow law", "valve.flow_law", "nozzle", area_factor),
+    _choice("another flow coefficient", "valve.discharge", "constant", area_factor),
+    _choice("another flow coefficient", "valve.discharge", "polynomial", area_factor),
+    Effect("a valve of another size", area_factor),
+    Effect("another closed position of the valve", closed_voltage),
+    Effect("other dead volumes", dead_volumes),
+    Effect("dynamics or dead time of the valve", valve_lag),
+)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    effect: Effect
+    parameters: RigParameters
+    added: Sequence[Unknown]
+    solution: Solution
+    p_value: float
+
+
+def with_cause(run: MeasuredRun, parameters: RigParameters, fit: PressureFit) -> PressureFit:
+    """Return ``fit``; where it does not fit, its verdict says what the model likely lacks.
+
+    Each of EFFECTS is fitted beside what was. The one that leaves least is named, if the gain
+    passes an F test at FALSE_ALARM, corrected for their number; what is left is correlated, so its
+    degrees of freedom are those of the fit.
+    """
+    if fit.verdict.fits:
+        return fit
+    worst = min(fit.verdict.checks, key=lambda check: check.p_value)
+    if "supply" in worst.name:
+        return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
+    trials = [
+        trial
+        for effect in EFFECTS
+        for trial in [_tried(effect, run, parameters, fit.solution)]
+        if trial is not None
+    ]
+    significant = [trial for trial in trials if trial.p_value * len(trials) < FALSE_ALARM]
+    best = min(significant, key=lambda trial: trial.solution.cost, default=None)
+    cause = _noise(run) if best is None else _said(best, run)
+    return replace(fit, verdict=fit.verdict.blaming(cause))
+
+
+def _tried(
+    effect: Effect, run: MeasuredRun, parameters: RigParameters, without: Solution
+) -> _Trial | None:
+    """Fit with the effect, from where the fit without it ended; None where it adds nothing."""
+    values = {name: value for name, value in effect.values if parameters[name] != value}
+    if effect.values and not values:
+        return None
+    try:
+        with_effect = parameters.with_values(values)
+    except ParameterError:
+        return None
+    known = without.found
+    added = [found for found in effect.unknowns(with_effect) if found.name not in known]
+    if not added and not values:
+        return None
+    begun = [
+        replace(unknown, start=min(max(known[unknown.name], unknown.low), unknown.high))
+        for unknown in without.unknowns
+    ]
+    found = solve(run, with_effect, [*begun, *added], MOST_STEPS)
+    size = max(len(added), 1)
+    statistic = (without.cost - found.cost) / size / found.spread
+    p_value = float(stats.f.sf(statistic, size, found.freedom))
+    return _Trial(effect, with_effect, added, found, p_value)
+
+
+def _said(trial: _Trial, run: MeasuredRun) -> str:
+    fit = fit_pressures(run, trial.parameters, trial.solution.unknowns)
+    sizes = [
+        f"{unknown.name} {fit.solution.found[unknown.name]:.3g} {unknown.unit}".rstrip()
+        for unknown in trial.added
+    ]
+    size = f", {', '.join(sizes)}" if sizes else ""
+    enough = "the model then fits" if fit.verdict.fits else "not by itself"
+    return f"{trial.effect.name}{size}; it leaves {fit.scatter:.3g} Pa, {enough}"
+
+
+def _noise(run: MeasuredRun) -> str:
+    """Say what to do where nothing helps: perhaps the sensors are not as stated."""
+    noise = max(position_noise(run.pressure_a), position_noise(run.pressure_b))
+    return f"none of the effects tried; the readings' own noise is {noise:.3g} Pa, check sensors.*"

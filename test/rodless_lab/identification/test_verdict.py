@@ -1,0 +1,105 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+"""The tests behind a verdict, on numbers whose distribution is known."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from rodless_lab.identification import fit_area_curve, fit_flow_coefficient, three_sines
+from rodless_lab.identification.estimate import Estimate, within
+from rodless_lab.identification.verdict import Check, Verdict, joined, power, tail
+from rodless_sim import RigParameters
+
+DRAWS, SAMPLES = 2000, 300
+
+
+def white(seed: int) -> np.ndarray:
+    """Draws of white numbers of variance 1."""
+    return np.random.default_rng(seed).standard_normal((DRAWS, SAMPLES))
+
+
+@pytest.mark.parametrize("excess", [1.0, 1.1, 1.25, 1.5])
+def test_the_tail_is_that_of_chi_square(excess: float) -> None:
+    """Mean squares of 300 white numbers: scipy's chi-square of 300 degrees, far into its tail."""
+    found = tail(excess, power(white(1), 1))
+    exact = stats.chi2.sf(excess * SAMPLES, SAMPLES)
+    assert np.log10(found) == pytest.approx(np.log10(exact), abs=0.05 * abs(np.log10(exact)) + 0.1)
+
+
+def test_what_is_slow_shows_in_means_over_a_block() -> None:
+    """A wave of half the noise: mostly hidden in single numbers, plain in means of 30."""
+    wave = 0.5 * np.sin(2.0 * np.pi * np.arange(SAMPLES) / 150.0)
+    rows = white(2)[:100] + wave
+    single = [tail(found, power(white(3), 1)) < 1e-3 for found in power(rows, 1)]
+    blocks = [tail(found, power(white(3), 30)) < 1e-3 for found in power(rows, 30)]
+    assert np.mean(single) < 0.3
+    assert np.mean(blocks) > 0.8
+
+
+def test_false_alarms_are_as_rare_as_stated() -> None:
+    """Verdicts of three checks on white numbers: fewer than 2 in 100 are refused."""
+    explained = [power(white(4), length) for length in (1, 10, 60)]
+    refused = 0
+    for row in white(5)[:1000]:
+        pairs = zip((1, 10, 60), explained, strict=True)
+        checks = [
+            Check("", 0.0, 1.0, "", tail(float(power(row, length)), drawn))
+            for length, drawn in pairs
+        ]
+        refused += not Verdict(tuple(checks)).fits
+    assert refused < 20
+
+
+def test_many_checks_are_corrected_for_their_number() -> None:
+    """One in a hundred by chance among twenty is no alarm, and the worst one is named."""
+    quiet = [Verdict((Check(f"check {k}", 1.0, 1.0, "Pa", 0.5),)) for k in range(19)]
+    worst = Check("scatter", 3.0, 1.0, "Pa", 0.009)
+    assert joined([*quiet, Verdict((worst,))]).fits
+    alone = Verdict((worst,), "heat")
+    assert not alone.fits
+    said = "the model does not fit: scatter 3 Pa, explained 1 Pa; likely missing: heat"
+    assert str(alone) == said
+    assert Verdict(()).fits
+
+
+def test_an_interval_that_leaves_the_range_is_cut_and_marked() -> None:
+    """A leak of 1 ± 3 mm² cannot be negative: from 0, and the note says that it is a bound."""
+    found = within(Estimate(1e-6, -2e-6, 4e-6, "m²"), 0.0, 1e-5)
+    assert (found.low, found.high) == (0.0, 4e-6)
+    assert found.note == "cut at the lower bound of its range, 0 m²"
+    inside = Estimate(2e-6, 1e-6, 3e-6, "m²")
+    assert within(inside, 0.0, 1e-5) == inside
+
+
+def test_the_area_curve_knows_when_it_is_no_sum_of_sines() -> None:
+    """With a kink of 0.02 mm² at 5 V it says so; in 40 noisy sets of its own shape at most one."""
+    coefficients = RigParameters().numbers("valve.area_coefficients")
+    voltages = np.linspace(0.0, 10.0, 201)
+    kink = 2e-8 * np.clip(1.0 - np.abs(voltages - 6.0), 0.0, None)
+    alarms = 0
+    for seed in range(40):
+        noise = np.random.default_rng(seed).normal(0.0, 5e-9, voltages.shape)
+        right = fit_area_curve(voltages, three_sines(coefficients, voltages) + noise, coefficients)
+        alarms += not right.verdict.fits
+    assert alarms <= 2
+    wrong = fit_area_curve(
+        voltages, three_sines(coefficients, voltages) + kink + noise, coefficients
+    )
+    assert not wrong.verdict.fits
+
+
+def test_the_flow_coefficient_knows_when_it_is_no_polynomial() -> None:
+    """A step of 2 % at 2.5 V is none; eq. (25) with the same noise is."""
+    deflection = np.linspace(0.1, 4.9, 200)
+    noise = np.random.default_rng(1).normal(0.0, 5e-3, deflection.shape)
+    smooth = 1.1 - 0.02 * deflection
+    assert fit_flow_coefficient(deflection, smooth + noise).verdict.fits
+    assert fit_flow_coefficient(deflection, smooth).verdict.fits
+    step = smooth + np.where(deflection > 2.5, 0.02, 0.0)
+    assert not fit_flow_coefficient(deflection, step + noise).verdict.fits

@@ -1,0 +1,144 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+"""Rigs with something that the model leaves out: the verdict says so, and what it likely is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from quiet_stop import Quiet
+from scipy import signal
+
+from rodless_lab.cli import identify
+from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run, round_trip
+from rodless_lab.identification.pressures.causes import with_cause
+from rodless_lab.identification.pressures.chambers import identify_chambers
+from rodless_lab.identification.pressures.fit import PressureFit
+from rodless_lab.runs.measured_run import MeasuredRun
+
+pytestmark = pytest.mark.slow
+
+HEAT = {"chambers.thermodynamics": "energy_balance"}
+SATURATING = {"friction.form": "saturating"}
+
+
+def measured(subject: str, values: dict[str, object], seed: int = 1) -> MeasuredRun:
+    """A hidden rig with ``values`` on top, as its noisy sensors show it."""
+    generator = np.random.default_rng(seed)
+    hidden, _ = SUBJECTS[subject].hide(generator)
+    return measured_run(hidden.with_values(values), SUBJECTS[subject].voltages, generator)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(
+    ("subject", "effect"),
+    [
+        ("chambers", "heat"),
+        ("valve", "heat"),
+        ("chambers", "leak across"),
+        ("valve", "polytropic"),
+        ("chambers", "iso_6358"),
+        ("valve", "discharge"),
+        ("friction", "saturating"),
+    ],
+)
+def test_an_effect_left_out_is_not_silent(subject: str, effect: str, seed: int) -> None:
+    """Either all 95 % intervals hold the truth, or the verdict says that the model does not fit.
+
+    Sizes are drawn; ``coverage --effects`` counts the same over 100 draws.
+    """
+    trial = round_trip(subject, seed, effect)
+    assert trial.rows
+    assert trial.covered or not trial.verdict.fits
+
+
+def test_a_tilted_rail_hides_in_the_intervals_of_friction() -> None:
+    """0.01 to 0.1 rad under 1 kg are 0.1 to 1 N: within what the bias of the sensors may be."""
+    for seed in range(3):
+        assert round_trip("friction", seed, "tilt").covered
+
+
+def of_a_slow_valve(frequency: float) -> MeasuredRun:
+    """A run of a rig whose spool follows its command as a second-order lag of ``frequency`` (Hz).
+
+    The plant gets the voltages as the spool follows them, the record those that were commanded.
+    """
+    subject, generator = SUBJECTS["chambers"], np.random.default_rng(2)
+    hidden, _ = subject.hide(generator)
+    rate = 2.0 * np.pi * frequency
+    spool = signal.cont2discrete(([rate**2], [1.0, 1.4 * rate, rate**2]), 1e-3, method="zoh")
+    start = subject.voltages[0]
+    held = start + signal.lfilter(np.ravel(spool[0]), spool[1], subject.voltages - start)
+    run = measured_run(hidden, held, generator)
+    return replace(run, voltage=np.append(subject.voltages, subject.voltages[-1]))
+
+
+def blamed(run: MeasuredRun) -> PressureFit:
+    """The chambers of the run, and what their verdict blames."""
+    return with_cause(run, KNOWN, identify_chambers(run, KNOWN))
+
+
+def test_a_slow_valve_is_found_out() -> None:
+    """A valve of 115 Hz, taken for one without dynamics: the lag is named, near 2ζ/ω = 1.9 ms."""
+    verdict = blamed(of_a_slow_valve(115.0)).verdict
+    assert not verdict.fits
+    assert "dynamics or dead time of the valve, lag of the valve 0.00" in verdict.cause
+
+
+def test_a_supply_that_droops_is_found_out() -> None:
+    """Readings that sag by 3 kPa while the model has them constant: the supply is blamed."""
+    run = measured("chambers", {})
+    sag = 3e3 * np.sin(np.pi * run.time / run.time[-1])
+    verdict = blamed(replace(run, supply_pressure=run.supply_pressure - sag)).verdict
+    assert not verdict.fits
+    assert "supply" in verdict.cause
+
+
+def test_noisier_sensors_than_stated_are_said_to_be() -> None:
+    """600 Pa where 200 are stated: no effect helps, and the line gives the readings' own noise."""
+    verdict = blamed(measured("chambers", {"sensors.pressure_noise": 600.0})).verdict
+    assert not verdict.fits
+    assert "none of the effects tried" in verdict.cause
+    said = float(verdict.cause.split("own noise is ")[1].split(" Pa")[0])
+    assert said == pytest.approx(600.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("subject", "values", "cause"),
+    [
+        ("chambers", HEAT, "heat to the walls (chambers.thermodynamics: energy_balance)"),
+        ("friction", SATURATING, "another form of friction, friction.form: saturating"),
+    ],
+)
+def test_the_command_says_that_the_model_does_not_fit(
+    tmp_path: Path,
+    write_bag,
+    capsys: pytest.CaptureFixture[str],
+    subject: str,
+    values: dict[str, object],
+    cause: str,
+) -> None:
+    """Exit code 3, a line that names the cause, the residuals drawn, the verdict in the file.
+
+    From a base that has the effect the same bag fits: code 0.
+    """
+    bag, output = write_bag(tmp_path / "bag", measured(subject, values)), tmp_path / "found.yaml"
+    arguments = [subject, str(bag), "-o", str(output)]
+    assert identify.main(arguments, Quiet()) == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("the model does not fit: ")
+    assert f"likely missing: {cause}" in line
+    assert output.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    if output.exists():
+        assert "# Verdict: the model does not fit" in output.read_text(encoding="utf-8")
+    base = tmp_path / "base.yaml"
+    lines = "".join(f"    {name}: {value}\n" for name, value in values.items())
+    base.write_text(f"/**/plant:\n  ros__parameters:\n{lines}", encoding="utf-8")
+    assert identify.main([*arguments, "--base", str(base)], Quiet()) == 0
+    assert "what the stated sensors explain" in capsys.readouterr().out
