@@ -15,12 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize
 
+from rodless_base.parameters import ParameterError
 from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.problem import Problem, Unknown
 from rodless_lab.identification.verdict import Verdict, check_power, power
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 

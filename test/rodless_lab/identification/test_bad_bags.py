@@ -11,14 +11,19 @@
 import errno
 import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from quiet_stop import Quiet
 
+from rodless_base.parameters import ParameterError
 from rodless_lab.cli import compare, identify
+from rodless_lab.identification.pressures.chambers import identify_chambers
+from rodless_lab.identification.pressures.valve import identify_valve
 from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_sim import RigParameters
 
 
 def a_run(samples: int = 400) -> MeasuredRun:
