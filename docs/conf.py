@@ -42,14 +42,24 @@ extensions = [
 ]
 repository_root = str(ROOT)
 
-exclude_patterns = ["_build", "_ext", "examples/*.py", "examples/*.md", "**/.ipynb_checkpoints"]
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+exclude_patterns = [
+    *("_build", "_ext", "**/.ipynb_checkpoints", "examples/*.md"),
+    # What rosdoc2 puts beside these pages: the site has links to these files.
+    *("README.md", "CONTRIBUTING.md", "QUALITY_DECLARATION.md"),
+]
 
 html_theme = "furo"
 html_title = f"{project} {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
-rosdoc2_settings = {"override_theme": False, "allow_other_extensions": True}
+# myst_nb reads Markdown; a second reader would be refused.
+rosdoc2_settings = {
+    "override_theme": False,
+    "allow_other_extensions": True,
+    "support_markdown": False,
+}
 
 # Pages are Markdown as GitHub reads it: formulas between dollars, diagrams in Mermaid.
 myst_url_schemes = ["http", "https", "mailto", "repository"]

@@ -22,7 +22,8 @@ DRY = {"friction.forward.static": 60.0, "friction.reverse.static": 67.0}  # N
 
 def main(path: str) -> None:
     """Move to 58 mm, let the seals run dry, move back to 20 mm."""
-    with RigSession("lockstep", preset="calibrated", duration=6.0) as rig:
+    # The commands pass through this program, so the plant waits for it at 2 s.
+    with RigSession("lockstep", preset="calibrated", duration=6.0, relay_commands=True) as rig:
         rig.setpoint(0.058)
         rig.run_until(2.0)
         print(f"2 s: {1e3 * rig.latest.position:.2f} mm")

@@ -12,7 +12,6 @@ So a new page needs no entry to be found; one that wants a better place gets a l
 """
 
 import re
-from pathlib import Path
 
 from sphinx.application import Sphinx
 
@@ -24,7 +23,7 @@ def fill_in(app: Sphinx, docname: str, content: list[str]) -> None:
     if MARK not in content[0]:
         return
     named = set(re.findall(r"^[\w-]+$", content[0], re.M)) | {docname}
-    pages = sorted(path.stem for path in Path(app.srcdir).glob("*.md"))
+    pages = sorted(page for page in app.env.found_docs if "/" not in page)
     content[0] = content[0].replace(MARK, "\n".join(p for p in pages if p not in named))
 
 
