@@ -43,6 +43,9 @@ TEST_REQUIREMENTS = [
     "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
     "control",  # takes linear models over
+    "SALib",  # sensitivities of sweeps
+    "distributed",  # sweeps on a cluster
+    "gymnasium",  # the rig as its environment
     "packaging",  # reads the lock file as pip does
     "catkin_pkg",  # reads the changelog as catkin_prepare_release does
     "colcon-common-extensions",  # the packaging test builds with colcon,
@@ -95,6 +98,8 @@ setup(
         *find_packages(include=["rodless_*"]),
         "rodless_base.config",
         "rodless_base.config.sensors",
+        "rodless_base.config.studies",
+        "rodless_base.config.tasks",
         "rodless_lab.benchmark.c",
     ],
     # An installed package carries the presets inside, so that they are found without ROS, and the
@@ -107,6 +112,8 @@ setup(
         (f"share/{NAME}/benchmarks", files("benchmarks/*.c")),
         (f"share/{NAME}/config", files("config/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
+        (f"share/{NAME}/config/studies", files("config/studies/*.yaml")),
+        (f"share/{NAME}/config/tasks", files("config/tasks/*.yaml")),
         (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/description", files("description/*")),
@@ -130,6 +137,9 @@ setup(
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.
         "bags": ["rosbags>=0.10.11"],
+        "sensitivity": ["SALib>=1.5"],  # which parameter of a sweep matters how much
+        "dask": ["distributed>=2023.5"],  # sweeps on a cluster
+        "gym": ["gymnasium>=1.0"],  # the rig as an environment for learning
         "control": ["control>=0.10"],  # linear models with the methods of python-control
         "bench": [
             "psutil>=5.9",  # reads the processor time of the nodes

@@ -159,14 +159,23 @@ def _is_in(section: str, namespace: str | None) -> bool:
     return fnmatchcase(namespace.strip("/"), named.replace("**", "*"))
 
 
-def _sections(path: str | Path) -> list[tuple[str, object]]:
-    """Return names and contents of a parameter file's sections; raises ValueError."""
+def read_document(path: str | Path) -> object:
+    """Return what a YAML file holds, read as ROS reads parameter files.
+
+    Raises ValueError for what is no YAML, nested or large beyond reason, or has a name twice, and
+    OSError for a file that cannot be read.
+    """
     try:
-        document = yaml.load(_text(path), _Loader)
+        return yaml.load(_text(path), _Loader)
     except yaml.YAMLError as error:
         raise ValueError(f"not YAML: {described(error)}") from error
     except UnicodeDecodeError as error:
         raise ValueError(f"not a text in UTF-8: byte {error.start}") from error
+
+
+def _sections(path: str | Path) -> list[tuple[str, object]]:
+    """Return names and contents of a parameter file's sections; raises ValueError."""
+    document = read_document(path)
     if not isinstance(document, dict):
         raise ValueError("not a ROS parameter file: no node sections")
     sections = []
@@ -188,7 +197,7 @@ def _text(path: str | Path) -> str:
             raise ValueError("not a file but a pipe or device; save the parameters to a file")
         content = file.read(LARGEST_FILE + 1)
     if len(content) > LARGEST_FILE:
-        raise ValueError(f"not a ROS parameter file: larger than {LARGEST_FILE // 1000} kB")
+        raise ValueError(f"no file of parameters: larger than {LARGEST_FILE // 1000} kB")
     return content.decode("utf-8")
 
 

@@ -48,6 +48,8 @@ VERBS = {
     "replay": ("rodless_lab.cli.replay", "feed a bag's voltages to the plant and compare"),
     "bench": ("rodless_lab.cli.bench", "time the rig, other solvers and the nodes on this machine"),
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
+    "sweep": ("rodless_lab.cli.sweep", "run many rigs over parameters, into one data set"),
+    "tune": ("rodless_lab.cli.tune", "find a law's parameters that do well on many rigs"),
     "policy": ("rodless_lab.cli.policy", "write the SROS2 policy of a running rig"),
     "soak": ("rodless_lab.cli.soak", "run the nodes for long; report memory, losses and balance"),
     "docs": ("rodless_lab.cli.docs", "write the generated pages and pictures of the docs"),
