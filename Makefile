@@ -111,7 +111,7 @@ fuzz: test-tools
 # The quick tests with the oldest dependencies that setup.py admits.
 test-lowest: supply-tools
 	$(PYTHON) -m venv --clear .venv-lowest
-	$(UV) pip install -q --python .venv-lowest --resolution lowest-direct '.[data,bags,bench,control]'
+	$(UV) pip install -q --python .venv-lowest --resolution lowest-direct '.[data,bags,bench,control,dask,gym,sensitivity]'
 	$(UV) pip install -q --python .venv-lowest '.[test]'
 	.venv-lowest/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
 

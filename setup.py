@@ -51,6 +51,9 @@ TEST_REQUIREMENTS = [
     "pyarrow",  # and as Parquet
     "psutil",  # the benchmark's arithmetic is tested, which imports it
     "control",  # takes linear models over
+    "SALib",  # sensitivities of sweeps
+    "distributed",  # sweeps on a cluster
+    "gymnasium",  # the rig as its environment
     "packaging",  # reads the lock file as pip does
     "nicegui>=3.10",  # the pages of `rodless view`,
     "playwright",  # and what uses them in a Chromium that the machine has
@@ -107,6 +110,8 @@ setup(
         "rodless_base.config.laws",
         "rodless_base.config.sensors",
         "rodless_base.config.scenarios",
+        "rodless_base.config.studies",
+        "rodless_base.config.tasks",
         "rodless_lab.benchmark.c",
     ],
     # An installed package carries the presets inside, so that they are found without ROS, and the
@@ -124,6 +129,8 @@ setup(
         (f"share/{NAME}/config/laws", files("config/laws/*.yaml")),
         (f"share/{NAME}/config/sensors", files("config/sensors/*.yaml")),
         (f"share/{NAME}/config/scenarios", files("config/scenarios/*.yaml")),
+        (f"share/{NAME}/config/studies", files("config/studies/*.yaml")),
+        (f"share/{NAME}/config/tasks", files("config/tasks/*.yaml")),
         (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/description", files("description/*")),
@@ -148,6 +155,9 @@ setup(
         # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
         # build farm refuses, and MCAP is what rosbag2 writes by default.
         "bags": ["rosbags>=0.10.11"],
+        "sensitivity": ["SALib>=1.5"],  # which parameter of a sweep matters how much
+        "dask": ["distributed>=2023.5"],  # sweeps on a cluster
+        "gym": ["gymnasium>=1.0"],  # the rig as an environment for learning
         "control": ["control>=0.10"],  # linear models with the methods of python-control
         "bench": [
             "psutil>=5.9",  # reads the processor time of the nodes

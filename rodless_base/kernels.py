@@ -51,7 +51,8 @@ def _kernel_sources() -> dict[Path, bytes]:
 _KERNEL_SOURCES = _kernel_sources()
 
 
-def _source_digest() -> str:
+def source_digest() -> str:
+    """Return a digest of all sources that a kernel can depend on: who shares it shares the bits."""
     # numba looks only at the file of the outermost function when it decides whether a cached
     # kernel is fresh; a change in a function it calls would go unnoticed.
     digest = hashlib.sha256()
@@ -70,7 +71,7 @@ def _cache_folder() -> Path | None:
     """Return the folder for compiled code of this version, None where there can be none."""
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     root = os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "rodless_sim"
-    return private_folder(Path(root) / _source_digest())
+    return private_folder(Path(root) / source_digest())
 
 
 _CACHE_FOLDER = _cache_folder()

@@ -22,6 +22,26 @@ from rodless_control.trajectory import Trajectory, Waypoint
 FROM_PARAMETERS = ("step", "sine")
 
 
+def reference_from(parameters: ControllerParameters, time: float = 0.0) -> Reference | None:
+    """Return the step or sine that ``reference.*`` describe, which starts at ``time`` (s) or later.
+
+    None where ``reference.type`` waits for set-points.
+    """
+    number = parameters.number
+    start = max(number("reference.at"), time)
+    match parameters.text("reference.type"):
+        case "step":
+            return Step(number("reference.start"), number("reference.target"), start)
+        case "sine":
+            return Sine(
+                number("reference.centre"),
+                number("reference.amplitude"),
+                number("reference.frequency"),
+                start,
+            )
+    return None
+
+
 class SetpointFollower:
     """The reference in force, by ``reference.type``.
 
@@ -155,19 +175,7 @@ class SetpointFollower:
         return ReferencePoint(*self._reference.sample(time))
 
     def _first(self, time: float, position: float) -> Reference:
-        number = self._parameters.number
-        start = max(number("reference.at"), time)
-        match self._parameters.text("reference.type"):
-            case "step":
-                return Step(number("reference.start"), number("reference.target"), start)
-            case "sine":
-                return Sine(
-                    number("reference.centre"),
-                    number("reference.amplitude"),
-                    number("reference.frequency"),
-                    start,
-                )
-        return Constant(position)
+        return reference_from(self._parameters, time) or Constant(position)
 
     def _may_change(self, time: float) -> bool:
         current = self._reference

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rodless_lab.simulation.linear_model import LinearModel
     from rodless_lab.simulation.linearise import linearise
     from rodless_lab.simulation.run_metrics import RunMetrics, run_metrics
+    from rodless_lab.studies.sweep import sweep
 
 __all__ = [
     "Bag",
@@ -42,6 +43,7 @@ __all__ = [
     "read_commands",
     "read_run",
     "run_metrics",
+    "sweep",
 ]
 
 # Where each is. Loaded when asked for: the compiled loop takes half a second, bags need rclpy, and
@@ -64,6 +66,7 @@ _MODULES = {
     "read_commands": "runs.from_bag",
     "read_run": "runs.from_bag",
     "run_metrics": "simulation.run_metrics",
+    "sweep": "studies.sweep",
 }
 
 

@@ -54,6 +54,9 @@ THIRD_PARTY = {
     "fastapi": ("fastapi", None),
     "uvicorn": ("uvicorn", None),
     "playwright": ("playwright", None),
+    "SALib": ("SALib", None),
+    "distributed": ("distributed", None),
+    "gymnasium": ("gymnasium", None),
     "pytest": ("pytest", "python3-pytest"),
     "hypothesis": ("hypothesis", "python3-hypothesis"),
     "rosbags": ("rosbags", None),
@@ -351,7 +354,8 @@ def test_what_the_product_imports_is_what_it_declares(wheel: zipfile.ZipFile) ->
     """setup.py and package.xml name every module the product imports, and no other."""
     used = imported_by(*PRODUCT) - {"pytest"}  # loads the plugin, not the other way round
     assert used <= set(THIRD_PARTY)
-    extras = [requirements(wheel, extra) for extra in ("bags", "bench", "control", "data", "view")]
+    names = ("bags", "bench", "control", "dask", "data", "gym", "sensitivity", "view")
+    extras = [requirements(wheel, extra) for extra in names]
     required = requirements(wheel).union(*extras)
     assert {THIRD_PARTY[name][0] for name in used} - {None} == required
     declared = rosdep_keys("depend", "exec_depend")

@@ -51,6 +51,8 @@ VERBS = {
     "bench": ("rodless_lab.cli.bench", "time the rig, other solvers and the nodes on this machine"),
     "laws": ("rodless_lab.cli.laws", "compare the control laws, yours among them, on random rigs"),
     "campaign": ("rodless_lab.cli.campaign", "show how exactly random rigs follow their equations"),
+    "sweep": ("rodless_lab.cli.sweep", "run many rigs over parameters, into one data set"),
+    "tune": ("rodless_lab.cli.tune", "find a law's parameters that do well on many rigs"),
     "policy": ("rodless_lab.cli.policy", "write the SROS2 policy of a running rig"),
     "soak": ("rodless_lab.cli.soak", "run the nodes for long; report memory, losses and balance"),
     "view": ("rodless_lab.cli.view", "show and steer a rig in the browser, and play bags"),

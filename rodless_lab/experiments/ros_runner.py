@@ -16,7 +16,7 @@ import numpy.typing as npt
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.parameters import Value
 from rodless_base.ros.parameters import ros_value
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters, PidParameters
 from rodless_control.references import Reference, Sine, Step
 from rodless_lab.experiments.runner import Runner
 from rodless_lab.session.samples import Sample, Samples
@@ -86,7 +86,7 @@ class RosRuns:
     def closed_loop(
         self,
         rig_parameters: RigParameters,
-        law: PidParameters,
+        law: PidParameters | ControllerParameters,
         reference: Reference,
         duration: float,
         period: float,

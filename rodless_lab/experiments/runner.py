@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy.typing as npt
 
-from rodless_control import PidParameters
+from rodless_control import ControllerParameters, PidParameters
 from rodless_control.references import Reference
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
 from rodless_sim import RigParameters, Trace, simulate
@@ -38,7 +38,7 @@ class ClosedLoop(Protocol):
     def __call__(
         self,
         rig_parameters: RigParameters,
-        law: PidParameters,
+        law: PidParameters | ControllerParameters,
         reference: Reference,
         duration: float,
         period: float,

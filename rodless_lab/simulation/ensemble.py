@@ -15,11 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns, quantities
-from rodless_base.one_line import shown
 from rodless_control.controller import LawError
 from rodless_control.references import Reference
 from rodless_lab.simulation.closed_loop import AnyLaw, Loop
-from rodless_lab.simulation.in_order import in_order
+from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics, metrics_of
 from rodless_sim import RigParameters, SimulationError
 from rodless_sim.trace import columns_of
@@ -118,8 +117,7 @@ def ensemble(
     >>> bool((abs(found["mean_error"]) < 5e-4).all()), found.failures
     (True, {})
     """
-    if workers is not None and workers < 1:
-        raise ValueError(f"workers {shown(workers)} refused: must be 1 or more")
+    check_workers(workers)
     loop = Loop(law, reference, duration, period)
     wanted = loop.references[:, 0].copy()
 

@@ -14,8 +14,13 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from rodless_base.one_line import OneLineError, shown
+from rodless_lab.simulation.design import is_whole
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+MOST_WORKERS = 1000
 
 # Items that wait for each thread: enough to keep it busy, few enough to keep memory flat.
 AHEAD = 4
@@ -24,6 +29,12 @@ AHEAD = 4
 def cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0))
+
+
+def check_workers(workers: object) -> None:
+    """Raise ValueError for what is no number of threads."""
+    if workers is not None and not (is_whole(workers) and 1 <= workers <= MOST_WORKERS):
+        raise OneLineError(f"workers {shown(workers)} refused: must be from 1 to {MOST_WORKERS}")
 
 
 def in_order(

@@ -46,6 +46,7 @@ from rodless_lab import (
     read_commands,
     read_run,
     run_metrics,
+    sweep,
 )
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.step_metrics import step_metrics
@@ -257,6 +258,10 @@ def calls(folder: Path) -> dict[str, Call]:
             # What a run does not have is NaN.
             lambda **arguments: len(ensemble([RIG, RIG], CONTROLLER, step, **arguments)),
             given(duration=0.02, period=1e-3, position=0.0, since=0.0, workers=2),
+        ),
+        "rodless_lab.sweep": Call(
+            lambda **arguments: len(sweep(output=folder / "sweep", **arguments)),
+            given(study="friction", workers=2),
         ),
         "rodless_lab.draw": Call(
             lambda **arguments: [dict(rig) for rig in islice(draw(**arguments), 3)],

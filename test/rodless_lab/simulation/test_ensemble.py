@@ -128,7 +128,7 @@ def test_an_exception_ends_the_work() -> None:
 
 def test_no_worker_is_refused() -> None:
     """In one line."""
-    with pytest.raises(ValueError, match=r"^workers 0 refused: must be 1 or more$"):
+    with pytest.raises(ValueError, match=r"^workers 0 refused: must be from 1 to 1000$"):
         ensemble(rigs(1), LAW, STEP, workers=0)
 
 

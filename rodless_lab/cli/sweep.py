@@ -1,0 +1,126 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""`rodless sweep`: many runs over parameters of rig, law and task, into one Parquet data set."""
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rodless_base.start import Stop
+
+FOLDER = Path("results/sweeps")
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Return 0 if all rows are known, 1 after Ctrl-C or rows that differ, 2 for a bad study."""
+    replays = list(arguments[:1]) == ["replay"]
+    options = _replay_parser().parse_args(arguments[1:]) if replays else _parsed(arguments)
+    stop.from_now_on_wait()
+    work = _replay if replays else _sweep
+    try:
+        return work(options, stop)
+    except (ValueError, ModuleNotFoundError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"{error.filename or options.output}: {error.strerror}", file=sys.stderr)
+        return 2
+
+
+def _sweep(options: argparse.Namespace, stop: Stop) -> int:
+    # They load numba: not for help.
+    from rodless_lab.studies.report import write_report  # noqa: PLC0415
+    from rodless_lab.studies.study import read_study  # noqa: PLC0415
+    from rodless_lab.studies.sweep import run_sweep  # noqa: PLC0415
+
+    study = read_study(options.study)
+    folder = options.output or FOLDER / study.name
+    complete = run_sweep(
+        study, folder, options.workers, options.scheduler, progress(), lambda: stop.requested
+    )
+    if not complete:
+        print(f"interrupted; the same command goes on in {folder}", file=sys.stderr)
+        return 1
+    print(write_report(folder, study))
+    print(f"rows: {folder / 'rows'}, summary: {folder / 'summary.md'}, pictures beside it")
+    return 0
+
+
+def progress() -> Callable[[int, int], None]:
+    """Return what tells how many rows are known, once a second at the most."""
+    told = -math.inf
+
+    def tell(known: int, total: int) -> None:
+        nonlocal told
+        if time.monotonic() - told >= 1.0 or known == total:
+            told = time.monotonic()
+            print(f"{known} of {total} rows", file=sys.stderr, flush=True)
+
+    return tell
+
+
+def _replay(options: argparse.Namespace, stop: Stop) -> int:  # noqa: ARG001
+    from rodless_lab.studies.replay import replay_row  # noqa: PLC0415
+
+    folder = options.output or _latest()
+    differences = replay_row(folder, options.row, ros=options.ros)
+    where = "over DDS in lock-step" if options.ros else "in process"
+    if differences:
+        print(f"row {options.row} of {folder}, {where}: differs", file=sys.stderr)
+        print("\n".join(differences), file=sys.stderr)
+        return 1
+    print(f"row {options.row} of {folder}, {where}: equal bit for bit")
+    return 0
+
+
+def _latest() -> Path:
+    """Return the folder of the sweep that was begun last; raises ValueError where there is none."""
+    found = sorted(FOLDER.glob("*/study.json"), key=lambda file: file.stat().st_mtime)
+    if not found:
+        raise ValueError(f"{FOLDER}: no sweep there; give its folder as --output")
+    return found[-1].parent
+
+
+def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="rodless sweep",
+        description="Run each row of a study, and keep its figures. The same command goes on with "
+        "a sweep that was interrupted. See docs/sweeps.md.",
+        epilog="`rodless sweep replay ROW` runs one row again and compares it. Exit code: 0 all "
+        "rows known; 1 interrupted, or a row that differs; 2 a study or file that cannot be used.",
+    )
+    parser.add_argument("study", metavar="STUDY", help="a YAML file, or one that ships: friction")
+    _add_output(parser)
+    parser.add_argument("--workers", type=int, help="threads (default: one for each core)")
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask cluster that runs the rows instead"
+    )
+    return parser.parse_args(arguments)
+
+
+def _replay_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rodless sweep replay",
+        description="Run one row of a sweep again and compare all of its numbers bit for bit.",
+    )
+    parser.add_argument("row", type=int, metavar="ROW")
+    _add_output(parser)
+    parser.add_argument(
+        "--ros", action="store_true", help="by the nodes, over DDS in lock-step, too"
+    )
+    return parser
+
+
+def _add_output(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--output", type=Path, help=f"folder of the sweep (default: in {FOLDER})"
+    )

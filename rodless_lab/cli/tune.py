@@ -1,0 +1,76 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""`rodless tune`: the parameters of a law that score best over many rigs, as a parameter file."""
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rodless_base.start import Stop
+
+FOLDER = Path("results/tuning")
+
+
+def main(arguments: Sequence[str], stop: Stop) -> int:
+    """Return 0 once the search is over, 1 after Ctrl-C, 2 for a bad task."""
+    options = _parsed(arguments)
+    stop.from_now_on_wait()
+    try:
+        return _tune(options, stop)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"{error.filename or options.output}: {error.strerror}", file=sys.stderr)
+        return 2
+
+
+def _tune(options: argparse.Namespace, stop: Stop) -> int:
+    # They load numba: not for help.
+    from rodless_lab.studies.tune import search  # noqa: PLC0415
+    from rodless_lab.studies.tuning_report import PARAMETERS, write_tuned  # noqa: PLC0415
+    from rodless_lab.studies.tuning_task import read_task  # noqa: PLC0415
+
+    task = read_task(options.task)
+    folder = options.output or FOLDER / task.name
+    found = search(task, folder, _progress(), lambda: stop.requested)
+    print(write_tuned(folder, task, found))
+    print(f"written to {folder / PARAMETERS}; the controller takes it with --params-file")
+    if not found.complete:
+        print("interrupted: the best so far; the same command goes on", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _progress() -> Callable[[int, float], None]:
+    told = -math.inf
+
+    def tell(count: int, best: float) -> None:
+        nonlocal told
+        if time.monotonic() - told >= 1.0:
+            told = time.monotonic()
+            print(f"{count} candidates, best score {best:.4g}", file=sys.stderr, flush=True)
+
+    return tell
+
+
+def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="rodless tune",
+        description="Look for the parameters of a law that score best over many rigs, and write "
+        "them as a parameter file. See docs/tuning.md.",
+        epilog="Ctrl-C interrupts it and writes the best so far; the same command goes on. Exit "
+        "code: 0 the search is over; 1 Ctrl-C; 2 a task or folder that cannot be used.",
+    )
+    parser.add_argument("task", metavar="TASK", help="a YAML file, or a task that ships: pid")
+    parser.add_argument("-o", "--output", type=Path, help=f"folder (default: {FOLDER}/TASK)")
+    return parser.parse_args(arguments)

@@ -1,0 +1,179 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The rig as a Gymnasium environment (extra ``gym``): readings in, a voltage out.
+
+Observations are what the instruments read and what the carriage should do, in SI units and double
+precision, so that a law that is driven through the environment answers with the bits of
+``closed_loop``. For learning, scale them with gymnasium's wrappers (docs/gym.md).
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+from rodless_base.extras import missing_extra
+from rodless_base.measurement import Measurement
+from rodless_control import references
+from rodless_control.references import Reference, sampled
+from rodless_lab.simulation.closed_loop import sample_count
+from rodless_lab.simulation.design import LARGEST_SEED
+from rodless_lab.simulation.draw import draw
+from rodless_sim import Rig, RigParameters, SimulationError
+from rodless_sim.timing import nanoseconds, sample_times
+
+try:
+    import gymnasium
+    from gymnasium.spaces import Box
+except ModuleNotFoundError as error:
+    raise missing_extra("the Gymnasium environment", error.name, "gym") from error
+
+Array = npt.NDArray[np.float64]
+
+# What an observation holds, in this order, and bounds that none leaves.
+OBSERVATION = (
+    ("position", -1.0, 20.0),  # m, read
+    ("pressure_a", -1e8, 1e8),  # Pa, read
+    ("pressure_b", -1e8, 1e8),  # Pa, read
+    ("supply_pressure", -1e8, 1e8),  # Pa, read
+    ("reference", -20.0, 20.0),  # m
+    ("reference_velocity", -1e3, 1e3),  # m/s
+)
+
+# The reward of a sample: an error of 1 mm costs 1, a jump of the valve by 1 V costs a tenth.
+ERROR = 1e-3  # m
+JUMP = 10.0  # V
+
+# What a motion costs that leaves what a rig can do, which ends the episode.
+FAILURE = -1e3
+
+
+def reward(error: float, jump: float) -> float:
+    """Return the reward for an error (m) after the command has changed by ``jump`` (V)."""
+    return -abs(error) / ERROR - abs(jump) / JUMP
+
+
+class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types where it is missing
+    """One rig at a time, its law outside.
+
+    Each episode has a rig of its own: ``rig`` with what ``ranges`` and ``factors`` draw, as
+    :func:`rodless_lab.draw` takes them, and a ``sensors.seed``; all follow from the seed of
+    :meth:`reset`.
+
+    Parameters
+    ----------
+    rig
+        The rig, by default the preset ``calibrated``.
+    reference
+        What the carriage should follow; or a function that draws one for each episode, given a
+        numpy Generator. By default a step to a target drawn within the stroke.
+    duration, period
+        Length of an episode and of a step, s.
+    ranges, factors
+        What differs from rig to rig; nothing by default.
+    reward
+        Reward of a sample by error (m, reference less true position) and change of the command (V).
+
+    Examples
+    --------
+    >>> env = RigEnv(duration=0.01)
+    >>> observation, info = env.reset(seed=1)
+    >>> observation, reward, terminated, truncated, info = env.step([6.0])
+    >>> truncated, info["time"]
+    (False, 0.001)
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as gymnasium has it
+
+    def __init__(
+        self,
+        rig: RigParameters | None = None,
+        reference: Reference | Callable[[np.random.Generator], Reference] | None = None,
+        duration: float = 6.0,
+        period: float = 1e-3,
+        ranges: Mapping[str, object] | None = None,
+        factors: Mapping[str, object] | None = None,
+        reward: Callable[[float, float], float] = reward,
+    ) -> None:
+        """Make the environment; raises as :func:`rodless_lab.draw` and ``closed_loop``."""
+        self._base = RigParameters.preset("calibrated") if rig is None else rig
+        self._reference = reference
+        self._ranges, self._factors = dict(ranges or {}), dict(factors or {})
+        self._reward = reward
+        span = nanoseconds(period, "period")
+        self._period = span * 1e-9
+        self._times = sample_times(sample_count(nanoseconds(duration), span), span)
+        bounds = np.array([limits for _, *limits in OBSERVATION])
+        self.observation_space = Box(bounds[:, 0], bounds[:, 1], dtype=np.float64)
+        self.action_space = Box(MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE, (1,), dtype=np.float64)
+        self._rig = Rig(self._drawn(1))
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Begin an episode at rest; return its first observation.
+
+        ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all.
+        """
+        super().reset(seed=seed)
+        drawn = self._drawn(int(self.np_random.integers(LARGEST_SEED)))
+        self._rig = Rig((options or {}).get("rig", drawn))
+        self._points = sampled(self._drawn_reference(), self._times)
+        self._sample = 0
+        self._voltage = self._rig.state.voltage
+        return self._observed()
+
+    def _drawn(self, seed: int) -> RigParameters:
+        (found,) = draw(self._ranges, 1, self._base, seed, factors=self._factors)
+        return found
+
+    def _drawn_reference(self) -> Reference:
+        if self._reference is None:
+            stroke = self._rig.parameters.number("cylinder.stroke")
+            target = float(self.np_random.uniform(0.05, 0.95)) * stroke
+            return references.step(self._rig.state.position, target, at=0.1)
+        if hasattr(self._reference, "sample"):
+            return self._reference
+        return self._reference(self.np_random)
+
+    def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Apply a voltage, shape (1,), for one period.
+
+        An episode is truncated at its last sample, and terminated where the motion leaves what a
+        rig can do; ``info["failure"]`` says how.
+        """
+        voltage = float(np.clip(np.asarray(action, dtype=np.float64).reshape(1)[0], 0.0, 10.0))
+        jump, self._voltage = voltage - self._voltage, voltage
+        failure = ""
+        try:
+            self._rig.advance(voltage, self._period)
+            self._sample += 1
+        except SimulationError as error:
+            failure = str(error)
+        observation, info = self._observed()
+        error_now = float(self._points[self._sample, 0]) - self._rig.state.position
+        gained = FAILURE if failure else float(self._reward(error_now, jump))
+        over = self._sample == len(self._times) - 1
+        return observation, gained, bool(failure), over, {**info, "failure": failure}
+
+    @property
+    def measurement(self) -> Measurement:
+        """What the instruments read now, as a law of this package takes it."""
+        return self._rig.read()
+
+    def _observed(self) -> tuple[Array, dict[str, Any]]:
+        read = self.measurement
+        found = np.array([*read[1:], *self._points[self._sample]], dtype=np.float64)
+        state = self._rig.state
+        return found, {"time": state.time, "position": state.position, "stamp": read.stamp}
+
+
+gymnasium.register(id="Rodless-v0", entry_point="rodless_lab.gym:RigEnv")

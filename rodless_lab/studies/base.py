@@ -1,0 +1,140 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What all runs of a study begin with: a rig, its controller, and how long they run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rodless_base.one_line import described
+from rodless_base.parameter_file import preset_names
+from rodless_base.parameters import ParameterError
+from rodless_control import ControllerParameters
+from rodless_control.references import Reference
+from rodless_control.setpoint import FROM_PARAMETERS, reference_from
+from rodless_lab.simulation.closed_loop import Loop
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.fields import Fields
+from rodless_sim import RigParameters
+from rodless_sim.instruments.instruments import DATA_SHEET
+
+LAW = "controller.law"
+SEED = "sensors.seed"
+
+
+@dataclass(frozen=True)
+class Base:
+    """Rig and controller of a run, and its times in s."""
+
+    rig: RigParameters
+    controller: ControllerParameters
+    duration: float
+    period: float
+    since: float  # when peak and RMS begin to count
+
+    def with_values(self, values: Mapping[str, object]) -> "Base":
+        """Return a copy with values for either node; raises ParameterError."""
+        own = {name: value for name, value in values.items() if name in self.rig}
+        others = {name: value for name, value in values.items() if name not in self.rig}
+        return replace(
+            self,
+            rig=self.rig.with_values(own) if own else self.rig,
+            controller=self.controller.with_values(others) if others else self.controller,
+        )
+
+    @property
+    def reference(self) -> Reference:
+        """What the carriage follows."""
+        found = reference_from(self.controller)
+        assert found is not None, "checked when the study was read"
+        return found
+
+    def loop(self) -> Loop:
+        """Return the loop of law and reference; raises as :func:`rodless_lab.closed_loop`."""
+        return Loop(self.controller, self.reference, self.duration, self.period)
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all parameters."""
+        return [*self.rig, *self.controller]
+
+    def unknown(self, name: str) -> str:
+        """Say that ``name`` is a parameter of neither node."""
+        own = name in RigParameters.DECLARATIONS or not ControllerParameters.foreign(name)
+        return (type(self.controller) if own else RigParameters).unknown(name)
+
+
+def read_base(fields: Fields, folder: Path) -> Base:
+    """Take ``base``, ``sensors``, ``set`` and ``run`` of a study's file; raises StudyError.
+
+    A parameter file that ``base`` names stands in ``folder``, where the study does.
+    """
+    given = fields.text("base", "calibrated")
+    sensors = fields.text("sensors", "base")
+    changes = dict(fields.below("set").values)
+    if sensors not in ("base", "data-sheet"):
+        raise fields.error("sensors", f"{sensors!r} refused, must be base or data-sheet")
+    if SEED in changes:
+        raise fields.error(
+            "set", f"{SEED} refused: each row has a seed of its own, which design.seed draws"
+        )
+    law = str(changes.get(LAW, "pid"))
+    try:
+        kind = ControllerParameters.for_law(law)
+        rig, controller = _sets(given, folder, kind)
+    except ParameterError as error:
+        raise StudyError(f"{fields.where}: base: {described(error)}") from error
+    run = fields.below("run")
+    base = Base(
+        rig.with_values(DATA_SHEET) if sensors == "data-sheet" else rig,
+        controller,
+        run.number("duration", 6.0),
+        run.number("period", 1e-3),
+        run.number("since", 0.0),
+    )
+    run.end()
+    try:
+        base = base.with_values({"reference.type": "step", **changes})
+    except ParameterError as error:
+        raise StudyError(f"{fields.where}: set: {described(error)}") from error
+    check_reference(fields, base)
+    return base
+
+
+def check_reference(fields: Fields, base: Base) -> None:
+    """Raise StudyError where the controller would wait for set-points, or the times cannot be."""
+    kind = base.controller.text("reference.type")
+    if kind not in FROM_PARAMETERS:
+        wanted = " or ".join(FROM_PARAMETERS)
+        raise fields.error(
+            "set",
+            f"reference.type: {kind} refused, it waits for set-points; must be {wanted}",
+        )
+    try:
+        times = base.loop().times
+    except ValueError as error:
+        raise fields.error("run", described(error)) from error
+    if not 0.0 <= base.since <= times[-1]:
+        raise fields.error(
+            "run", f"since: {base.since:g} s refused, must be within the run, 0 to {times[-1]:g} s"
+        )
+
+
+def _sets(
+    base: str, folder: Path, kind: type[ControllerParameters]
+) -> tuple[RigParameters, ControllerParameters]:
+    if base in preset_names():
+        return RigParameters.preset(base), kind.preset(base)
+    path = folder / base
+    if not path.exists():
+        raise ParameterError(
+            f"{base}: neither a preset ({', '.join(preset_names())}) nor a parameter file in "
+            f"{folder}"
+        )
+    return RigParameters.from_file(path), kind.from_file(path)

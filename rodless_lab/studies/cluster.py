@@ -1,0 +1,89 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Rows of a study on a Dask cluster (extra ``dask``): the same rows, the same bits.
+
+Batches of rows go out as the workers ask for them. What a worker that dies had in hand, Dask gives
+to another; what this process has received is kept by the caller, row by row.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from typing import Any
+
+from rodless_base.extras import missing_extra
+from rodless_base.kernels import source_digest
+from rodless_base.one_line import described
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.row_run import RowResult, RowRunner
+from rodless_lab.studies.study import Row, Study
+
+# Rows of a task: a tenth of a second of work, a hundred times what it costs to send.
+BATCH = 25
+
+# Tasks that wait for each thread of the cluster.
+AHEAD = 3
+
+CONNECTION_TIMEOUT = 30.0  # s
+
+
+def run_rows(columns: tuple[str, ...], every: int, rows: list[Row]) -> tuple[str, list[RowResult]]:
+    """Run rows on a worker; return the digest of its equations, and what it has found."""
+    run = RowRunner(columns, every)
+    return source_digest(), [run(row) for row in rows]
+
+
+def on_cluster(address: str, study: Study, rows: Iterable[Row]) -> Iterator[RowResult]:
+    """Yield the results of ``rows`` as they come from the workers of the scheduler ``address``.
+
+    Raises StudyError where the cluster cannot be reached, has no workers, runs another version of
+    this package, or loses its workers over and over; ModuleNotFoundError without Dask.
+    """
+    try:
+        from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415  an extra
+    except ModuleNotFoundError as error:
+        raise missing_extra("--scheduler", error.name, "dask") from error
+    try:
+        client = Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise StudyError(f"--scheduler {address}: not reached: {described(error)}") from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)
+            left = batches(rows)
+            threads = sum(client.nthreads().values())
+            first = _sent(client, study, islice(left, AHEAD * max(threads, 1)))
+            completed = as_completed(first, loop=client.loop)
+            for future in completed:
+                digest, results = future.result()
+                if digest != source_digest():
+                    raise StudyError(
+                        f"--scheduler {address}: a worker runs another version of this package; "
+                        "install the same one everywhere"
+                    )
+                yield from results
+                completed.update(_sent(client, study, islice(left, 1)))
+        except (TimeoutError, KilledWorker) as error:
+            raise StudyError(
+                f"--scheduler {address}: {described(error)}; what is known is kept, and the same "
+                "command goes on"
+            ) from error
+
+
+def _sent(client: Any, study: Study, tasks: Iterable[list[Row]]) -> list[Any]:
+    return [
+        client.submit(run_rows, study.trace_columns, study.trace_every, rows, pure=False)
+        for rows in tasks
+    ]
+
+
+def batches(rows: Iterable[Row]) -> Iterator[list[Row]]:
+    """Yield the rows in lists of ``BATCH``."""
+    left = iter(rows)
+    while batch := list(islice(left, BATCH)):
+        yield batch

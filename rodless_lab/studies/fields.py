@@ -1,0 +1,94 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The fields of a study's file: each of its type, and none that is unknown."""
+
+import difflib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rodless_base.one_line import shown
+from rodless_base.yaml_file import read_yaml
+from rodless_lab.studies.errors import StudyError
+
+
+@dataclass
+class Fields:
+    """A mapping of a file, whose fields are taken one by one."""
+
+    where: str  # the file, and the key down to here
+    values: dict[str, Any]
+    _taken: set[str] = field(default_factory=set)
+
+    @classmethod
+    def of_file(cls, path: Path) -> "Fields":
+        """Read a YAML file; raises StudyError."""
+        try:
+            document = read_yaml(path, "a study")
+        except OSError as error:
+            raise StudyError(f"{path}: cannot be read: {error.strerror}") from error
+        except ValueError as error:
+            raise StudyError(f"{path}: {error}") from error
+        return cls.of(str(path), document)
+
+    @classmethod
+    def of(cls, where: str, value: object) -> "Fields":
+        """Take a mapping of names; raises StudyError for what is none."""
+        if not isinstance(value, dict) or not all(isinstance(name, str) for name in value):
+            raise StudyError(f"{where}: {shown(value)} refused, must be names and values")
+        return cls(where, value)
+
+    def error(self, name: str, what: str) -> StudyError:
+        """Return the error that ``what`` is wrong with a field."""
+        return StudyError(f"{self.where}: {name}: {what}")
+
+    def below(self, name: str) -> "Fields":
+        """Return the mapping at a field, empty where it is left out."""
+        self._taken.add(name)
+        return Fields.of(f"{self.where}: {name}", self.values.get(name) or {})
+
+    def text(self, name: str, default: str) -> str:
+        """Return a text."""
+        return str(self._typed(name, default, str, "a text"))
+
+    def number(self, name: str, default: float) -> float:
+        """Return a number."""
+        return float(self._typed(name, default, (int, float), "a number"))
+
+    def whole(self, name: str, default: int) -> int:
+        """Return a whole number."""
+        return int(self._typed(name, default, int, "a whole number"))
+
+    def flag(self, name: str) -> bool:
+        """Return true or false, false where it is left out."""
+        self._taken.add(name)
+        value = self.values.get(name, False)
+        if not isinstance(value, bool):
+            raise self.error(name, f"{shown(value)} refused, must be true or false")
+        return value
+
+    def list_of(self, name: str) -> list[object]:
+        """Return a list, empty where it is left out."""
+        return list(self._typed(name, [], list, "a list"))
+
+    def _typed(self, name: str, default: object, kind: Any, wanted: str) -> Any:
+        self._taken.add(name)
+        value = self.values.get(name, default)
+        if isinstance(value, bool) or not isinstance(value, kind):
+            raise self.error(name, f"{shown(value)} refused, must be {wanted}")
+        return value
+
+    def end(self) -> None:
+        """Raise StudyError for a field that nobody has taken."""
+        for name in self.values:
+            if name not in self._taken:
+                near = difflib.get_close_matches(name, self._taken, n=1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                known = ", ".join(sorted(self._taken))
+                raise self.error(name, f"no such field{hint}, there are {known}")

@@ -1,0 +1,77 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Pictures of a sweep: figures over each axis, and sensitivities."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+from rodless_lab.figures.style import WIDTH, panels
+from rodless_lab.studies.results import Results
+from rodless_lab.studies.sensitivity import Indices
+from rodless_lab.studies.summary import SIGNED, shown, sizes
+
+# What is drawn, where it varies; the data set has all.
+FIGURES = ("settling_time", "mean_error", "overshoot", "limit_cycle", "rms_error", "valve_travel")
+# More axes than these make panels too narrow to read.
+MOST_AXES = 4
+
+
+def draw_rows(results: Results) -> Figure:
+    """Draw figures over each axis, a dot for each row."""
+    names = [name for name in FIGURES if _varies(sizes(results, name))] or [FIGURES[0]]
+    axes = results.axes[:MOST_AXES] or ("row",)
+    figure, found = panels(len(names), len(axes), height=1.2)
+    for number, panel in enumerate(found):
+        row, column = divmod(number, len(axes))
+        name, axis = names[row], axes[column]
+        panel.plot(*_points(results, axis, name), ".", markersize=2.5, label=f"_{name}")
+        panel.locator_params(nbins=3)
+        panel.sharey(found[row * len(axes)])
+        panel.tick_params(labelleft=column == 0, labelbottom=row == len(names) - 1)
+        if column == 0:
+            sized = ", size" if name in SIGNED else ""
+            panel.set_ylabel(f"{name.replace('_', chr(10))}{sized}\n/ {shown(name).unit}")
+        if row == len(names) - 1:
+            panel.set_xlabel(axis.replace(".", ".\n"))
+            if results[axis].dtype.kind in "iuf":
+                panel.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4))
+    return figure
+
+
+def _points(results: Results, axis: str, name: str) -> tuple[Any, Any]:
+    values = results[axis]
+    if values.dtype.kind not in "iuf":
+        values = np.array([str(value) for value in values])
+    return values.tolist(), sizes(results, name).tolist()
+
+
+def _varies(values: npt.NDArray[np.float64]) -> bool:
+    there = values[~np.isnan(values)]
+    return bool(there.size and np.ptp(there) > 0.0)
+
+
+def draw_sensitivities(axes: tuple[str, ...], found: dict[str, Indices]) -> Figure:
+    """Draw first and total indices of each figure, with 95 % intervals."""
+    figure, drawn = panels(len(found), 1, height=1.1, share_x=True)
+    places = np.arange(len(axes))
+    for panel, (name, indices) in zip(drawn, found.items(), strict=True):
+        for shift, label, values, interval in (
+            (-0.12, "by itself", indices.first, indices.first_interval),
+            (0.12, "in all", indices.total, indices.total_interval),
+        ):
+            panel.errorbar(places + shift, values, interval, fmt="o", markersize=3, label=label)
+        panel.set_ylabel(name.replace("_", "\n"))
+        panel.set_ylim(-0.1, 1.1)
+    drawn[0].legend(ncols=2)
+    drawn[-1].set_xticks(places, axes, rotation=20, ha="right")
+    figure.set_figwidth(WIDTH)
+    return figure

@@ -1,0 +1,36 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The page of a sweep: its table, sensitivities where the design has them, and pictures."""
+
+from pathlib import Path
+
+from rodless_base.atomic_write import atomic_write
+from rodless_lab.figures.files import write_figure
+from rodless_lab.studies.pictures import draw_rows, draw_sensitivities
+from rodless_lab.studies.results import read_results
+from rodless_lab.studies.sensitivity import SALTELLI
+from rodless_lab.studies.study import Study
+from rodless_lab.studies.summary import sensitivities, sensitivity_table, summary
+
+
+def write_report(folder: Path, study: Study) -> str:
+    """Write ``summary.md`` and the pictures into the folder of a sweep; return the text.
+
+    Raises OSError where the folder cannot be written.
+    """
+    results = read_results(folder, study)
+    text = summary(results)
+    write_figure(folder, "rows", lambda: draw_rows(results))
+    pictures = "![Figures over each axis](rows.png)\n"
+    if study.method == SALTELLI and (found := sensitivities(results, study.seed)):
+        text += f"\nTotal Sobol indices:\n\n{sensitivity_table(results, found)}"
+        write_figure(folder, "sensitivity", lambda: draw_sensitivities(results.axes, found))
+        pictures += "\n![Sobol indices](sensitivity.png)\n"
+    atomic_write(folder / "summary.md", f"# {study.name}\n\n{text}\n{pictures}")
+    return text

@@ -1,0 +1,89 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The results of a sweep, read back from its folder."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rodless_base.columns import Columns, quantities
+from rodless_lab.simulation.run_metrics import RunMetrics
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.study import Study
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+DATA = "rows"  # the folder of the data set, below that of the sweep
+
+
+class Results(Columns):
+    """The rows of a sweep: number, seed, axes, figures and failure of each, in order.
+
+    ``results["settling_time"]`` is an array of shape (n,). Traces are lists, one per row, in the
+    columns ``trace.position`` and so on.
+    """
+
+    def __init__(self, table: Any, axes: tuple[str, ...], total: int) -> None:
+        """Take a pyarrow table, the study's axes and its number of rows."""
+        self._table = table
+        self.axes = axes
+        self.total = total
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """Return a column; raises KeyError."""
+        found = self._table[name].to_numpy()
+        return np.asarray(found)
+
+    def __len__(self) -> int:
+        return int(self._table.num_rows)
+
+    def __repr__(self) -> str:
+        return f"Results: {len(self)} of {self.total} rows, {len(self.failures)} failed"
+
+    @property
+    def complete(self) -> bool:
+        """Whether all rows of the study are there."""
+        return len(self) == self.total
+
+    @cached_property
+    def failures(self) -> Mapping[int, str]:
+        """Why rows have no figures, by number."""
+        pairs = zip(self["row"].tolist(), self["failure"].tolist(), strict=True)
+        return {row: why for row, why in pairs if why}
+
+    def columns(self) -> dict[str, npt.NDArray[Any]]:
+        """Return all columns by name."""
+        return {name: self[name] for name in self._table.column_names}
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of each column; those of the axes are their parameters' own."""
+        units = {quantity.name: quantity.unit for quantity in quantities(RunMetrics)}
+        return {name: units.get(name, "") for name in self._table.column_names}
+
+    def to_dataframe(self) -> "DataFrame":
+        """Return the rows as a pandas data frame; raises ModuleNotFoundError without pandas."""
+        return super().to_dataframe()
+
+
+def read_results(folder: Path, study: Study) -> Results:
+    """Return the complete parts of a sweep; raises StudyError where there is none."""
+    import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
+    from pyarrow import parquet  # noqa: PLC0415
+
+    files = sorted((folder / DATA).glob("part-*.parquet"))
+    axes = tuple(one.name for one in study.dimensions)
+    if not files:
+        raise StudyError(f"{folder}: no part of the sweep is complete yet; run it again")
+    table = arrow.concat_tables([parquet.read_table(file) for file in files])
+    return Results(table, axes, len(study))

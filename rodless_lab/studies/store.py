@@ -1,0 +1,204 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Where the rows of a sweep are kept, so that neither a kill nor a crash loses one.
+
+A row is appended to the journal of its part as soon as it is known; once all rows of a part are,
+the part becomes a Parquet file and the journal goes. Both hold the same numbers, to the bit: a
+resumed sweep ends with the files of one that was never interrupted.
+"""
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from rodless_base.atomic_write import atomic_write
+from rodless_base.columns import quantities
+from rodless_base.extras import missing_extra
+from rodless_lab.simulation.run_metrics import RunMetrics
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.results import DATA
+from rodless_lab.studies.row_run import RowResult
+from rodless_lab.studies.saved_study import FILE, study_text
+from rodless_lab.studies.study import Study
+
+# Rows of a file: some seconds of work.
+PART = 1000
+
+
+class Store:
+    """The results of one study in one folder; one process at a time has it open."""
+
+    def __init__(self, folder: Path, study: Study) -> None:
+        """Open the folder, or make it.
+
+        Raises StudyError where another study has its results there, or another process is at work;
+        ModuleNotFoundError without pyarrow; OSError for a folder that cannot be written.
+        """
+        _parquet()
+        self._data = folder / DATA
+        self._study = study
+        self._lock = Lock()
+        self._data.mkdir(parents=True, exist_ok=True)
+        self._only = _locked(folder)
+        try:
+            self._check_study(folder)
+            self._known = [self._read_part(part) for part in range(self._parts)]
+        except BaseException:
+            os.close(self._only)
+            raise
+
+    def close(self) -> None:
+        """Let others have the folder."""
+        os.close(self._only)
+
+    def _check_study(self, folder: Path) -> None:
+        wanted, file = study_text(self._study), folder / FILE
+        if not file.exists():
+            atomic_write(file, wanted)
+        elif file.read_text(encoding="utf-8") != wanted:
+            raise StudyError(
+                f"{folder}: holds the results of another study, or of another version of this "
+                "package; give another --output, or remove the folder"
+            )
+
+    @property
+    def _parts(self) -> int:
+        return -(-len(self._study) // PART)
+
+    def missing(self) -> Iterator[int]:
+        """Yield the rows that are not known yet, in order."""
+        for number in range(len(self._study)):
+            known = self._known[number // PART]
+            if known is not None and number not in known:
+                yield number
+
+    @property
+    def done(self) -> int:
+        """How many rows are known."""
+        return sum(
+            len(self._rows_of(part)) if known is None else len(known)
+            for part, known in enumerate(self._known)
+        )
+
+    def add(self, result: RowResult) -> None:
+        """Keep a row, for good once this returns; several threads may."""
+        part = result.row // PART
+        line = json.dumps(result._asdict() | {"metrics": list(result.metrics)})
+        with self._lock:
+            known = self._known[part]
+            if known is None or result.row in known:
+                return
+            with self._journal(part).open("a", encoding="utf-8") as file:
+                file.write(line + "\n")
+            known[result.row] = json.loads(line)
+            if len(known) == len(self._rows_of(part)):
+                self._finish(part, known)
+                self._known[part] = None
+
+    def _finish(self, part: int, known: dict[int, dict[str, Any]]) -> None:
+        rows = [known[number] for number in self._rows_of(part)]
+        atomic_write(self._file(part), parquet_bytes(self._study, rows))
+        self._journal(part).unlink()
+
+    def _read_part(self, part: int) -> dict[int, dict[str, Any]] | None:
+        """Return the rows that the journal of a part has, None where the part is complete."""
+        journal = self._journal(part)
+        if self._file(part).exists():
+            journal.unlink(missing_ok=True)
+            return None
+        if not journal.exists():
+            return {}
+        known, good = {}, 0
+        with journal.open("rb") as file:
+            for line in file:
+                # The last one may have been cut.
+                if not line.endswith(b"\n"):
+                    break
+                try:
+                    row = json.loads(line)
+                except ValueError:
+                    break
+                known[int(row["row"])] = row
+                good += len(line)
+        os.truncate(journal, good)
+        if len(known) == len(self._rows_of(part)):
+            self._finish(part, known)
+            return None
+        return known
+
+    def _rows_of(self, part: int) -> range:
+        return range(part * PART, min((part + 1) * PART, len(self._study)))
+
+    def _file(self, part: int) -> Path:
+        return self._data / f"part-{part:05}.parquet"
+
+    def _journal(self, part: int) -> Path:
+        # Readers of the data set leave out what begins with a dot.
+        return self._data / f".part-{part:05}.jsonl"
+
+
+def _locked(folder: Path) -> int:
+    """Return the descriptor that keeps others out until it is closed, or the process ends."""
+    descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(descriptor)
+        raise StudyError(
+            f"{folder}: another sweep is at work there; wait for it, or give another --output"
+        ) from error
+    return descriptor
+
+
+def _parquet() -> Any:
+    try:
+        import pyarrow as arrow  # noqa: PLC0415  an extra
+        from pyarrow import parquet  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise missing_extra("a sweep", error.name, "data") from error
+    return arrow, parquet
+
+
+def parquet_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
+    """Return a Parquet file of rows as the journal has them: the same bytes for the same rows.
+
+    Columns are the row's number and seed, each axis of the study, the figures, the failure, and a
+    list for each column of the traces. Units stand in the metadata of the fields.
+    """
+    arrow, parquet = _parquet()
+    units = {quantity.name: quantity.unit for quantity in quantities(RunMetrics)}
+    numbers = [row["row"] for row in rows]
+    levels = [study.row(number) for number in numbers]
+    columns: dict[str, Any] = {
+        "row": arrow.array(numbers, arrow.int64()),
+        "seed": arrow.array([int(one.base.rig.number("sensors.seed")) for one in levels]),
+    }
+    for axis in study.dimensions:
+        columns[axis.name] = arrow.array([one.levels[axis.name] for one in levels])
+    for place, name in enumerate(RunMetrics._fields):
+        # There are NaN of two signs; JSON has made them one.
+        values = [row["metrics"][place] for row in rows]
+        columns[name] = arrow.array(values, arrow.float64())
+    columns["failure"] = arrow.array([row["failure"] for row in rows], arrow.string())
+    for name in study.trace_columns:
+        values = [row["traces"].get(name, []) for row in rows]
+        columns[f"trace.{name}"] = arrow.array(values, arrow.list_(arrow.float64()))
+    schema = arrow.schema(
+        [
+            arrow.field(name, array.type, metadata={"unit": units.get(name, "")})
+            for name, array in columns.items()
+        ]
+    )
+    sink = arrow.BufferOutputStream()
+    parquet.write_table(arrow.Table.from_arrays(list(columns.values()), schema=schema), sink)
+    return bytes(sink.getvalue())

@@ -1,0 +1,207 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A sweep's study file, and the rows it stands for."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import prod
+from pathlib import Path
+
+from rodless_base.columns import quantities
+from rodless_base.one_line import described, shown
+from rodless_base.parameters import ParameterError, Value
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace
+from rodless_lab.simulation.design import (
+    METHODS,
+    MOST_ROWS,
+    Choice,
+    DesignError,
+    Dimension,
+    Range,
+    seed_of,
+    shares,
+)
+from rodless_lab.studies.base import LAW, SEED, Base, read_base
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.fields import Fields
+from rodless_lab.studies.sensitivity import SALTELLI, saltelli
+from rodless_lab.studies.shipped import find_file
+from rodless_sim.physics.state import State
+
+GRID = "grid"
+DESIGNS = (GRID, *METHODS, SALTELLI)
+
+TRACES = tuple(quantity.name for quantity in (*quantities(State), *quantities(ClosedLoopTrace)))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run of a study."""
+
+    number: int
+    levels: dict[str, object]  # by axis: the value, or the factor
+    base: Base
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as its file describes it: :func:`read_study` reads one."""
+
+    name: str
+    base: Base
+    dimensions: tuple[Dimension, ...]
+    method: str
+    count: int  # rows; of a Saltelli design, the base samples it is made of
+    seed: int
+    trace_columns: tuple[str, ...] = ()
+    trace_every: int = 1
+
+    @cached_property
+    def levels(self) -> list[tuple[object, ...]]:
+        """What each row gives to each axis; raises DesignError."""
+        if self.method == GRID:
+            axes = [one.axis.levels() for one in self.dimensions]
+            if prod(map(len, axes)) > MOST_ROWS:
+                raise DesignError(f"a grid of more than {MOST_ROWS} rows refused: take fewer")
+            return list(product(*axes))
+        if self.method == SALTELLI:
+            design = saltelli(len(self.dimensions), self.count, self.seed)
+        else:
+            design = shares(self.method, self.count, len(self.dimensions), self.seed)
+        return [
+            tuple(one.axis.at(share) for one, share in zip(self.dimensions, row, strict=True))
+            for row in design.tolist()
+        ]
+
+    @cached_property
+    def _both(self) -> dict[str, Value]:
+        return {**self.base.rig, **self.base.controller}
+
+    def __len__(self) -> int:
+        return len(self.levels)
+
+    def row(self, number: int) -> Row:
+        """Return one row; raises ParameterError where its values are no rig or controller."""
+        levels = self.levels[number]
+        values: dict[str, object] = {SEED: seed_of(self.seed, number)}
+        for one, level in zip(self.dimensions, levels, strict=True):
+            values.update(one.values(self._both, level))
+        named = {one.name: level for one, level in zip(self.dimensions, levels, strict=True)}
+        return Row(number, named, self.base.with_values(values))
+
+
+def read_study(given: str | Path) -> Study:
+    """Read a study and check all of its rows.
+
+    Parameters
+    ----------
+    given
+        A YAML file (docs/sweeps.md), or the name of a study that ships with the package.
+
+    Raises
+    ------
+    StudyError
+        In one line with file, key, value and the way out; nothing has run then.
+    """
+    path = find_file("studies", given)
+    fields = Fields.of_file(path)
+    study = study_of(fields, path)
+    fields.end()
+    return study
+
+
+def study_of(fields: Fields, path: Path) -> Study:
+    """Take a study from the fields of its file and check all of its rows; raises StudyError."""
+    base = read_base(fields, path.parent)
+    dimensions = _dimensions(fields.below("vary"), base)
+    design = fields.below("design")
+    method = design.text("method", GRID)
+    if method not in DESIGNS:
+        raise design.error("method", f"{method!r} refused, must be {', '.join(DESIGNS)}")
+    if method == GRID and "rows" in design.values:
+        raise design.error("rows", "refused: the rows of a grid follow from the counts in vary")
+    count, seed = design.whole("rows", 1), design.whole("seed", 1)
+    design.end()
+    columns, every = _traces(fields.below("traces"))
+    study = Study(path.stem, base, dimensions, method, count, seed, columns, every)
+    _check_rows(study, str(path))
+    return study
+
+
+def _traces(fields: Fields) -> tuple[tuple[str, ...], int]:
+    columns, every = fields.list_of("columns"), fields.whole("every", 10)
+    fields.end()
+    for name in columns:
+        if name not in TRACES:
+            raise fields.error("columns", f"{shown(name)} refused, there are {', '.join(TRACES)}")
+    if every < 1:
+        raise fields.error("every", f"{every} refused, must be 1 or more samples")
+    return tuple(map(str, columns)), every
+
+
+def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
+    found: list[Dimension] = []
+    owners: dict[str, str] = {}
+    for name in fields.values:
+        one = read_dimension(fields, name)
+        names = one.names(base.names)
+        if not names:
+            raise fields.error(name, base.unknown(name).partition(": ")[2])
+        if LAW in names or "reference.type" in names:
+            raise fields.error(name, "cannot vary within a study; make one study for each")
+        for parameter in names:
+            if parameter in owners:
+                raise fields.error(
+                    name, f"{parameter} is varied by {owners[parameter]} too; keep one"
+                )
+            owners[parameter] = name
+        found.append(one)
+    return tuple(found)
+
+
+def read_dimension(fields: Fields, name: str) -> Dimension:
+    """Take one axis: a list of values, or a range; raises StudyError."""
+    given = fields.values[name]
+    try:
+        if isinstance(given, list):
+            values = [tuple(value) if isinstance(value, list) else value for value in given]
+            return Dimension(name, Choice(tuple(values)))
+        own = fields.below(name)
+        scale = own.text("scale", "linear")
+        if scale not in ("linear", "logarithmic"):
+            raise own.error("scale", f"{scale!r} refused, must be linear or logarithmic")
+        for end in ("from", "to"):
+            if end not in own.values:
+                raise own.error(end, "missing; give from and to, or a list of values")
+        axis = Range(
+            own.number("from", 0.0),
+            own.number("to", 0.0),
+            own.whole("count", 0),
+            scale == "logarithmic",
+        )
+        factor = own.flag("factor")
+        own.end()
+    except DesignError as error:
+        raise fields.error(name, str(error)) from error
+    return Dimension(name, axis, factor)
+
+
+def _check_rows(study: Study, where: str) -> None:
+    try:
+        count = len(study)
+    except DesignError as error:
+        raise StudyError(f"{where}: design: {error}") from error
+    for number in range(count):
+        try:
+            study.row(number)
+        except (ParameterError, DesignError) as error:
+            raise StudyError(
+                f"{where}: vary: row {number} of {count}: {described(error)}"
+            ) from error

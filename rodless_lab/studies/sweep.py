@@ -1,0 +1,126 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A sweep: all rows of a study over all cores, or over a Dask cluster, into one data set."""
+
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing
+from pathlib import Path
+
+from rodless_control import ControllerParameters
+from rodless_lab.simulation.closed_loop import as_law, is_compiled
+from rodless_lab.simulation.in_order import check_workers, in_order
+from rodless_lab.studies.results import Results, read_results
+from rodless_lab.studies.row_run import RowResult, RowRunner
+from rodless_lab.studies.store import Store
+from rodless_lab.studies.study import Row, Study, read_study
+
+
+def sweep(
+    study: str | Path | Study,
+    output: str | Path,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Results:
+    """Run the rows of a study that ``output`` does not have yet, and return all of them.
+
+    Each row is kept as soon as it is known: a sweep that was interrupted, or killed, goes on with
+    the rows that are missing, and ends with the same files as one that was not. Rows have the bits
+    of ``closed_loop``, wherever they run.
+
+    Parameters
+    ----------
+    study
+        A YAML file (docs/sweeps.md), the name of a study that ships with the package, or what
+        :func:`rodless_lab.studies.study.read_study` returns.
+    output
+        Folder of the results; its folder ``rows`` is a Parquet data set.
+    workers
+        Threads; by default one for each core. A law in plain Python runs row by row, as in
+        :func:`rodless_lab.ensemble`.
+    scheduler
+        Address of a Dask scheduler (extra ``dask``), such as ``tcp://host:8786``; then its workers
+        run the rows.
+    progress
+        Called with the number of rows known and of all rows, after each row.
+
+    Raises
+    ------
+    StudyError
+        A ValueError of one line, for a study that cannot be done, before anything has run.
+    ModuleNotFoundError
+        Without pyarrow (extra ``data``).
+    OSError
+        Where the folder cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     found = sweep("friction", folder)
+    >>> len(found), found.failures
+    (81, {})
+    """
+    chosen = study if isinstance(study, Study) else read_study(study)
+    run_sweep(chosen, Path(output), workers, scheduler, progress or (lambda _known, _total: None))
+    return read_results(Path(output), chosen)
+
+
+def run_sweep(
+    study: Study,
+    folder: Path,
+    workers: int | None,
+    scheduler: str | None,
+    progress: Callable[[int, int], None],
+    stopped: Callable[[], bool] = lambda: False,
+) -> bool:
+    """Do what :func:`sweep` does until ``stopped``; return whether all rows are known."""
+    check_workers(workers)
+    store = Store(folder, study)
+    try:
+        count = store.done
+        # Not begun for nothing: a cluster need not be there where all is known.
+        rows = [study.row(number) for number in store.missing()]
+        with closing(_run(study, rows, store.add, workers, scheduler)) as runs:
+            for _ in runs if rows else ():
+                count += 1
+                progress(count, len(study))
+                if stopped():
+                    break
+        # Rows that were in hand have been kept, too.
+        return store.done == len(study)
+    finally:
+        store.close()
+
+
+def _run(
+    study: Study,
+    rows: Iterable[Row],
+    keep: Callable[[RowResult], None],
+    workers: int | None,
+    scheduler: str | None,
+) -> Generator[None, None, None]:
+    """Run rows and hand them to ``keep``, each as soon as it is known; yield after each."""
+    if scheduler is not None:
+        from rodless_lab.studies.cluster import on_cluster  # noqa: PLC0415  an extra
+
+        for result in on_cluster(scheduler, study, rows):
+            keep(result)
+            yield
+        return
+    run = RowRunner(study.trace_columns, study.trace_every)
+
+    def work(row: Row) -> None:
+        keep(run(row))
+
+    yield from in_order(work, rows, workers if _is_compiled(study.base.controller) else 1)
+
+
+def _is_compiled(controller: ControllerParameters) -> bool:
+    return is_compiled(as_law(controller))

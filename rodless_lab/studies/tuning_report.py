@@ -1,0 +1,134 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What a search leaves: the parameter file, and a page with the trade-off."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rodless_base.atomic_write import atomic_write
+from rodless_lab.figures.files import write_figure
+from rodless_lab.figures.style import label, panels
+from rodless_lab.simulation.ensemble import Ensemble
+from rodless_lab.studies.summary import shown
+from rodless_lab.studies.tune import IMPOSSIBLE, Bench, Candidate, Tuned, figures_at
+from rodless_lab.studies.tuning_task import TuningTask
+
+PARAMETERS = "tuned.yaml"
+PAGE = "tuning.md"
+
+
+def write_tuned(folder: Path, task: TuningTask, found: Tuned) -> str:
+    """Write parameter file, page and picture; return the page's table.
+
+    The table has the values before and after, on the rigs they were tuned on and on as many others.
+    Raises OSError where the folder cannot be written.
+    """
+    atomic_write(folder / PARAMETERS, parameter_text(task, found))
+    others = replace(task.study, seed=task.study.seed + 1)
+    table = _table(task, found, {"tuned on": Bench(task), "others": Bench(task, others)})
+    pictures = ""
+    if len(task.score.figures) > 1:
+        write_figure(folder, "trade_off", lambda: draw_trade_off(task, found))
+        pictures = "\n![Trade-off between two figures](trade_off.png)\n"
+    values = _values_table(task, found)
+    atomic_write(folder / PAGE, f"# {task.name}\n\n{values}\n{table}{pictures}")
+    return f"{values}\n{table}"
+
+
+def parameter_text(task: TuningTask, found: Tuned) -> str:
+    """Return a parameter file with the values found, for the controller."""
+    law = task.study.base.controller.text("controller.law")
+    figures = ", ".join(task.score.figures)
+    rigs = len(task.study)
+    lines = [
+        f"# Tuned by `rodless tune {task.name}`: the law {law} over {rigs} rigs, by {figures}",
+        f"# at the {task.score.quantile:g} quantile: score {found.best.score:.6g}.",
+        "/**/controller:",
+        "  ros__parameters:",
+        f"    controller.law: {law}",
+        *(f"    {name}: {_real(value)}" for name, value in found.values.items()),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _real(value: float) -> str:
+    # All digits, so that the file is the candidate; YAML 1.1 takes 1e-05 for a text.
+    mantissa, mark, exponent = repr(value).partition("e")
+    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{mark}{exponent}"
+
+
+def _values_table(task: TuningTask, found: Tuned) -> str:
+    declared = task.study.base.controller.DECLARATIONS
+    lines = ["| parameter | before | tuned | unit |", "|---|---|---|---|"]
+    for name, before in task.present().items():
+        after = found.values[name]
+        lines.append(f"| `{name}` | {before:g} | {after:.6g} | {declared[name].unit} |")
+    return "\n".join(lines) + "\n"
+
+
+def _table(task: TuningTask, found: Tuned, benches: dict[str, Bench]) -> str:
+    score = task.score
+    heads = [f"{name.replace('_', ' ')}, {shown(name).unit}" for name in score.figures]
+    lines = [f"| rigs | values | score | {' | '.join(heads)} |", "|---" * (len(heads) + 3) + "|"]
+    present = {name: float(str(value)) for name, value in task.present().items()}
+    for rigs, bench in benches.items():
+        for which, values in (("before", present), ("tuned", found.values)):
+            lines.append(_line(task, rigs, which, bench.measured(values)))
+    note = f"Figures at the {score.quantile:g} quantile of {len(task.study)} rigs."
+    return "\n".join([*lines, "", note]) + "\n"
+
+
+def _line(task: TuningTask, rigs: str, which: str, measured: Ensemble) -> str:
+    figures = figures_at(measured, task.score.figures, task.score.quantile)
+    cells = [
+        f"{value * shown(name).scale:.3f}" if np.isfinite(value) else "never"
+        for name, value in figures.items()
+    ]
+    score = task.score.of(measured)
+    return f"| {rigs} | {which} | {score:.4g} | {' | '.join(cells)} |"
+
+
+def draw_trade_off(task: TuningTask, found: Tuned) -> Figure:
+    """Draw all candidates by the first two figures of the score, and those no other one beats."""
+    first, second, *_ = task.score.figures
+    points = [_point(one, first, second) for one in found.candidates if one.score < IMPOSSIBLE]
+    there = np.array([point for point in points if np.isfinite(point).all()]).reshape(-1, 2)
+    figure, (panel,) = panels()
+    panel.plot(there[:, 0], there[:, 1], ".", color="0.7", label="tried")
+    edge = front(there)
+    panel.plot(edge[:, 0], edge[:, 1], ".-", label="no other is better in both")
+    chosen = _point(found.best, first, second)
+    panel.plot(chosen[0], chosen[1], "o", color="tab:red", label="best score")
+    quantile = f"at the {task.score.quantile:g} quantile"
+    for name, scale in ((first, panel.set_xscale), (second, panel.set_yscale)):
+        if len(there) and (there[:, 0 if name == first else 1] > 0.0).all():
+            scale("log")
+    names = [
+        f"{name.replace('_', ' ')} {quantile} / {shown(name).unit}" for name in (first, second)
+    ]
+    label(panel, names[0], names[1])
+    return figure
+
+
+def _point(one: Candidate, first: str, second: str) -> tuple[float, float]:
+    return (
+        one.figures.get(first, np.inf) * shown(first).scale,
+        one.figures.get(second, np.inf) * shown(second).scale,
+    )
+
+
+def front(points: np.ndarray) -> np.ndarray:
+    """Return the points, shape (n, 2), that no other one is below in both, by the first."""
+    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
+    best = np.minimum.accumulate(ordered[:, 1]) if len(ordered) else ordered[:, 1]
+    lower = np.r_[True, best[1:] < best[:-1]] if len(ordered) else np.empty(0, dtype=bool)
+    return ordered[lower]

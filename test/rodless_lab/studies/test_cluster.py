@@ -1,0 +1,85 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A sweep on a Dask cluster of two workers, one of which is killed: the same files."""
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from small_study import write_study
+
+from rodless_lab import sweep
+from rodless_lab.studies import cluster
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.study import read_study
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The scheduler of two workers, each a process with one thread, on this machine alone."""
+    from distributed import LocalCluster  # noqa: PLC0415  takes a second
+
+    with LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
+        host="127.0.0.1",
+        local_directory=str(tmp_path_factory.mktemp("dask")),
+    ) as found:
+        yield found.scheduler_address
+
+
+def test_rows_of_a_cluster_are_those_of_this_process(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker is killed once rows have come from it; the files are equal byte for byte."""
+    from distributed import Client  # noqa: PLC0415
+
+    monkeypatch.setattr(cluster, "BATCH", 2)
+    study = read_study(write_study(tmp_path, rows=60, duration=1.0))
+    killed: list[int] = []
+
+    def kill_one(known: int, _total: int) -> None:
+        if known >= 6 and not killed:
+            with Client(address, set_as_default=False) as client:
+                victim = min(client.run(os.getpid).values())
+            os.kill(victim, signal.SIGKILL)
+            killed.append(victim)
+
+    found = sweep(study, tmp_path / "cluster", scheduler=address, progress=kill_one)
+    assert len(killed) == 1
+    assert found.complete
+    sweep(study, tmp_path / "here")
+    (part,) = (tmp_path / "here" / "rows").iterdir()
+    assert (tmp_path / "cluster" / "rows" / part.name).read_bytes() == part.read_bytes()
+
+
+def test_a_cluster_of_another_version_is_refused(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its rows could have other bits: none is kept."""
+    monkeypatch.setattr(cluster, "source_digest", lambda: "another")
+    with pytest.raises(StudyError, match="a worker runs another version of this package"):
+        sweep(write_study(tmp_path), tmp_path / "out", scheduler=address)
+    assert not list((tmp_path / "out" / "rows").iterdir())
+
+
+def test_a_scheduler_that_is_not_there_is_refused_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With its address; nothing is lost."""
+    monkeypatch.setattr(cluster, "CONNECTION_TIMEOUT", 1.0)
+    for address in ("tcp://127.0.0.1:9", "nowhere://x"):
+        with pytest.raises(StudyError, match=f"^--scheduler {address}: not reached: ") as refusal:
+            sweep(write_study(tmp_path), tmp_path / "out", scheduler=address)
+        assert "\n" not in str(refusal.value)

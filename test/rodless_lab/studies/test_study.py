@@ -1,0 +1,189 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Studies: what their rows are, and each way in which one cannot be done."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.saved_study import read_saved_study, study_text
+from rodless_lab.studies.shipped import shipped
+from rodless_lab.studies.study import Study, read_study
+
+GOOD = """
+base: calibrated
+vary:
+  supply.pressure: {from: 5.0e5, to: 7.0e5, count: 3}
+  friction.*.static: {from: 0.8, to: 1.2, count: 2, factor: true}
+  friction.form: [stribeck, saturating]
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    """A study file of this text."""
+    path = folder / "study.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_grid_has_every_combination_once(tmp_path: Path) -> None:
+    """The last axis changes fastest; a pattern of parameters changes them by one factor."""
+    study = read_study(written(tmp_path, GOOD))
+    assert len(study) == 12
+    rows = [study.row(number) for number in range(12)]
+    assert len({tuple(row.levels.values()) for row in rows}) == 12
+    assert [row.base.rig["friction.form"] for row in rows[:2]] == ["stribeck", "saturating"]
+    base = study.base.rig
+    last = rows[-1].base.rig
+    assert last["supply.pressure"] == 7e5
+    for side in ("forward", "reverse"):
+        name = f"friction.{side}.static"
+        assert last.number(name) == base.number(name) * 1.2
+
+
+def test_a_logarithmic_axis_is_even_in_its_logarithm(tmp_path: Path) -> None:
+    """Five values over four decades are decades apart."""
+    text = "vary: {friction.capture_velocity: {from: 1.0e-8, to: 1.0e-4, count: 5, "
+    study = read_study(written(tmp_path, text + "scale: logarithmic}}"))
+    values = [float(str(study.row(k).levels["friction.capture_velocity"])) for k in range(5)]
+    assert np.log10(values) == pytest.approx([-8.0, -7.0, -6.0, -5.0, -4.0])
+
+
+def test_sensors_law_and_reference_are_set_by_the_names_of_the_nodes(tmp_path: Path) -> None:
+    """As in a parameter file, and of both nodes at once."""
+    text = """
+base: paper
+sensors: data-sheet
+set: {reference.type: sine, reference.amplitude: 0.01, controller.kp: 500.0}
+vary: {controller.ki: [10.0, 20.0]}
+run: {duration: 2.0, period: 0.002, since: 1.0}
+"""
+    row = read_study(written(tmp_path, text)).row(1)
+    assert row.base.rig.number("sensors.position_noise") > 0.0
+    assert row.base.controller["controller.kp"] == 500.0
+    assert row.base.controller["controller.ki"] == 20.0
+    assert type(row.base.reference).__name__ == "Sine"
+    assert (row.base.duration, row.base.period, row.base.since) == (2.0, 0.002, 1.0)
+
+
+def test_a_parameter_file_beside_the_study_is_its_base(tmp_path: Path) -> None:
+    """Found from where the study is, and not from where the command runs."""
+    (tmp_path / "mine.yaml").write_text(
+        "/**/plant: {ros__parameters: {supply.pressure: 5.5e5}}\n", encoding="utf-8"
+    )
+    study = read_study(written(tmp_path, "base: mine.yaml\n"))
+    assert study.row(0).base.rig["supply.pressure"] == 5.5e5
+
+
+def test_a_saltelli_design_is_that_of_salib(tmp_path: Path) -> None:
+    """N (D + 2) rows within the ranges; its rows are shares of the axes."""
+    from SALib.sample import sobol  # noqa: PLC0415
+
+    text = "vary: {supply.pressure: {from: 5.0e5, to: 7.0e5}, controller.ki: {from: 1.0, to: 9.0}}"
+    study = read_study(written(tmp_path, text + "\ndesign: {method: saltelli, rows: 8, seed: 3}"))
+    problem = {"num_vars": 2, "names": ["a", "b"], "bounds": [[5e5, 7e5], [1.0, 9.0]]}
+    expected = sobol.sample(problem, 8, calc_second_order=False, seed=3)
+    assert np.array(study.levels) == pytest.approx(expected)
+    assert len(study) == 8 * 4
+
+
+def test_a_study_is_read_back_from_beside_its_results(tmp_path: Path) -> None:
+    """Rows and all, without its file."""
+    study = read_study(written(tmp_path, GOOD))
+    (tmp_path / "study.json").write_text(study_text(study), encoding="utf-8")
+    (tmp_path / "study.yaml").unlink()
+    again = read_saved_study(tmp_path)
+    assert [again.row(k) for k in range(12)] == [study.row(k) for k in range(12)]
+    assert study_text(again) == study_text(study)
+
+
+@pytest.mark.parametrize("name", shipped("studies"))
+def test_the_studies_that_ship_can_be_done(name: str) -> None:
+    """By name, and all of their rows are rigs."""
+    study = read_study(name)
+    assert isinstance(study, Study)
+    assert len(study) > 10
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "vary: {supply.presure: [6.0e5]}",
+            "vary: supply.presure: no such parameter; did you mean",
+        ),
+        ("vary: {supply.pressure: [-1.0]}", "vary: row 0 of 1: supply.pressure: -1.0 refused"),
+        ("vary: {supply.pressure: {from: 6.0e5}}", "vary: supply.pressure: to: missing; give from"),
+        (
+            "vary: {supply.pressure: {from: 7.0e5, to: 6.0e5}}",
+            "vary: supply.pressure: from 700000.0 to 600000.0 refused",
+        ),
+        (
+            "vary: {supply.pressure: {from: 6.0e5, to: 7.0e5}}",
+            "design: from 600000 to 700000 refused: a grid needs its count",
+        ),
+        (
+            "vary: {supply.pressure: 6.0e5}",
+            "vary: supply.pressure: 600000.0 refused, must be names",
+        ),
+        ("vary: {supply.pressure: []}", "vary: supply.pressure: no values to choose from"),
+        (
+            "vary: {friction.*.static: [1.0], friction.forward.static: [30.0]}",
+            "friction.forward.static is varied by friction.*.static too",
+        ),
+        ("vary: {controller.law: [pid]}", "vary: controller.law: cannot vary within a study"),
+        (
+            "vary: {friction.form: {from: 1, to: 2, count: 2, factor: true}}",
+            "row 0 of 2: friction.form: 'saturating' times 1.0 refused: no numbers",
+        ),
+        ("base: papr", "base: papr: neither a preset (calibrated, paper) nor a parameter file"),
+        ("set: {supply.pressure: -1.0}", "set: supply.pressure: -1.0 refused"),
+        ("set: {sensors.seed: 3}", "set: sensors.seed refused: each row has a seed of its own"),
+        (
+            "set: {reference.type: move}",
+            "set: reference.type: move refused, it waits for set-points",
+        ),
+        ("set: {controller.law: pd}", "base: controller.law: 'pd' refused: must be pid"),
+        ("design: {method: gird}", "design: method: 'gird' refused, must be grid, random"),
+        ("design: {method: random, rows: 0}", "design: count 0 refused"),
+        ("design: {method: saltelli, rows: 3}", "rows 3 refused: a Saltelli design needs a power"),
+        ("design: {rows: 3}", "design: rows: refused: the rows of a grid follow from the counts"),
+        ("run: {duration: -1}", "run: duration -1.0 s refused"),
+        ("run: {duration: 1.0, since: 2.0}", "run: since: 2 s refused, must be within the run"),
+        ("run: {period: fast}", "run: period: 'fast' refused, must be a number"),
+        ("traces: {columns: [speed]}", "traces: columns: 'speed' refused, there are time"),
+        ("traces: {columns: [position], every: 0}", "traces: every: 0 refused"),
+        ("sensors: perfect", "sensors: 'perfect' refused, must be base or data-sheet"),
+        ("vry: {}", "vry: no such field; did you mean vary?"),
+        ("[1, 2]", "[1, 2] refused, must be names and values"),
+        ("vary: {a: [1], a: [2]}", "line 1: 'a' stands twice"),
+        ("vary: {", "not YAML"),
+    ],
+)
+def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
+    tmp_path: Path, text: str, expected: str
+) -> None:
+    """In one line that begins with the file and names key, value and the way out."""
+    path = written(tmp_path, text)
+    with pytest.raises(StudyError) as refusal:
+        read_study(path)
+    message = str(refusal.value)
+    assert message.startswith(f"{path}: ")
+    assert expected in message
+    assert "\n" not in message
+
+
+def test_a_study_that_is_not_there_is_refused_with_those_there_are(tmp_path: Path) -> None:
+    """A file by its path, a name by those that ship."""
+    with pytest.raises(StudyError, match="cannot be read: No such file"):
+        read_study(tmp_path / "none.yaml")
+    with pytest.raises(StudyError, match="'none': no such file; give a YAML file, or one of "):
+        read_study("none")

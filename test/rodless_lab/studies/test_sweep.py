@@ -1,0 +1,214 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A sweep: each row as if it were alone, and none lost or done twice whatever interrupts it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+from small_study import write_law, write_study
+
+from rodless_lab import closed_loop, run_metrics, sweep
+from rodless_lab.studies import store
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.replay import replay_row
+from rodless_lab.studies.study import read_study
+from rodless_lab.studies.sweep import run_sweep
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """What a folder's data set holds, by name."""
+    return {file.name: file.read_bytes() for file in (folder / "rows").iterdir()}
+
+
+def silent(_known: int, _total: int) -> None:
+    """Tell nobody."""
+
+
+@pytest.mark.parametrize("row", [0, 13])
+def test_a_row_is_the_closed_loop_of_its_parameters(tmp_path: Path, row: int) -> None:
+    """Figures and decimated traces to the bit, its axes and its seed beside them."""
+    study = read_study(write_study(tmp_path))
+    found = sweep(study, tmp_path / "out")
+    base = study.row(row).base
+    run = closed_loop(base.rig, base.controller, base.reference, 0.1, 1e-3)
+    for name, value in run_metrics(run)._asdict().items():
+        assert np.array_equal([found[name][row]], [value], equal_nan=True), name
+    assert np.array_equal(found["trace.position"][row], run.position[::20])
+    assert np.array_equal(found["trace.voltage"][row], run.voltage[::20])
+    assert found["cylinder.moving_mass"][row] == base.rig["cylinder.moving_mass"]
+    assert found["seed"][row] == base.rig["sensors.seed"]
+    assert len(set(found["seed"])) == len(found) == 20
+
+
+def test_the_files_depend_neither_on_threads_nor_on_interruptions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One thread, three, or stopped after every third row: the same bytes."""
+    monkeypatch.setattr(store, "PART", 8)
+    study = read_study(write_study(tmp_path))
+    one, three, often = (tmp_path / name for name in ("one", "three", "often"))
+    sweep(study, one, workers=1)
+    sweep(study, three, workers=3)
+    sittings = 0
+    while True:
+        asked = iter((False, False, True))
+        sittings += 1
+        if run_sweep(study, often, 1, None, silent, partial(next, asked)):
+            break
+    assert sittings == 7
+    assert len(files(one)) == 3
+    assert files(one) == files(three) == files(often)
+
+
+def test_a_killed_sweep_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SIGKILL in the middle: no row is lost, none is run twice but the one in hand, same bytes."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    noted = tmp_path / "noted.txt"
+    monkeypatch.setenv("NOTED", str(noted))
+    path = write_study(tmp_path, law=write_law(tmp_path), rows=12, duration=0.3)
+    script = f"from rodless_lab import sweep; sweep({str(path)!r}, {str(tmp_path / 'killed')!r})"
+    with subprocess.Popen([sys.executable, "-c", script]) as process:
+        journal = tmp_path / "killed" / "rows" / ".part-00000.jsonl"
+        deadline = time.monotonic() + 300.0
+        while not (journal.exists() and journal.read_bytes().count(b"\n") >= 3):
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+    kept = journal.read_bytes().count(b"\n")
+    assert 3 <= kept < 12
+    begun = noted.read_text(encoding="utf-8").splitlines()
+    assert len(begun) <= kept + 1
+
+    sweep(path, tmp_path / "killed")
+    runs = noted.read_text(encoding="utf-8").splitlines()
+    # Whatever was known before is not run again.
+    assert len(runs) == len(begun) + 12 - kept
+    assert set(begun[:kept]).isdisjoint(runs[len(begun) :])
+    sweep(path, tmp_path / "whole")
+    assert files(tmp_path / "killed") == files(tmp_path / "whole")
+
+
+def test_a_line_that_a_crash_has_cut_is_run_again(tmp_path: Path) -> None:
+    """Half a line in the journal is no row; the whole lines before it are."""
+    study = read_study(write_study(tmp_path))
+    folder = tmp_path / "cut"
+    asked = iter((False, False, False, True))
+    assert not run_sweep(study, folder, 1, None, silent, lambda: next(asked))
+    journal = folder / "rows" / ".part-00000.jsonl"
+    lines = journal.read_bytes().splitlines(keepends=True)
+    journal.write_bytes(b"".join(lines[:2]) + lines[2][:40])
+    counts: list[int] = []
+    sweep(study, folder, progress=lambda known, _total: counts.append(known))
+    assert counts == list(range(3, 21))
+    sweep(study, tmp_path / "whole")
+    assert files(folder) == files(tmp_path / "whole")
+
+
+def test_a_complete_sweep_runs_nothing(tmp_path: Path) -> None:
+    """The second time there is nothing left to do, and nothing is written."""
+    study = read_study(write_study(tmp_path))
+    sweep(study, tmp_path / "out")
+    before = files(tmp_path / "out")
+    sweep(study, tmp_path / "out", progress=lambda *_: pytest.fail("a row was run"))
+    assert files(tmp_path / "out") == before
+
+
+def test_results_of_another_study_are_left_alone(tmp_path: Path) -> None:
+    """A folder is for one study; the text says the way out."""
+    sweep(read_study(write_study(tmp_path)), tmp_path / "out")
+    before = files(tmp_path / "out")
+    other = read_study(write_study(tmp_path, rows=21))
+    with pytest.raises(StudyError, match=r"holds the results of another study.*--output"):
+        sweep(other, tmp_path / "out")
+    assert files(tmp_path / "out") == before
+
+
+def test_two_sweeps_at_once_do_not_share_a_folder(tmp_path: Path) -> None:
+    """The second is refused while the first has it open, and not after."""
+    study = read_study(write_study(tmp_path))
+    first = store.Store(tmp_path / "out", study)
+    with pytest.raises(StudyError, match="another sweep is at work there"):
+        store.Store(tmp_path / "out", study)
+    first.close()
+    store.Store(tmp_path / "out", study).close()
+
+
+def test_the_data_set_is_read_by_others_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pyarrow reads the folder as one table with units; pandas too; what fails says why."""
+    import pandas as pd  # noqa: PLC0415
+
+    monkeypatch.setattr(store, "PART", 8)
+    found = sweep(read_study(write_study(tmp_path)), tmp_path / "out")
+    table = parquet.read_table(tmp_path / "out" / "rows")
+    assert table["row"].to_pylist() == list(range(20))
+    assert table.schema.field("air").metadata == {b"unit": b"kg"}
+    frame = pd.read_parquet(tmp_path / "out" / "rows")
+    assert np.array_equal(frame["mean_error"], found["mean_error"])
+    assert (found.failures, found.complete) == ({}, True)
+
+
+def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(tmp_path: Path) -> None:
+    """Equal as it stands; with one figure or one sample of the data set changed it is named."""
+    study = read_study(write_study(tmp_path))
+    sweep(study, tmp_path / "out")
+    assert replay_row(tmp_path / "out", 17) == []
+    part = tmp_path / "out" / "rows" / "part-00000.parquet"
+    table = parquet.read_table(part)
+    rows = table.to_pylist()
+    rows[17]["rms_error"] = np.nextafter(rows[17]["rms_error"], 1.0)
+    rows[17]["trace.voltage"][2] += 1e-12
+    parquet.write_table(type(table).from_pylist(rows, schema=table.schema), part)
+    differences = replay_row(tmp_path / "out", 17)
+    assert [one.partition(":")[0] for one in differences] == ["rms_error", "trace.voltage"]
+    assert replay_row(tmp_path / "out", 16) == []
+    with pytest.raises(StudyError, match=r"^row 20 refused: .* has rows 0 to 19$"):
+        replay_row(tmp_path / "out", 20)
+
+
+@pytest.mark.ros
+def test_a_row_is_replayed_by_the_nodes(tmp_path: Path) -> None:
+    """Over DDS in lock-step plant and controller give the same samples, noise and all."""
+    study = read_study(write_study(tmp_path, rows=2))
+    sweep(study, tmp_path / "out")
+    assert replay_row(tmp_path / "out", 1, ros=True) == []
+
+
+def test_a_damaged_study_beside_the_results_is_refused(tmp_path: Path) -> None:
+    """In a sentence, for a replay."""
+    sweep(read_study(write_study(tmp_path, rows=1)), tmp_path / "out")
+    file = tmp_path / "out" / "study.json"
+    content = json.loads(file.read_text(encoding="utf-8"))
+    del content["vary"]
+    file.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(StudyError, match="damaged"):
+        replay_row(tmp_path / "out", 0)
+    with pytest.raises(StudyError, match="no sweep there"):
+        replay_row(tmp_path, 0)
+
+
+def test_no_worker_is_refused(tmp_path: Path) -> None:
+    """In one line, before a folder is made."""
+    with pytest.raises(ValueError, match=r"^workers 0 refused: must be from 1 to 1000$"):
+        sweep(write_study(tmp_path), tmp_path / "out", workers=0)
+    assert not os.path.lexists(tmp_path / "out")

@@ -1,0 +1,171 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Tuning: a search that finds what is better, goes on where it was, and refuses what cannot be."""
+
+import json
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rodless_control import ControllerParameters
+from rodless_lab.simulation.ensemble import Ensemble
+from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
+from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.shipped import shipped
+from rodless_lab.studies.tune import Bench, Candidate, search
+from rodless_lab.studies.tuning_report import front, write_tuned
+from rodless_lab.studies.tuning_task import NEVER, Score, read_task
+
+TASK = """
+base: calibrated
+set: {{reference.at: 0.02, controller.kp: 120.0}}
+vary: {{cylinder.moving_mass: {{from: 0.7, to: 2.0}}}}
+design: {{method: sobol, rows: 3}}
+run: {{duration: 0.6}}
+tune:
+  controller.kp: {{from: 50.0, to: 1000.0, scale: logarithmic}}
+  controller.kd: {{from: 1.0, to: 50.0}}
+score: {{quantile: 1.0, figures: {{mean_error: 1.0e-3, overshoot: 1.0e-3{more}}}}}
+search: {{generations: 2, population: 4, seed: 5}}
+{extra}
+"""
+
+
+def written(folder: Path, more: str = "", extra: str = "") -> Path:
+    """A small task: two gains over three rigs."""
+    path = folder / "small.yaml"
+    path.write_text(TASK.format(more=more, extra=extra), encoding="utf-8")
+    return path
+
+
+def test_the_values_found_score_better_than_those_before(tmp_path: Path) -> None:
+    """Their score is that of the three rigs run by themselves; those in force were tried too."""
+    task = read_task(written(tmp_path))
+    found = search(task, tmp_path / "out")
+    before = Bench(task).measured({"controller.kp": 120.0, "controller.kd": 25.0})
+    after = Bench(task).measured(found.values)
+    assert found.complete
+    assert found.best.score == task.score.of(after) < task.score.of(before)
+    assert min(one.score for one in found.candidates) == found.best.score
+    assert any(task.score.of(before) == pytest.approx(one.score) for one in found.candidates[:8])
+
+
+def test_a_search_that_goes_on_ends_where_one_in_one_go_does(tmp_path: Path) -> None:
+    """Stopped twice, with half a line in its journal: the same candidates, none tried twice."""
+    task = read_task(written(tmp_path))
+    whole = search(task, tmp_path / "whole")
+    folder = tmp_path / "parts"
+    for asked in (3, 9):
+        left = iter([False] * asked)
+        assert not search(task, folder, stopped=partial(next, left, True)).complete
+        journal = folder / "candidates.jsonl"
+        with journal.open("a", encoding="utf-8") as file:
+            file.write('[[0.1, 0.2], 3.0, {"mean')
+    found = search(task, folder)
+    assert found == whole
+    lines = [json.loads(line) for line in journal.read_text(encoding="utf-8").splitlines()]
+    assert [Candidate(tuple(a), b, c) for a, b, c in lines] == whole.candidates
+
+
+def test_the_parameter_file_is_the_candidate(tmp_path: Path) -> None:
+    """The controller loads it with all digits; page and picture stand beside it."""
+    task = read_task(written(tmp_path))
+    found = search(task, tmp_path / "out")
+    text = write_tuned(tmp_path / "out", task, found)
+    loaded = ControllerParameters.from_file(tmp_path / "out" / "tuned.yaml")
+    assert {name: loaded[name] for name in found.values} == found.values
+    assert "| `controller.kp` | 120 | " in text
+    assert text.count("| others |") == text.count("| tuned on |") == 2
+    assert (tmp_path / "out" / "tuning.md").read_text(encoding="utf-8").count("trade_off.png") == 1
+    assert (tmp_path / "out" / "trade_off.png").stat().st_size > 1000
+
+
+def test_the_score_is_a_quantile_of_what_the_rigs_cost() -> None:
+    """Sizes of errors count, a rig without a figure costs ten, and so does one far beyond."""
+    rows = [
+        NO_METRICS._replace(mean_error=value, settling_time=time)
+        for value, time in ((-1e-4, 1.0), (2e-4, 0.5), (1.0, np.nan))
+    ]
+    found = Ensemble(rows, {})
+    score = Score({"mean_error": 1e-4, "settling_time": 1.0}, 0.5)
+    assert score.costs(found) == pytest.approx([2.0, 2.5, 2.0 * NEVER])
+    assert score.of(found) == pytest.approx(2.5)
+
+
+def test_the_front_is_what_no_other_point_beats() -> None:
+    """Found by comparing each point with all others."""
+    points = np.random.default_rng(1).random((60, 2))
+    beaten = [any((other < one).all() for other in points) for one in points]
+    expected = points[~np.array(beaten)]
+    assert {*map(tuple, front(points))} == {*map(tuple, expected)}
+    assert front(np.empty((0, 2))).shape == (0, 2)
+
+
+@pytest.mark.parametrize("name", shipped("tasks"))
+def test_the_tasks_that_ship_can_be_done(name: str) -> None:
+    """By name; the figures they score are there."""
+    task = read_task(name)
+    assert len(task.study) >= 16
+    assert task.score.figures.keys() <= set(RunMetrics._fields)
+
+
+@pytest.mark.parametrize(
+    ("more", "extra", "expected"),
+    [
+        (", speed: 1.0", "", "score: figures: speed: no such figure, there are final_error"),
+        (", air: 0.0", "", "score: figures: air: 0 refused, must be the size that costs 1"),
+        ("", "serch: {}", "serch: no such field; did you mean search?"),
+        ("", "sensors: none", "sensors: 'none' refused"),
+    ],
+)
+def test_a_task_that_cannot_be_done_is_refused_in_one_line(
+    tmp_path: Path, more: str, extra: str, expected: str
+) -> None:
+    """With file, key and value."""
+    path = written(tmp_path, more, extra)
+    with pytest.raises(StudyError) as refusal:
+        read_task(path)
+    assert str(refusal.value).startswith(f"{path}: ")
+    assert expected in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "expected"),
+    [
+        ("controller.kd: {", "controller.kx: {", "controller.kx: no such parameter of the law"),
+        ("from: 50.0, to: 1000.0", "from: 50.0, to: 1.0e9", "must be within 0 to"),
+        ("quantile: 1.0", "quantile: 2.0", "score: quantile: 2 refused, must be from 0 to 1"),
+        ("generations: 2", "generations: 0", "search: generations: 0 refused"),
+        ("cylinder.moving_mass: {", "controller.kp: {", "is varied over the rigs too; keep one"),
+        ("kd: {from: 1.0, to: 50.0}", "kd: [1.0, 2.0]", "must be a range, from and to"),
+    ],
+)
+def test_each_field_of_a_task_is_checked(
+    tmp_path: Path, before: str, after: str, expected: str
+) -> None:
+    """Against what the law declares, and the ranges of the fields."""
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    assert before in text
+    path.write_text(text.replace(before, after), encoding="utf-8")
+    with pytest.raises(StudyError) as refusal:
+        read_task(path)
+    assert expected in str(refusal.value)
+
+
+def test_the_folder_of_another_task_is_left_alone(tmp_path: Path) -> None:
+    """A search does not mix its candidates with those of another."""
+    left = iter([False, False])
+    search(read_task(written(tmp_path)), tmp_path / "out", stopped=lambda: next(left, True))
+    other = read_task(written(tmp_path, ", air: 1.0e-3"))
+    with pytest.raises(StudyError, match="holds the search of another task"):
+        search(other, tmp_path / "out")

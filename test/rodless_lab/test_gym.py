@@ -1,0 +1,134 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The Gymnasium environment: as gymnasium wants it, and the same rig as everywhere else."""
+
+import subprocess
+import sys
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from rodless_control import Pid, PidParameters, ReferencePoint, references
+from rodless_lab import closed_loop
+from rodless_lab.gym import FAILURE, RigEnv
+from rodless_sim import RigParameters, SimulationError
+
+STEP = references.step(0.0, 0.058, at=0.1)
+NOISY = RigParameters.preset("calibrated").with_values(
+    {"sensors.position_noise": 2e-5, "sensors.pressure_noise": 200.0, "sensors.pressure_lag": 5e-3}
+)
+
+
+def test_gymnasium_finds_nothing_wrong() -> None:
+    """Its own check of spaces, seeds and answers, with random rigs; no warning either."""
+    env = RigEnv(NOISY, duration=0.2, ranges={"cylinder.moving_mass": (0.7, 2.0)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", "Box low's precision lowered", UserWarning)
+        warnings.filterwarnings("ignore", ".*different seed.*", UserWarning)
+        check_env(env, skip_render_check=True)
+
+
+def test_a_law_through_it_answers_with_the_bits_of_the_closed_loop() -> None:
+    """Sample by sample: readings with noise and lag, voltages and true positions."""
+    rig = NOISY.with_values({"sensors.seed": 11})
+    law = PidParameters.preset("calibrated")
+    expected = closed_loop(rig, law, STEP, 0.8, 1e-3)
+    env, pid = RigEnv(NOISY, STEP, duration=0.8), Pid(law)
+    observation, info = env.reset(seed=1, options={"rig": rig})
+    for k in range(801):
+        assert info["position"] == expected.true_position[k]
+        assert tuple(observation[:3]) == (
+            expected.position[k], expected.pressure_a[k], expected.pressure_b[k]
+        )  # fmt: skip
+        reference = ReferencePoint(*observation[4:])
+        voltage = pid.update(env.measurement, reference, 1e-3 if k else 0.0).voltage
+        assert voltage == expected.voltage[k]
+        if k < 800:
+            observation, _, terminated, truncated, info = env.step([voltage])
+            assert (terminated, truncated) == (False, k == 799)
+
+
+def test_an_episode_follows_from_its_seed() -> None:
+    """The same seed gives the same rig, target and noise; another one others."""
+    env = RigEnv(NOISY, duration=0.05, ranges={"supply.pressure": (5e5, 7e5)})
+
+    def episode(seed: int) -> np.ndarray:
+        first, _ = env.reset(seed=seed)
+        return np.array([first, *(env.step([6.0])[0] for _ in range(20))])
+
+    assert np.array_equal(episode(3), episode(3))
+    assert not np.array_equal(episode(3), episode(4))
+
+
+def test_episodes_without_a_seed_go_on_from_the_last() -> None:
+    """Rigs differ within a training run, and the run can be repeated."""
+    env = RigEnv(NOISY, duration=0.05)
+
+    def three() -> list[float]:
+        found = [env.reset(seed=5)[0], env.reset()[0], env.reset()[0]]
+        return [float(one[0]) for one in found]
+
+    assert three() == three()
+    assert len(set(three())) == 3
+
+
+def test_the_reward_is_the_users_own() -> None:
+    """It is given the true error and the change of the command."""
+    told: list[tuple[float, float]] = []
+
+    def reward(error: float, jump: float) -> float:
+        told.append((error, jump))
+        return 7.0
+
+    env = RigEnv(reference=STEP, duration=0.3, reward=reward)
+    env.reset(seed=1)
+    gained = {env.step([voltage])[1] for voltage in (5.5, 6.0, 20.0)}
+    assert gained == {7.0}
+    assert [jump for _, jump in told[1:]] == [0.5, 4.0]  # 20 V are 10 V
+    assert told[0][0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_motion_that_leaves_the_rig_ends_the_episode(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the sentence of the error; the reward is a penalty."""
+    env = RigEnv(duration=0.05)
+    env.reset(seed=1)
+
+    def fails(*_: float) -> None:
+        raise SimulationError("no rig does that")
+
+    monkeypatch.setattr(env._rig, "advance", fails)
+    _, gained, terminated, truncated, info = env.step([6.0])
+    assert (gained, terminated, truncated) == (FAILURE, True, False)
+    assert info["failure"] == "no rig does that"
+
+
+def test_it_is_made_by_its_name() -> None:
+    """As other environments are, several at once too."""
+    env = gymnasium.make("Rodless-v0", duration=0.05)
+    assert isinstance(env.unwrapped, RigEnv)
+    several = gymnasium.make_vec("Rodless-v0", num_envs=3, duration=0.05)
+    observations, _ = several.reset(seed=1)
+    assert observations.shape == (3, 6)
+    assert len(set(observations[:, 4])) == 1  # before the step all hold
+
+
+def test_without_gymnasium_it_says_how_to_get_it() -> None:
+    """In one line, and only where it is asked for."""
+    script = (
+        "import sys\nsys.modules['gymnasium'] = None\nimport rodless_lab\n"
+        "try:\n    import rodless_lab.gym\nexcept ModuleNotFoundError as error:\n    print(error)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=300, check=True
+    )
+    assert run.stdout.strip().endswith("pip install 'rodless_sim[gym]'")
