@@ -361,6 +361,11 @@ class LoopRun(NamedTuple):
     rows: Array  # shape (n, k): as :func:`rodless_sim.trace.record`, as read
     commands: Array  # shape (n, m): voltage (V), the law's terms, true position (m)
 
+    @property
+    def flows(self) -> int:
+        """The column of ``rows`` with the mass flow into A; that into B follows."""
+        return columns_of(self.plant).index("mass_flow_a")
+
 
 class Loop:
     """A law, a reference and times: what the runs of many rigs have in common.

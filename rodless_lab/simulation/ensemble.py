@@ -21,7 +21,6 @@ from rodless_lab.simulation.closed_loop import AnyLaw, Loop
 from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics, metrics_of
 from rodless_sim import RigParameters, SimulationError
-from rodless_sim.trace import columns_of
 
 Array = npt.NDArray[np.float64]
 
@@ -123,8 +122,7 @@ def ensemble(
 
     def figures(rig: RigParameters) -> RunMetrics:
         run = loop.run(rig, position)
-        flows = columns_of(run.plant).index("mass_flow_a")
-        return metrics_of(loop.times, wanted, run.rows, flows, run.commands, since)
+        return metrics_of(loop.times, wanted, run.rows, run.flows, run.commands, since)
 
     def run(rig: RigParameters) -> tuple[RunMetrics, str]:
         return outcome(lambda: figures(rig))
