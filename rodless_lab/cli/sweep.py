@@ -21,16 +21,27 @@ FOLDER = Path("results/sweeps")
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 if all rows are known, 1 after Ctrl-C or rows that differ, 2 for a bad study."""
+    """Return 0 if all rows are known, 1 after Ctrl-C or a row that differs, 2 for a bad study.
+
+    1 too where nodes fail in a replay.
+    """
     replays = list(arguments[:1]) == ["replay"]
     options = _replay_parser().parse_args(arguments[1:]) if replays else _parsed(arguments)
     stop.from_now_on_wait()
     work = _replay if replays else _sweep
     try:
         return work(options, stop)
-    except (ValueError, ModuleNotFoundError) as error:
+    except ValueError as error:
         print(error, file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:
+        if "pip install" not in str(error):  # it is ROS that is missing
+            raise
+        print(error, file=sys.stderr)
+        return 2
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+        return 1
     except OSError as error:
         print(f"{error.filename or options.output}: {error.strerror}", file=sys.stderr)
         return 2

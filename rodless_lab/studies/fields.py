@@ -59,7 +59,11 @@ class Fields:
 
     def number(self, name: str, default: float) -> float:
         """Return a number."""
-        return float(self._typed(name, default, (int, float), "a number"))
+        value = self._typed(name, default, (int, float), "a number")
+        try:
+            return float(value)
+        except OverflowError as error:
+            raise self.error(name, f"{shown(value)} refused, must be a number") from error
 
     def whole(self, name: str, default: int) -> int:
         """Return a whole number."""

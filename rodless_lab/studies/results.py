@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.columns import Columns, quantities
-from rodless_lab.simulation.run_metrics import RunMetrics
+from rodless_base.extras import missing_extra
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.study import Study
 
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 DATA = "rows"  # the folder of the data set, below that of the sweep
 
 
-class Results(Columns):
+class Results:
     """The rows of a sweep: number, seed, axes, figures and failure of each, in order.
 
     ``results["settling_time"]`` is an array of shape (n,). Traces are lists, one per row, in the
@@ -66,14 +65,20 @@ class Results(Columns):
         """Return all columns by name."""
         return {name: self[name] for name in self._table.column_names}
 
-    def units(self) -> dict[str, str]:
-        """Return the unit of each column; those of the axes are their parameters' own."""
-        units = {quantity.name: quantity.unit for quantity in quantities(RunMetrics)}
-        return {name: units.get(name, "") for name in self._table.column_names}
-
     def to_dataframe(self) -> "DataFrame":
-        """Return the rows as a pandas data frame; raises ModuleNotFoundError without pandas."""
-        return super().to_dataframe()
+        """Return the rows as a pandas data frame, units in its ``attrs`` as those of a run.
+
+        Raises ModuleNotFoundError without pandas.
+        """
+        try:
+            frame: DataFrame = self._table.to_pandas()
+        except ModuleNotFoundError as error:
+            raise missing_extra("a data frame", error.name, "data") from error
+        frame.attrs["units"] = {
+            field.name: (field.metadata or {}).get(b"unit", b"").decode()
+            for field in self._table.schema
+        }
+        return frame
 
 
 def read_results(folder: Path, study: Study) -> Results:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.extras import missing_extra
-from rodless_lab.simulation.design import DesignError
+from rodless_lab.simulation.design import MOST_ROWS, DesignError
 
 Array = npt.NDArray[np.float64]
 
@@ -43,6 +43,8 @@ def saltelli(dimensions: int, samples: int, seed: int) -> Array:
     """
     if samples < 1 or samples & (samples - 1):
         raise DesignError(f"rows {samples} refused: a Saltelli design needs a power of two")
+    if samples * (dimensions + 2) > MOST_ROWS:
+        raise DesignError(f"rows {samples} refused: more than {MOST_ROWS} runs; take fewer")
     try:
         from SALib.sample import sobol  # noqa: PLC0415  an extra
     except ModuleNotFoundError as error:

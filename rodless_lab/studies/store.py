@@ -31,8 +31,9 @@ from rodless_lab.studies.row_run import RowResult
 from rodless_lab.studies.saved_study import FILE, study_text
 from rodless_lab.studies.study import Study
 
-# Rows of a file: some seconds of work.
+# Rows of a file, some seconds of work; fewer where their traces would fill the memory.
 PART = 1000
+NUMBERS = 1_000_000
 
 
 class Store:
@@ -47,6 +48,7 @@ class Store:
         _parquet()
         self._data = folder / DATA
         self._study = study
+        self._size = max(min(PART, NUMBERS // (study.numbers + 1)), 1)
         self._lock = Lock()
         self._data.mkdir(parents=True, exist_ok=True)
         self._only = _locked(folder)
@@ -73,12 +75,12 @@ class Store:
 
     @property
     def _parts(self) -> int:
-        return -(-len(self._study) // PART)
+        return -(-len(self._study) // self._size)
 
     def missing(self) -> Iterator[int]:
         """Yield the rows that are not known yet, in order."""
         for number in range(len(self._study)):
-            known = self._known[number // PART]
+            known = self._known[number // self._size]
             if known is not None and number not in known:
                 yield number
 
@@ -92,7 +94,7 @@ class Store:
 
     def add(self, result: RowResult) -> None:
         """Keep a row, for good once this returns; several threads may."""
-        part = result.row // PART
+        part = result.row // self._size
         line = json.dumps(result._asdict() | {"metrics": list(result.metrics)})
         with self._lock:
             known = self._known[part]
@@ -137,7 +139,7 @@ class Store:
         return known
 
     def _rows_of(self, part: int) -> range:
-        return range(part * PART, min((part + 1) * PART, len(self._study)))
+        return range(part * self._size, min((part + 1) * self._size, len(self._study)))
 
     def _file(self, part: int) -> Path:
         return self._data / f"part-{part:05}.parquet"

@@ -19,6 +19,7 @@ from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.design import (
+    LARGEST_SEED,
     METHODS,
     MOST_ROWS,
     Choice,
@@ -87,6 +88,12 @@ class Study:
     def __len__(self) -> int:
         return len(self.levels)
 
+    @property
+    def numbers(self) -> int:
+        """How many numbers the traces of a row have."""
+        samples = int(self.base.duration / self.base.period) + 1
+        return len(self.trace_columns) * (samples // self.trace_every + 1)
+
     def row(self, number: int) -> Row:
         """Return one row; raises ParameterError where its values are no rig or controller."""
         levels = self.levels[number]
@@ -128,6 +135,8 @@ def study_of(fields: Fields, path: Path) -> Study:
     if method == GRID and "rows" in design.values:
         raise design.error("rows", "refused: the rows of a grid follow from the counts in vary")
     count, seed = design.whole("rows", 1), design.whole("seed", 1)
+    if not 0 <= seed <= LARGEST_SEED:
+        raise design.error("seed", f"{seed} refused, must be from 0 to {LARGEST_SEED}")
     design.end()
     columns, every = _traces(fields.below("traces"))
     study = Study(path.stem, base, dimensions, method, count, seed, columns, every)

@@ -85,10 +85,10 @@ def run_sweep(
     store = Store(folder, study)
     try:
         count = store.done
-        # Not begun for nothing: a cluster need not be there where all is known.
-        rows = [study.row(number) for number in store.missing()]
+        rows = map(study.row, store.missing())
         with closing(_run(study, rows, store.add, workers, scheduler)) as runs:
-            for _ in runs if rows else ():
+            # A cluster need not be there where all is known.
+            for _ in runs if count < len(study) else ():
                 count += 1
                 progress(count, len(study))
                 if stopped():

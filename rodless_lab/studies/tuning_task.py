@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.parameters import Value
-from rodless_lab.simulation.design import Range
+from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
@@ -96,6 +96,8 @@ def read_task(given: str | Path) -> TuningTask:
         if not 1 <= size <= 10_000:
             raise search.error(name, f"{size} refused, must be from 1 to 10000")
     seed = search.whole("seed", 1)
+    if not 0 <= seed <= LARGEST_SEED:
+        raise search.error("seed", f"{seed} refused, must be from 0 to {LARGEST_SEED}")
     search.end()
     study = study_of(fields, path)
     fields.end()
@@ -122,7 +124,7 @@ def _score(fields: Fields) -> Score:
     for name, size in sizes.items():
         if name not in RunMetrics._fields:
             raise figures.error(name, f"no such figure, there are {', '.join(RunMetrics._fields)}")
-        if not size > 0.0:
+        if not 0.0 < size < np.inf:
             raise figures.error(name, f"{size:g} refused, must be the size that costs 1, above 0")
     if not sizes:
         raise figures.error("no figure", "name figures with the size at which each costs 1")

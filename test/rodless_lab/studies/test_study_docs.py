@@ -1,0 +1,96 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The pages on sweeps and tuning: what they show can be done."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rodless_lab import sweep
+from rodless_lab.studies.pictures import draw_rows, draw_sensitivities
+from rodless_lab.studies.study import read_study
+from rodless_lab.studies.summary import sensitivities, sensitivity_table, summary
+from rodless_lab.studies.tuning_task import read_task
+
+DOCS = Path(__file__).parents[3] / "docs"
+
+
+def blocks(page: str, kind: str) -> list[str]:
+    """The code of a page, of one kind."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"```{kind}\n(.*?)```", text, re.DOTALL)
+
+
+def test_the_files_on_the_pages_can_be_read(tmp_path: Path) -> None:
+    """The study is a grid of 54 rows, the task has two gains to tune."""
+    study, task = tmp_path / "study.yaml", tmp_path / "task.yaml"
+    (text,) = blocks("sweeps.md", "yaml")
+    study.write_text(text, encoding="utf-8")
+    assert len(read_study(study)) == 54
+    (text,) = blocks("tuning.md", "yaml")
+    task.write_text(text, encoding="utf-8")
+    assert list(read_task(task).ranges) == ["controller.kp", "controller.kd"]
+
+
+@pytest.mark.slow
+def test_the_python_on_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As it stands, after the sweep that the shell ran above it."""
+    monkeypatch.chdir(tmp_path)
+    sweep("friction", "results/sweeps/friction")
+    snippets = blocks("sweeps.md", "python")
+    assert len(snippets) == 2
+    for snippet in snippets:
+        exec(compile(snippet, "sweeps.md", "exec"), {})
+
+
+def test_the_page_names_every_column(tmp_path: Path) -> None:
+    """Each column of the data set stands in the table of the page."""
+    page = (DOCS / "sweeps.md").read_text(encoding="utf-8")
+    path = tmp_path / "study.yaml"
+    path.write_text("run: {duration: 0.05}\ntraces: {columns: [position]}", encoding="utf-8")
+    found = sweep(path, tmp_path / "out")
+    assert "trace.position" in found.columns()
+    assert [name for name in found.columns() if f"`{name}`" not in page] == []
+
+
+def test_the_summary_counts_what_never_settled_as_worse_than_all_that_did(tmp_path: Path) -> None:
+    """In 50 ms none settles: the table says never, and how many."""
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "set: {reference.at: 0.01}\nrun: {duration: 0.05}\n"
+        "vary: {supply.pressure: {from: 5.0e5, to: 6.0e5, count: 3}}",
+        encoding="utf-8",
+    )
+    found = sweep(path, tmp_path / "out")
+    (line,) = (one for one in summary(found).splitlines() if one.startswith("| settling"))
+    assert line == "| settling time, s | - | - | - | 3 |"
+    (line,) = (one for one in summary(found).splitlines() if one.startswith("| peak"))
+    assert line.startswith("| peak error, mm | 5")
+    assert draw_rows(found).axes
+
+
+def test_the_parameter_that_matters_has_the_index(tmp_path: Path) -> None:
+    """Air used over 0.2 s of a step follows from the supply, and hardly from the mass."""
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "set: {reference.at: 0.01}\nrun: {duration: 0.2}\n"
+        "vary: {supply.pressure: {from: 5.0e5, to: 7.0e5}, "
+        "cylinder.moving_mass: {from: 0.99, to: 1.01}}\n"
+        "design: {method: saltelli, rows: 64, seed: 1}",
+        encoding="utf-8",
+    )
+    study = read_study(path)
+    found = sweep(study, tmp_path / "out")
+    indices = sensitivities(found, study.seed)
+    supply, mass = indices["air"].total
+    assert supply > 0.9
+    assert mass < 0.1
+    assert "| air | " in sensitivity_table(found, indices)
+    assert draw_sensitivities(found.axes, indices).axes
