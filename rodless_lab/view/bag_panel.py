@@ -17,6 +17,9 @@ from rodless_lab.view.playback import SPEEDS, Playback
 from rodless_lab.view.requests import Requests
 from rodless_lab.view.widgets import attempt, button, tag
 
+# Refreshes from one look into the folder to the next.
+LIST_EVERY = 4
+
 
 class BagPanel:
     """One bag, or two on one time; the cursor is everybody's."""
@@ -27,6 +30,7 @@ class BagPanel:
         self._state = requests.state
         self._shown: Playback | None = None
         self._scrubbing = False
+        self._refreshed = 0
         with ui.expansion("Bags", value=not self._state.live):
             self._shelf()
             with ui.element("div") as self._deck:
@@ -38,7 +42,6 @@ class BagPanel:
             ui.select(self._requests.bags, multiple=True, label="One bag, or two to compare")
             .props(f"dense outlined use-chips max-values=2 {tag('bags')}")
             .classes("w-full")
-            .on("popup-show", self._list)
         )
         with ui.element("div").classes("view-row"):
             self._opener = button("Open", self._open, "open")
@@ -60,7 +63,14 @@ class BagPanel:
         self._apart = ui.html("", sanitize=False).classes("view-label").props(tag("apart"))
 
     def _list(self) -> None:
-        self._names.set_options(self._requests.bags, value=self._names.value)
+        """Offer the bags that are in the folder now, once a second."""
+        self._refreshed += 1
+        if self._refreshed % LIST_EVERY:
+            return
+        bags = self._requests.bags
+        if bags != self._names.options:
+            chosen = [name for name in self._names.value or [] if name in bags]
+            self._names.set_options(bags, value=chosen)
 
     async def _open(self) -> None:
         self._opener.props("loading")  # long bags take a while
@@ -94,6 +104,7 @@ class BagPanel:
 
     def refresh(self) -> None:
         """Follow the state."""
+        self._list()
         playback = self._state.playback
         self._deck.set_visibility(playback is not None)
         self._live.set_visibility(playback is not None and self._state.live)
