@@ -12,10 +12,14 @@ from collections.abc import Callable
 from html import escape
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from rodless_lab.view.playback import SPEEDS, Playback
 from rodless_lab.view.requests import Requests
 from rodless_lab.view.widgets import attempt, button, tag
+
+# While the slider is drawn, in s.
+SEEK_PERIOD = 0.05
 
 # Refreshes from one look into the folder to the next.
 LIST_EVERY = 4
@@ -59,7 +63,7 @@ class BagPanel:
             f'aria-label="Time in the bag, s" {tag("scrub")}'
         )
         self._cursor.on("pan", lambda event: self._scrub(event.args != "end"))
-        self._cursor.on("update:model-value", self._seek, throttle=0.05)
+        self._cursor.on("update:model-value", self._seek, throttle=SEEK_PERIOD)
         self._apart = ui.html("", sanitize=False).classes("view-label").props(tag("apart"))
 
     def _list(self) -> None:
@@ -92,8 +96,8 @@ class BagPanel:
     def _scrub(self, scrubbing: bool) -> None:
         self._scrubbing = scrubbing
 
-    async def _seek(self) -> None:
-        await self._now(lambda: self._requests.seek(self._cursor.value))
+    async def _seek(self, event: GenericEventArguments) -> None:
+        await self._now(lambda: self._requests.seek(event.args))
 
     @staticmethod
     async def _now(work: Callable[[], None]) -> None:
