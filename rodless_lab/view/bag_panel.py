@@ -12,10 +12,17 @@ from collections.abc import Callable
 from html import escape
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from rodless_lab.view.playback import SPEEDS, Playback
 from rodless_lab.view.requests import Requests
 from rodless_lab.view.widgets import attempt, button, tag
+
+# While the slider is drawn, in s.
+SEEK_PERIOD = 0.05
+
+# Refreshes from one look into the folder to the next.
+LIST_EVERY = 4
 
 
 class BagPanel:
@@ -27,6 +34,7 @@ class BagPanel:
         self._state = requests.state
         self._shown: Playback | None = None
         self._scrubbing = False
+        self._refreshed = 0
         with ui.expansion("Bags", value=not self._state.live):
             self._shelf()
             with ui.element("div") as self._deck:
@@ -38,7 +46,6 @@ class BagPanel:
             ui.select(self._requests.bags, multiple=True, label="One bag, or two to compare")
             .props(f"dense outlined use-chips max-values=2 {tag('bags')}")
             .classes("w-full")
-            .on("popup-show", self._list)
         )
         with ui.element("div").classes("view-row"):
             self._opener = button("Open", self._open, "open")
@@ -56,11 +63,18 @@ class BagPanel:
             f'aria-label="Time in the bag, s" {tag("scrub")}'
         )
         self._cursor.on("pan", lambda event: self._scrub(event.args != "end"))
-        self._cursor.on("update:model-value", self._seek, throttle=0.05)
+        self._cursor.on("update:model-value", self._seek, throttle=SEEK_PERIOD)
         self._apart = ui.html("", sanitize=False).classes("view-label").props(tag("apart"))
 
     def _list(self) -> None:
-        self._names.set_options(self._requests.bags, value=self._names.value)
+        """Offer the bags that are in the folder now, once a second."""
+        self._refreshed += 1
+        if self._refreshed % LIST_EVERY:
+            return
+        bags = self._requests.bags
+        if bags != self._names.options:
+            chosen = [name for name in self._names.value or [] if name in bags]
+            self._names.set_options(bags, value=chosen)
 
     async def _open(self) -> None:
         self._opener.props("loading")  # long bags take a while
@@ -82,8 +96,8 @@ class BagPanel:
     def _scrub(self, scrubbing: bool) -> None:
         self._scrubbing = scrubbing
 
-    async def _seek(self) -> None:
-        await self._now(lambda: self._requests.seek(self._cursor.value))
+    async def _seek(self, event: GenericEventArguments) -> None:
+        await self._now(lambda: self._requests.seek(event.args))
 
     @staticmethod
     async def _now(work: Callable[[], None]) -> None:
@@ -94,6 +108,7 @@ class BagPanel:
 
     def refresh(self) -> None:
         """Follow the state."""
+        self._list()
         playback = self._state.playback
         self._deck.set_visibility(playback is not None)
         self._live.set_visibility(playback is not None and self._state.live)

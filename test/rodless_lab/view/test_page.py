@@ -385,7 +385,7 @@ def test_a_node_that_is_killed_is_missed_and_welcome_back(
     rig["plant"].kill()
     tab.wait_text("state-plant", "silent")
     rig["plant"].start()
-    tab.wait_text("state-plant", "plant: (running|waiting|plant time|in the last|nodes)")
+    tab.wait_text("state-plant", "plant: (running|waiting|plant time|in the last|2 nodes)")
     tab.wait("() => parseFloat(document.querySelector('[data-testid=time]').innerText) > 0.5")
     assert tab.errors == []
 
