@@ -74,7 +74,7 @@ mermaid_fullscreen = False
 # The notebooks are run at each build; one that fails, fails the build.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 300
+nb_execution_timeout = 600  # s, for a cell: the first compiles
 nb_render_markdown_format = "myst"
 
 autodoc_member_order = "bysource"

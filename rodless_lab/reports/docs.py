@@ -23,7 +23,7 @@ from rodless_lab.reports.heat import save_heat_picture
 from rodless_lab.reports.options import OPTIONS, save_option
 from rodless_lab.reports.page import write_page
 from rodless_lab.reports.parameters import parameter_reference
-from rodless_lab.reports.preset_step import AT, preset_step
+from rodless_lab.reports.preset_step import AT, TARGET, preset_step
 from rodless_sim import RigParameters
 
 
@@ -43,13 +43,12 @@ def write_docs(folder: Path, show: Callable[[str], None]) -> None:
 
 def save_preset_step(path: Path, preset: str) -> None:
     """Draw the step of a preset."""
-    run, setpoint = preset_step(preset)
-    wanted = np.repeat(setpoint.position, 2)
+    run, _ = preset_step(preset)
     save_step_picture(
         path,
         f"0 to 58 mm at 0.52 MPa gauge, preset {preset}",
         position=(run.time, run.position),
-        reference=([run.time[0], AT, AT, run.time[-1]], wanted),
+        reference=(run.time, np.where(run.time < AT, 0.0, TARGET)),
         pressures={
             "chamber A": (run.time, run.pressure_a),
             "chamber B": (run.time, run.pressure_b),
