@@ -33,6 +33,7 @@ from rodless_lab.identification.valve_bench.flow_coefficient import (
     fit_flow_coefficient,
     flow_coefficient,
 )
+from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, run_of_trace
 
 __all__ = [
@@ -49,6 +50,7 @@ __all__ = [
     "Stribeck",
     "UniformPart",
     "UniformSearch",
+    "Verdict",
     "auxiliary_lines",
     "effective_area",
     "fit_area_curve",

@@ -123,6 +123,7 @@ def within(estimate: Estimate, low: float, high: float) -> Estimate:
         )
         if beyond
     ]
+    notes = [note for note in notes if note not in estimate.note]
     return replace(
         estimate,
         low=max(estimate.low, low),

@@ -41,6 +41,9 @@ UNITS = [parameter.unit for parameter in _DECLARED]
 _LOW = np.array([parameter.minimum for parameter in _DECLARED])
 _HIGH = np.array([parameter.maximum for parameter in _DECLARED])
 
+# The same by name: (least, greatest).
+LIMITS = dict(zip(Stribeck._fields, zip(_LOW.tolist(), _HIGH.tolist(), strict=True), strict=True))
+
 # Stribeck velocities (m/s) the search starts from; the cost has a minimum of its own near many.
 _STARTS = np.geomspace(5e-4, 1.2e-2, 6)
 
@@ -136,6 +139,7 @@ class _Observations(NamedTuple):
     stop_errors: Array
     known: bool
     form: FrictionForm
+    allowance: float
     direction: str
 
 
@@ -168,6 +172,7 @@ def fit_friction(
     stops: npt.ArrayLike = (),
     stop_errors: npt.ArrayLike | None = None,
     form: FrictionForm = PRINTED,
+    allowance: float = 0.0,
 ) -> FrictionFit:
     """Fit a form of friction, by default eq. (29), to points of uniform motion, per direction.
 
@@ -190,6 +195,9 @@ def fit_friction(
         Their standard errors.
     form
         The curve, its own constants taken as known.
+    allowance
+        How far (N, standard deviation) the reading of points may be off in a way that their errors
+        do not hold; the verdict allows for it.
 
     Raises
     ------
@@ -229,6 +237,7 @@ def fit_friction(
             np.maximum(stop_error[halt], _FINEST_FORCE),
             given,
             form,
+            allowance,
             direction,
         )
         fits.append(_fit_direction(observations))
@@ -338,17 +347,28 @@ def _verdict(points: _Observations, solution: _Solution) -> Verdict:
     """
     if not points.known or solution.freedom < 1:
         return Verdict(())
-    jacobian = solution.jacobian
+    share = _share_of_errors(points, solution)
+    residuals, jacobian = share * solution.residuals, share[:, None] * solution.jacobian
     blind = np.eye(len(jacobian)) - jacobian @ linalg.pinv(jacobian)
     generator = np.random.default_rng(SEED)
     drawn = generator.standard_normal((DRAWS, len(jacobian))) @ blind
     order = np.argsort(points.speeds)
-    checks = [_check("residuals", solution.residuals, drawn, _trimmed, points.direction)]
+    checks = [_check("residuals", residuals, drawn, _trimmed, points.direction)]
     if len(order) >= 2 * GROUP:
-        found, expected = solution.residuals[order], drawn[:, order]
+        found, expected = residuals[order], drawn[:, order]
         name = "residuals of neighbours in speed"
         checks.append(_check(name, found, expected, _of_neighbours, points.direction))
     return Verdict(tuple(checks))
+
+
+def _share_of_errors(points: _Observations, solution: _Solution) -> Array:
+    """Part of each standard error in that with the allowance, shape of the residuals."""
+    coulomb, viscous = solution.values[[-3, -1]] if len(solution.values) > 2 else solution.values
+    slope = points.form.slope(_dropless(np.array([coulomb, viscous])), points.speeds)
+    error = np.hypot(points.force_errors, slope * points.speed_errors)
+    share = np.ones(len(solution.residuals))
+    share[: len(error)] = error / np.hypot(error, points.allowance)
+    return share
 
 
 def _check(

@@ -78,10 +78,10 @@ def test_an_interval_that_leaves_the_range_is_cut_and_marked() -> None:
 
 
 def test_the_area_curve_knows_when_it_is_no_sum_of_sines() -> None:
-    """With a kink of 0.02 mm² at 5 V it says so; in 40 noisy sets of its own shape at most one."""
+    """With a bump of 0.02 mm² at 6 V it says so; in 40 noisy sets of its own shape at most one."""
     coefficients = RigParameters().numbers("valve.area_coefficients")
     voltages = np.linspace(0.0, 10.0, 201)
-    kink = 2e-8 * np.clip(1.0 - np.abs(voltages - 6.0), 0.0, None)
+    bump = 2e-8 * np.clip(1.0 - np.abs(voltages - 6.0), 0.0, None)
     alarms = 0
     for seed in range(40):
         noise = np.random.default_rng(seed).normal(0.0, 5e-9, voltages.shape)
@@ -89,7 +89,7 @@ def test_the_area_curve_knows_when_it_is_no_sum_of_sines() -> None:
         alarms += not right.verdict.fits
     assert alarms <= 2
     wrong = fit_area_curve(
-        voltages, three_sines(coefficients, voltages) + kink + noise, coefficients
+        voltages, three_sines(coefficients, voltages) + bump + noise, coefficients
     )
     assert not wrong.verdict.fits
 
