@@ -23,7 +23,7 @@ from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, versio
 from rodless_sim.physics import equations, integrator
 from rodless_sim.physics.cylinder import PressureRate
 from rodless_sim.physics.equations import motion_rate, rates
-from rodless_sim.physics.events import MOST_TRIALS, Bracket, guess, narrowed
+from rodless_sim.physics.events import MOST_HALVINGS, MOST_TRIALS, Bracket, guess, narrowed
 from rodless_sim.physics.heat import HeatedRate
 from rodless_sim.physics.integrator import (
     B2,
@@ -86,6 +86,19 @@ def passing_time(plant: Plant, spool: Spool, latest: float, there: float) -> flo
     return bracket.after
 
 
+@outlined_kernel
+def staying_time(plant: Plant, spool: Spool, latest: float) -> float:
+    """Return a time (s) before ``latest`` up to which a spool that leaves closed is not back."""
+    closed = plant.valve.closed_voltage
+    forward = spool.place >= closed
+    time = latest
+    for _ in range(MOST_HALVINGS):
+        time *= 0.5
+        if (swung(plant.drive, spool, time).place >= closed) == forward:
+            break
+    return time
+
+
 @kernel
 def course_from(plant: Plant, spool: Spool) -> Course:
     """Return the course of the openings from ``spool`` on."""
@@ -96,10 +109,15 @@ def course_from(plant: Plant, spool: Spool) -> Course:
         forward = spool.place >= closed
         there = swung(drive, spool, horizon).place
         passes = (there >= closed) != forward
-        if passes and abs(spool.place - closed) <= CLOSE:
-            spool, passes = Spool(spool.target, beyond(plant, not forward), spool.speed), False
-        if passes:
+        if passes and abs(spool.place - closed) > CLOSE:
             horizon = passing_time(plant, spool, horizon, there)
+        elif passes:
+            passes = False
+            upward = spool.speed > 0.0 or (spool.speed == 0.0 and spool.target > closed)
+            if upward == forward:
+                horizon = staying_time(plant, spool, horizon)
+            else:
+                spool = Spool(spool.target, beyond(plant, not forward), spool.speed)
     return Course(spool, openings(plant, spool_voltage(spool)), horizon, passes)
 
 
