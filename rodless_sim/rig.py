@@ -537,7 +537,7 @@ def simulate(
         Where the carriage (m) and the chambers (Pa, K) start, as :meth:`Rig.reset` takes them.
     scenario
         Changes of the parameters at given times, or the path of their file. With one, and with a
-        fault of the valve, the run is made step by step, at some twenty times real time.
+        fault of the valve, the run is made step by step, at some hundred times real time.
 
     Returns
     -------

@@ -28,7 +28,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     given = dict(options.changes)
     if len(given) < len(options.changes):
         parser.error("the same fault is given twice")
-    if options.clear and None not in given.values():
+    if options.clear and any(value is not None for value in given.values()):
         parser.error("--clear takes names without values")
     if not options.clear and None in given.values():
         parser.error("give NAME=VALUE, or --clear with names")

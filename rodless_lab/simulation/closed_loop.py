@@ -313,8 +313,8 @@ def closed_loop(
     scenario
         Changes of the rig's parameters at given times, or the path of their file. With one, and
         with faults of the valve or late or missing readings, the run is made step by step, at some
-        twenty times real time. A reading that the law uses and that is not finite closes the valve,
-        as in the node.
+        seventy times real time. A reading that the law uses and that is not finite closes the
+        valve, as in the node.
 
     Raises
     ------
