@@ -101,7 +101,7 @@ PARAMETERS = collect(
         ),
     ),
     friction.declared(NAME, "N", 10.9, 9.17e-5, 22.2, 22.0, TUNED),
-    effort.declared(NAME, "N", 77000.0, 0.0018, TUNED),
+    effort.declared(NAME, "N", 77000.0, 0.004, TUNED),
     following.declared(NAME, 362.0, 2.5e-5, 2.5, 37.4, TUNED),
     pneumatics.declared(NAME),
 )
