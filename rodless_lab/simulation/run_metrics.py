@@ -30,6 +30,7 @@ import numpy.typing as npt
 
 from rodless_base.kernels import outlined_kernel
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
+from rodless_sim.single_number import single_number
 
 Array = npt.NDArray[np.float64]
 
@@ -77,6 +78,8 @@ def run_metrics(run: ClosedLoopTrace, since: float = 0.0) -> RunMetrics:
     ------
     ValueError
         For a run that ends before ``since``.
+    TypeError
+        For a ``since`` that is no number.
 
     Examples
     --------
@@ -106,10 +109,11 @@ def metrics_of(
     From column ``flows`` on, ``rows`` has the mass flows into both chambers (kg/s); ``commands``
     begins with the voltage (V) and ends with the true position (m). Raises as :func:`run_metrics`.
     """
-    if not since <= times[-1]:
-        raise ValueError(f"since {since:g} s refused: the run ends at {times[-1]:g} s")
+    begin = single_number(since, "since", "seconds")
+    if not begin <= times[-1]:
+        raise ValueError(f"since {begin:g} s refused: the run ends at {times[-1]:g} s")
     period = float(times[1] - times[0])
-    first = int(np.searchsorted(times, since))
+    first = int(np.searchsorted(times, begin))
     last = min(round(LAST / period), len(times) - 1) + 1
     return RunMetrics(*measured(reference, rows, flows, commands, period, first, last))
 

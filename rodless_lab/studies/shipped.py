@@ -23,8 +23,8 @@ def shipped(kind: str) -> dict[str, Path]:
 def find_file(kind: str, given: str | Path) -> Path:
     """Return a file: a path, or the name of one that ships; raises StudyError."""
     known = shipped(kind)
-    if str(given) in known:
-        return known[str(given)]
+    if isinstance(given, str) and given in known:
+        return known[given]
     if not isinstance(given, str | Path) or Path(given).suffix not in (".yaml", ".yml"):
         raise StudyError(
             f"{shown(given)}: no such file; give a YAML file, or one of {', '.join(known)}"
