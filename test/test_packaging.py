@@ -272,7 +272,7 @@ def test_the_wheel_carries_presets_and_types(wheel: zipfile.ZipFile) -> None:
 
 def test_every_module_is_in_the_wheel(wheel: zipfile.ZipFile) -> None:
     """No module or data file beside one is forgotten."""
-    kinds = (".py", ".yaml", ".xml", ".typed")
+    kinds = (".py", ".yaml", ".xml", ".js", ".css", ".typed")
     files = (file for package in PRODUCT for file in (ROOT / package).rglob("*"))
     expected = {str(file.relative_to(ROOT)) for file in files if file.suffix in kinds}
     assert expected <= set(wheel.namelist())

@@ -117,7 +117,7 @@ class BagPanel:
             return
         if playback is not self._shown:
             self._shown = playback
-            self._cursor.props(f"min={playback.begin} max={playback.end}")
+            self._cursor.props(f":min={playback.begin:.6f} :max={playback.end:.6f}")
             self._apart.set_content(_table(playback))
         self._play.set_text("Stop" if playback.playing else "Play")
         if self._speed.value != playback.speed:
