@@ -45,7 +45,7 @@ EFFECTS: dict[str, Draw] = {
     "iso_6358": _between("valve.sonic_conductance", 3.5e-9, 4.3e-9, valve__flow_law="iso_6358"),
     "discharge": _between("valve.discharge_coefficient", 0.85, 0.95, valve__discharge="constant"),
     "saturating": _between("friction.high_speed_viscous", 40.0, 160.0, friction__form="saturating"),
-    "tilt": _between("rail.tilt", 0.01, 0.1),
+    "tilt": _between("rail.tilt", 0.005, 0.05),
 }
 
 

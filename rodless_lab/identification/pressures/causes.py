@@ -28,9 +28,6 @@ from rodless_lab.identification.verdict import FALSE_ALARM
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 
-# An effect that helps shows soon; the one that is named is fitted to the end.
-MOST_STEPS = 12
-
 VALVE_LAG = "lag of the valve"
 
 
@@ -137,7 +134,8 @@ def _tried(
         replace(unknown, start=min(max(known[unknown.name], unknown.low), unknown.high))
         for unknown in without.unknowns
     ]
-    found = solve(run, with_effect, [*begun, *added], MOST_STEPS)
+    rest = without.values[len(without.unknowns) :]
+    found = solve(run, with_effect, [*begun, *added], rest)
     size = max(len(added), 1)
     statistic = (without.cost - found.cost) / size / found.spread
     p_value = float(stats.f.sf(statistic, size, found.freedom))

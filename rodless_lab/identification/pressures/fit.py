@@ -133,9 +133,15 @@ def fit_pressures(
 
 
 def solve(
-    run: MeasuredRun, parameters: RigParameters, unknowns: Sequence[Unknown], most: int = 40
+    run: MeasuredRun,
+    parameters: RigParameters,
+    unknowns: Sequence[Unknown],
+    rest: Array | None = None,
 ) -> Solution:
-    """Minimise the residuals in at most ``most`` steps; raises as :func:`fit_pressures`."""
+    """Minimise the residuals; raises as :func:`fit_pressures`.
+
+    The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
+    """
     if Plant.of(parameters).drive:
         raise ParameterError(
             "valve.dynamics, valve.hysteresis, valve.dead_time: refused, the fit takes the spool "
@@ -145,6 +151,9 @@ def solve(
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:
         raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")
+    start = problem.start.copy()
+    if rest is not None and len(rest) == len(start) - len(unknowns):
+        start[len(unknowns) :] = rest
     # In natural sizes, so that the solver's finite differences suit every one.
     scale = problem.scale
 
@@ -153,7 +162,7 @@ def solve(
 
     found = optimize.least_squares(
         residuals_of,
-        problem.start / scale,
+        np.clip(start, *problem.bounds) / scale,
         bounds=(problem.bounds[0] / scale, problem.bounds[1] / scale),
         diff_step=np.full(scale.shape, DIFFERENCE),
         loss="soft_l1",
@@ -161,7 +170,7 @@ def solve(
         xtol=1e-7,
         ftol=1e-7,
         gtol=1e-7,
-        max_nfev=most,
+        max_nfev=40,
     )
     values = np.asarray(found.x) * scale
     residuals = problem.residuals(values)[: problem.readings]

@@ -8,8 +8,11 @@
 
 """Identification from a base with options that the paper has not: they are part of the model."""
 
+import numpy as np
 import pytest
 
+from rodless_lab.identification.excitation import friction_voltages
+from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.valve import identify_valve, valve_findings
 from rodless_lab.runs.measured_run import run_of_trace
@@ -53,3 +56,13 @@ def test_chambers_of_a_base_with_options(options: dict[str, object]) -> None:
     estimates = identify_chambers(run, base).estimates
     assert estimates["cylinder.dead_volume_a"].value == pytest.approx(20e-6, rel=0.01)
     assert estimates["cylinder.dead_volume_b"].value == pytest.approx(15e-6, rel=0.01)
+
+
+def test_friction_of_a_base_with_a_tilted_rail() -> None:
+    """0.2 rad under 1 kg are 1.95 N: in F_c where the base is level, and not where it is tilted."""
+    rig = RigParameters({"rail.tilt": 0.2})
+    run = run_of_trace(simulate(rig, friction_voltages(), 1e-3, position=0.06), SUPPLY)
+    true = rig.number("friction.forward.coulomb")
+    for base, weight in ((rig, 0.0), (RigParameters(), 9.80665 * np.sin(0.2))):
+        found = identify_friction(run, base).forward.coulomb.value
+        assert found == pytest.approx(true + weight, abs=0.2)

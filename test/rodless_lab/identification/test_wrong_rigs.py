@@ -58,12 +58,6 @@ def test_an_effect_left_out_is_not_silent(subject: str, effect: str, seed: int) 
     assert trial.covered or not trial.verdict.fits
 
 
-def test_a_tilted_rail_hides_in_the_intervals_of_friction() -> None:
-    """0.01 to 0.1 rad under 1 kg are 0.1 to 1 N: within what the bias of the sensors may be."""
-    for seed in range(3):
-        assert round_trip("friction", seed, "tilt").covered
-
-
 def of_a_slow_valve(frequency: float) -> MeasuredRun:
     """A run of a rig whose spool follows its command as a second-order lag of ``frequency`` (Hz).
 
