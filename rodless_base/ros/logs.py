@@ -9,10 +9,14 @@
 """What this project's plain Python says, in the log of a node."""
 
 import logging
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
 
-from rclpy.logging import get_logger
+from rclpy.logging import LoggingSeverity, get_logger, set_logger_level
 
 from rodless_base.kernel_cache import LOGGER
+from rodless_base.start import split_ros_arguments
 
 
 class _Through(logging.Handler):
@@ -30,6 +34,30 @@ class _Through(logging.Handler):
 
 
 def log_through(name: str) -> None:
-    """Log in the name of the node ``name`` from now on."""
+    """Log in the name of the node ``name`` from now on, as ``--log-level`` has it.
+
+    ``rclpy.init`` reads that option too, but only after what takes long to load.
+    """
+    level = given_level(sys.argv, name)
+    if level is not None:
+        set_logger_level(name, level)
     LOGGER.handlers = [_Through(name)]
     LOGGER.setLevel(logging.INFO)
+
+
+def given_level(arguments: Sequence[str], name: str) -> LoggingSeverity | None:
+    """Return the level that ``arguments`` give to ``name``; None for one that ROS will refuse.
+
+    Examples
+    --------
+    >>> given_level(["plant", "--ros-args", "--log-level", "warn"], "plant").name
+    'WARN'
+    >>> given_level(["plant", "--ros-args", "--log-level", "other:=debug"], "plant")
+    """
+    _, for_ros = split_ros_arguments(arguments)
+    levels: dict[str, str] = {}
+    for option, value in pairwise(for_ros):
+        if option == "--log-level":
+            logger, _, level = value.rpartition(":=")
+            levels[logger] = level
+    return LoggingSeverity.__members__.get(levels.get(name, levels.get("", "")).upper())
