@@ -46,7 +46,9 @@ class RowRunner:
             if self._columns:
                 traces.update(self._decimated(loop.traced(found)))
             wanted = loop.references[:, 0].copy()
-            return metrics_of(loop.times, wanted, found.rows, found.flows, found.commands, row.base.since)
+            return metrics_of(
+                loop.times, wanted, found.rows, found.flows, found.commands, row.base.since
+            )
 
         metrics, failure = outcome(run)
         return RowResult(row.number, metrics, failure, traces)
