@@ -79,6 +79,10 @@ class Range:
                 f"from {shown(self.low)} to {shown(self.high)} refused: must be two finite "
                 "numbers, the smaller one first"
             )
+        if not isinstance(self.logarithmic, bool):
+            raise DesignError(
+                f"logarithmic {shown(self.logarithmic)} refused: must be True or False"
+            )
         if self.logarithmic and self.low <= 0.0:
             raise DesignError(f"from {self.low:g} refused: a logarithmic range begins above 0")
         if not is_whole(self.count) or not 0 <= self.count <= MOST_ROWS:

@@ -63,7 +63,10 @@ def draw(
     3
     """
     around = RigParameters.preset("calibrated") if base is None else rig_parameters(base)
-    dimensions = [*_dimensions(ranges, False), *_dimensions(factors or {}, True)]
+    dimensions = [
+        *_dimensions(ranges, False),
+        *_dimensions({} if factors is None else factors, True),
+    ]
     for row, design in enumerate(shares(method, count, len(dimensions), seed)):
         values = varied(around, dimensions, design.tolist())
         yield around.with_values({"sensors.seed": seed_of(seed, row), **values})
