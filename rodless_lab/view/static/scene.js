@@ -53,12 +53,12 @@ const SECTION = `
 <path class="pipe pipe-b" d="M670,316 V286 H1048 V220"/>
 <path class="pipe" d="M460,376 V404"/><path class="pipe supply" d="M600,376 V404"/>
 <path class="pipe" d="M740,376 V404"/>
-<rect class="metal" x="400" y="312" width="400" height="68" rx="4"/>
-<rect class="bore" x="410" y="322" width="380" height="48"/>
+<rect class="metal" x="350" y="312" width="500" height="68" rx="4"/>
+<rect class="bore" x="360" y="322" width="480" height="48"/>
 <g class="rooms">
-  <rect class="room exhaust-a" x="410" y="322" width="120" height="48"/>
+  <rect class="room exhaust-a" x="360" y="322" width="170" height="48"/>
   <rect class="room feed" x="530" y="322" width="140" height="48"/>
-  <rect class="room exhaust-b" x="670" y="322" width="120" height="48"/>
+  <rect class="room exhaust-b" x="670" y="322" width="170" height="48"/>
 </g>
 <rect class="port port-a" x="512" y="312" width="36" height="10"/>
 <rect class="port port-b" x="652" y="312" width="36" height="10"/>
@@ -66,11 +66,9 @@ const SECTION = `
 <rect class="port feed" x="584" y="370" width="32" height="10"/>
 <rect class="port" x="724" y="370" width="32" height="10"/>
 <g class="spool">
-  <rect class="rod" x="424" y="341" width="352" height="10"/>
+  <rect class="rod" x="400" y="341" width="400" height="10"/>
   <rect class="land" x="511" y="322" width="38" height="48"/>
   <rect class="land" x="651" y="322" width="38" height="48"/>
-  <rect class="land" x="398" y="322" width="26" height="48"/>
-  <rect class="land" x="776" y="322" width="26" height="48"/>
 </g>
 <path class="flow under f0" d="M600,404 V358 Q600,336 575,336 Q530,336 530,318 V286 H152 V216"/>
 <path class="flow f0" d="M600,404 V358 Q600,336 575,336 Q530,336 530,318 V286 H152 V216"/>
