@@ -320,10 +320,20 @@ def _solved(
     return _Solution(np.asarray(found.x), np.asarray(found.jac), residuals(found.x))
 
 
+def _rough_line(points: _Observations, chosen: Array) -> tuple[float, float]:
+    """F_c and B of the form without its drop, by the median slope through ``chosen`` points."""
+    form, speeds = points.form, points.speeds[chosen]
+    rest = form.force(_dropless(np.zeros(2)), speeds)
+    of_viscous = form.force(_dropless(np.array([0.0, 1.0])), speeds) - rest
+    slope, intercept, *_ = stats.theilslopes(points.forces[chosen] - rest, of_viscous)
+    return float(intercept), float(slope)
+
+
 def _fit_line(points: _Observations) -> _Solution:
-    """Fit F = F_c + B v, values in that order."""
-    slope, intercept, *_ = stats.theilslopes(points.forces, points.speeds)
-    error = np.hypot(points.force_errors, slope * points.speed_errors)
+    """Fit F_c and B of the form without its drop, values in that order: it is linear in both."""
+    intercept, slope = _rough_line(points, np.arange(len(points.speeds)))
+    steepness = points.form.slope(_dropless(np.array([intercept, slope])), points.speeds)
+    error = np.hypot(points.force_errors, steepness * points.speed_errors)
 
     def residuals(values: Array) -> Array:
         return np.asarray(
@@ -420,8 +430,15 @@ def _fit_curve(points: _Observations, line: _Solution) -> _Solution | None:
     intercept, slope = max(line.values[0], 0.0), max(line.values[1], 0.0)
     slowest = points.forces[np.argmin(points.speeds)]
     top = np.median(points.breakaways) if len(points.breakaways) else max(slowest, intercept + 1.0)
+    lines = [(intercept, slope)]
+    if points.form.name != PRINTED.name:
+        # Where the viscous force bends, the drop is no small part of the line through all points.
+        fast = np.argsort(points.speeds)[len(points.speeds) // 2 :]
+        coulomb, viscous = _rough_line(points, fast)
+        lines.append((max(coulomb, 0.0), max(viscous, 0.0)))
     solutions = [
-        _solved(residuals, np.array([top, intercept, velocity, slope]), (_LOW, _HIGH), _SCALE)
+        _solved(residuals, np.array([top, begin[0], velocity, begin[1]]), (_LOW, _HIGH), _SCALE)
+        for begin in lines
         for velocity in _STARTS
     ]
     return min(solutions, key=lambda solution: robust_sum(solution.residuals))
