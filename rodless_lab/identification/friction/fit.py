@@ -320,7 +320,7 @@ def _solved(
     return _Solution(np.asarray(found.x), np.asarray(found.jac), residuals(found.x))
 
 
-def _rough_line(points: _Observations, chosen: Array) -> tuple[float, float]:
+def _rough_line(points: _Observations, chosen: npt.NDArray[np.intp]) -> tuple[float, float]:
     """F_c and B of the form without its drop, by the median slope through ``chosen`` points."""
     form, speeds = points.form, points.speeds[chosen]
     rest = form.force(_dropless(np.zeros(2)), speeds)
