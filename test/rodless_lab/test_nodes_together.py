@@ -143,18 +143,23 @@ def test_a_new_gain_in_mid_move_does_not_jump(rig: Rig) -> None:
     ramp = {"reference.type": "ramp", "reference.velocity": 0.02}
     rig.go(0.03)
     rig.observer.set_parameters("/controller", ramp)
-    rig.send(0.09)
-    rig.observer.wait(lambda: rig.position > 0.05, "the carriage in mid-move")
-    start = {name: len(messages) for name, messages in terms.items()}
-    first = len(rig.commands)
-    rig.observer.set_parameters("/controller", {"controller.kp": 2.0 * kp})
-    rig.observer.more(terms["i"], 20)
-    exchanged = largest_step(terms["i"][start["i"] - 20 :])
-    assert exchanged > 0.02
-    assert largest_step(terms["p"][start["p"] - 20 :]) == pytest.approx(exchanged, rel=0.2)
-    assert largest_step(rig.commands[first - 20 :]) < 0.2 * exchanged
-    back = {"controller.kp": kp, "reference.type": "setpoint"}
-    rig.observer.set_parameters("/controller", back)
+    try:
+        rig.send(0.09)
+        rig.observer.wait(lambda: rig.position > 0.05, "the carriage in mid-move")
+        start = {name: len(messages) - 20 for name, messages in terms.items()}
+        first = len(rig.commands) - 20
+        rig.observer.set_parameters("/controller", {"controller.kp": 2.0 * kp})
+        for name, values in terms.items():
+            rig.observer.wait(
+                lambda values=values, name=name: largest_step(values[start[name] :]) > 0.02,
+                f"a step of the term {name}",
+            )
+        exchanged = largest_step(terms["i"][start["i"] :])
+        assert largest_step(terms["p"][start["p"] :]) == pytest.approx(exchanged, rel=0.2)
+        assert largest_step(rig.commands[first:]) < 0.2 * exchanged
+    finally:
+        back = {"controller.kp": kp, "reference.type": "setpoint"}
+        rig.observer.set_parameters("/controller", back)
 
 
 def largest_step(messages: list[Float64]) -> float:
