@@ -75,6 +75,18 @@ PANELS = (
             Field("friction.reverse.viscous", "Viscous, reverse", "N·s/m", 0.0, 8000.0, 50.0),
         ),
     ),
+    Panel(
+        "Faults",
+        (
+            Field("fault.valve.offset", "Valve offset", "V", -2.0, 2.0, 0.05),
+            Field("fault.supply.loss", "Supply lost", "%", 0.0, 100.0, 1.0, 1e-2),
+            Field("fault.piston.leak", "Leak across the piston", "mm²", 0.0, 10.0, 0.1, 1e-6),
+            Field("fault.tube_a.burst", "Hole in the tube of A", "mm²", 0.0, 10.0, 0.1, 1e-6),
+            Field("fault.tube_b.burst", "Hole in the tube of B", "mm²", 0.0, 10.0, 0.1, 1e-6),
+            Field("fault.position.offset", "Position sensor, offset", "mm", -10.0, 10.0, 0.1, 1e-3),
+            Field("fault.position.noise", "Position sensor, noise", "mm", 0.0, 1.0, 0.01, 1e-3),
+        ),
+    ),
 )
 
 # What each reference type is given beside its name; lengths in mm.

@@ -1,0 +1,36 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What pages offer are parameters that the nodes have, within their ranges."""
+
+import pytest
+
+from rodless_control import ControllerParameters
+from rodless_lab.view.panels import PANELS, REFERENCES, Field
+from rodless_sim import RigParameters
+
+DECLARED = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
+FIELDS = [field for panel in PANELS for field in panel.fields]
+FIELDS += [field for fields in REFERENCES.values() for field in fields]
+
+
+@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+def test_a_slider_goes_no_farther_than_its_parameter(field: Field) -> None:
+    """Both ends, and the default, are values that the node takes."""
+    declared = DECLARED[field.name]
+    for end in (field.low, field.high):
+        declared.check(field.own(end))
+    assert isinstance(declared.default, float)
+    assert field.low <= field.shown(declared.default) <= field.high
+
+
+@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+def test_what_is_shown_is_what_is_set(field: Field) -> None:
+    """A value read back is the value that was entered."""
+    middle = round(0.5 * (field.low + field.high), 3)
+    assert field.shown(field.own(middle)) == middle
