@@ -19,7 +19,7 @@ from rodless_base.one_line import shown
 from rodless_sim import ParameterError, Rig, RigParameters, SimulationError, Trace, simulate
 from rodless_sim.physics import settled
 from rodless_sim.physics.equations import Inflows
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import Inflow
 from rodless_sim.physics.state import Motion
@@ -196,7 +196,7 @@ def test_a_valve_beyond_any_says_that_chambers_do_not_settle(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where flows are no numbers the root finder gives up; its own words do not come out."""
-    plant = Plant.of(RigParameters())
+    plant = Plant.of(RigParameters({"leak.across": 1e-8}))
 
     def no_numbers(_plant: Plant, _lands: Lands, state: Motion) -> Inflows:
         flow = Inflow(math.nan if state.pressure_a < 3e5 else -1.0, 0.0, 0.0)
@@ -206,6 +206,17 @@ def test_a_valve_beyond_any_says_that_chambers_do_not_settle(
     settled.settled_pressures.cache_clear()
     with pytest.raises(SimulationError, match=r"do not settle at 5\.08 V; check valve"):
         settled.settled_pressures(plant, 5.08)
+
+
+def test_openings_that_are_no_numbers_leave_nothing_to_settle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The same words for chambers that do not leak into each other."""
+    edge = Edge(math.nan, math.nan)
+    monkeypatch.setattr(settled, "openings", lambda *_: Lands(True, edge, edge))
+    settled.settled_pressures.cache_clear()
+    with pytest.raises(SimulationError, match=r"do not settle at 5\.08 V; check valve"):
+        settled.settled_pressures(Plant.of(RigParameters()), 5.08)
 
 
 def test_a_rig_and_a_trace_without_samples_say_what_they_are() -> None:
