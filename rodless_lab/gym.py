@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.extras import missing_extra
 from rodless_base.measurement import Measurement
 from rodless_control import references
@@ -109,7 +109,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         self._ranges, self._factors = dict(ranges or {}), dict(factors or {})
         self._reward = reward
         span = nanoseconds(period, "period")
-        self._period = span * 1e-9
+        self._period = span * SECONDS_PER_NANOSECOND
         self._times = sample_times(sample_count(nanoseconds(duration), span), span)
         bounds = np.array([limits for _, *limits in OBSERVATION])
         self.observation_space = Box(bounds[:, 0], bounds[:, 1], dtype=np.float64)
@@ -150,7 +150,8 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         An episode is truncated at its last sample, and terminated where the motion leaves what a
         rig can do; ``info["failure"]`` says how.
         """
-        voltage = float(np.clip(np.asarray(action, dtype=np.float64).reshape(1)[0], 0.0, 10.0))
+        (given,) = np.asarray(action, dtype=np.float64).reshape(1)
+        voltage = float(np.clip(given, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE))
         jump, self._voltage = voltage - self._voltage, voltage
         failure = ""
         try:

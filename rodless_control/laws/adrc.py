@@ -30,7 +30,7 @@ from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
-from rodless_control.laws.parts import effort, following, parking
+from rodless_control.laws.parts import dead_zone, effort, following, parking
 from rodless_control.laws.parts.effort import Bumpless, Drive, Driver, Valve
 from rodless_control.laws.parts.following import (
     Follower,
@@ -59,7 +59,7 @@ PARAMETERS = collect(
         ),
     ),
     effort.declared_offset(NAME),
-    effort.declared_valve(NAME, 1.89, 0.0975, TUNED),
+    dead_zone.declared(NAME, 1.89, 0.0975, TUNED),
     following.declared(NAME, 422.0, 2.5e-5, 2.0, 36.9, TUNED),
 )
 

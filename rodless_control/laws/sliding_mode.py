@@ -35,7 +35,7 @@ from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
-from rodless_control.laws.parts import effort, following, friction, parking
+from rodless_control.laws.parts import dead_zone, effort, following, friction, parking
 from rodless_control.laws.parts.effort import Bumpless, Drive, Driver, Valve
 from rodless_control.laws.parts.following import (
     Follower,
@@ -91,7 +91,7 @@ PARAMETERS = collect(
     ),
     friction.declared(NAME, "V", 0.0, 1e-4, 0.1, 2.5, TUNED),
     effort.declared(NAME, "V", 20.0, 3e-4, TUNED),
-    effort.declared_valve(NAME, 0.7, 0.12, TUNED),
+    dead_zone.declared(NAME, 0.7, 0.12, TUNED),
     following.declared(NAME, 376.0, 2.5e-5, 2.0, 33.5, TUNED),
 )
 

@@ -32,7 +32,7 @@ from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
-from rodless_control.laws.parts import effort, following, parking
+from rodless_control.laws.parts import dead_zone, effort, following, parking
 from rodless_control.laws.parts.effort import Bumpless, Drive, Driver, Valve
 from rodless_control.laws.parts.following import (
     Follower,
@@ -92,7 +92,7 @@ PARAMETERS = collect(
         ),
     ),
     effort.declared(NAME, "V", 27.7, 2.9e-4, TUNED),
-    effort.declared_valve(NAME, 0.706, 0.12, TUNED),
+    dead_zone.declared(NAME, 0.706, 0.12, TUNED),
     following.declared(NAME, 376.0, 2.5e-5, 2.0, 31.7, TUNED),
 )
 

@@ -87,7 +87,7 @@ def main() -> None:
         module = importlib.import_module(VERBS[chosen.verb][0])
         code = module.main(chosen.arguments, stop)
     except ModuleNotFoundError as error:
-        if error.name == "mcap":
+        if "pip install" in str(error):  # a library that is missing, and not ROS
             print(error, file=sys.stderr)
         elif _is_there("rclpy"):
             raise

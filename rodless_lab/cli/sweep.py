@@ -34,11 +34,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
-    except ModuleNotFoundError as error:
-        if "pip install" not in str(error):  # it is ROS that is missing
-            raise
-        print(error, file=sys.stderr)
-        return 2
     except RuntimeError as error:
         print(error, file=sys.stderr)
         return 1

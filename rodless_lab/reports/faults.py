@@ -13,7 +13,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from rodless_base.atomic_write import atomic_write
-from rodless_base.constants import STANDARD_ATMOSPHERE
+from rodless_base.constants import SECONDS_PER_NANOSECOND, STANDARD_ATMOSPHERE
 from rodless_control import PidParameters, references
 from rodless_lab.figures.files import png
 from rodless_lab.figures.style import label, panels
@@ -50,7 +50,12 @@ def save_fault_picture(path: Path) -> None:
             pressure.plot(faulty.time, gauge, color=colour, label=f"chamber {side.upper()}")
         for panel in (position, pressure):
             for entry in scenario.entries:
-                panel.axvline(entry.stamp * 1e-9, color="tab:red", linewidth=0.8, linestyle=":")
+                panel.axvline(
+                    entry.stamp * SECONDS_PER_NANOSECOND,
+                    color="tab:red",
+                    linewidth=0.8,
+                    linestyle=":",
+                )
         label(position, "", "position / mm", loc="lower left")
         label(pressure, "plant time / s", "pressure, gauge / MPa")
         return figure

@@ -403,9 +403,10 @@ class Loop:
         scenario: AnyScenario | None = None,
     ) -> LoopRun:
         """Control a rig that starts at rest at ``position`` (m); raises as :func:`closed_loop`."""
+        checked(rig_parameters)
         if scenario is not None or needs_steps(rig_parameters):
             return self._run_stepped(rig_parameters, position, scenario)
-        plant = Plant.of(checked(rig_parameters))
+        plant = Plant.of(rig_parameters)
         start = starting_motion(plant, rig_parameters, position)
         self.law.reset()
         instruments, generator = instruments_and_noise(rig_parameters)

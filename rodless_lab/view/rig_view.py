@@ -9,10 +9,8 @@
 """The drawing and the plots of a page: an element that is fed frames and tells targets."""
 
 from collections.abc import Callable
-from typing import Any
 
 from nicegui import ui
-from nicegui.events import GenericEventArguments
 
 from rodless_lab.view import frames
 from rodless_lab.view.samples import Mark
@@ -31,7 +29,7 @@ class RigView(ui.element, component="rig_view.js", esm={"rodless-view": "static"
         self._said: tuple[object, ...] = ()
         self._ready = False
         self.on("ready", self._begin)
-        self.on("target", lambda event: on_target(_argument(event)))
+        self.on("target", lambda event: on_target(event.args))
 
     def _begin(self) -> None:
         self._ready = True
@@ -51,7 +49,3 @@ class RigView(ui.element, component="rig_view.js", esm={"rodless-view": "static"
         if said != self._said:
             self._mark, self._said = mark, said
             self.run_method("frame", news)
-
-
-def _argument(event: GenericEventArguments) -> Any:
-    return event.args

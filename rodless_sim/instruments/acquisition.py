@@ -88,10 +88,10 @@ class Acquisition:
             instant -= instant % self._period
         while len(self._known) > 1 and self._known[1].stamp <= instant:
             self._known.popleft()
-        first, *rest = self._known
-        if not rest or instant <= first.stamp:
+        first = self._known[0]
+        if len(self._known) == 1 or instant <= first.stamp:
             return first._replace(stamp=instant)
-        then = rest[0]
+        then = self._known[1]
         share = (instant - first.stamp) / (then.stamp - first.stamp)
         values = (a + share * (b - a) for a, b in zip(first[1:], then[1:], strict=True))
         return Measurement(instant, *values)

@@ -25,6 +25,7 @@ traces: {{columns: [position, voltage], every: 20}}
 # The noise of the first reading tells the rows apart: each has a seed of its own.
 LAW = """
 import os
+import threading
 from rodless_control import Law
 
 
@@ -37,8 +38,12 @@ class Noted(Law):
     def update(self, measurement, reference, interval):
         if not self.begun:
             self.begun = True
-            with open(os.environ["NOTED"], "a") as file:
+            with open(os.environ["NOTED"], "a+") as file:
                 file.write(f"{measurement[1:]!r}\\n")
+                file.seek(0)
+                rows = len(file.readlines())
+            if rows == int(os.environ.get("HELD_AT", 0)):
+                threading.Event().wait()
         return 5.08 + 100.0 * (reference.position - measurement.position)
 """
 
@@ -53,7 +58,8 @@ def write_study(folder: Path, law: str = "pid", rows: int = 20, duration: float 
 def write_law(folder: Path) -> str:
     """Write the law that notes its rows in the file ``NOTED``; return what controller.law calls it.
 
-    ``folder`` must be on the path of whoever runs it.
+    It never answers in row ``HELD_AT``, counted from 1, where the environment has that. ``folder``
+    must be on the path of whoever runs it.
     """
     (folder / "noted_law.py").write_text(LAW, encoding="utf-8")
     return "noted_law:Noted"

@@ -11,10 +11,9 @@
     effort = wanted + I + offset
     voltage = neutral + effort + crossing(effort)      within the limits
 
-New gains start without a jump: the offset takes up the
-difference that they make at the last sample and fades with ``tracking_time``, as the PID's does.
-Differences beyond ``reach``, the effort of a command at its limit, do not count: there is no jump
-between two commands at one limit.
+New gains start without a jump: the offset takes up the difference that they make at the last sample
+and fades with ``tracking_time``, as the PID's does. Differences beyond ``REACH``, the effort of a
+command at its limit, do not count: there is no jump between two commands at one limit.
 """
 
 import math
@@ -22,7 +21,7 @@ from typing import Any, NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
-from rodless_control.laws.parts import dead_zone, integral
+from rodless_control.laws.parts import integral
 from rodless_control.laws.parts.dead_zone import DeadZone, crossing
 from rodless_control.laws.parts.following import Known, position_error
 from rodless_control.laws.parts.integral import Integrator, integrated
@@ -88,11 +87,6 @@ def declared_offset(law: str) -> dict[str, Parameter]:
             100.0,
         )
     )
-
-
-def declared_valve(law: str, voltage: float, width: float, source: str) -> dict[str, Parameter]:
-    """Return the parameters of the dead zone as those of ``law``."""
-    return dead_zone.declared(law, voltage, width, source)
 
 
 @kernel

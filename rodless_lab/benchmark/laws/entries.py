@@ -32,7 +32,7 @@ def of_package() -> list[Entry]:
 
     The last are those of ``config/laws/pid_parking.yaml``.
     """
-    found = [entry(f"{name}") for name in LAWS]
+    found = [entry(name) for name in LAWS]
     with_options = entry("pid", preset_directory() / PID_WITH_PARKING)
     return [found[0], Entry("pid with parking", with_options.law), *found[1:]]
 

@@ -126,7 +126,9 @@ class Desk:
     def _refuse_the_rest(self) -> None:
         while not self._jobs.empty():
             _job, asked = self._jobs.get_nowait()
-            asked.set_exception(ViewError("the view is ending"))
+            # A page that has closed has cancelled what it asked for.
+            if asked.set_running_or_notify_cancel():
+                asked.set_exception(ViewError("the view is ending"))
 
     def _look(self) -> None:
         run = self._state.history.run

@@ -8,6 +8,8 @@
 
 """`rodless sweep` and `rodless tune`: what they print, write and return."""
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import cast
 
@@ -107,6 +109,26 @@ def test_a_replay_without_a_sweep_is_refused(
     monkeypatch.chdir(tmp_path)
     assert sweep.main(["replay", "0"], stop()) == 2
     assert "no sweep there; give its folder as --output" in capsys.readouterr().err
+
+
+def test_a_library_that_is_missing_is_named_in_one_line(tmp_path: Path) -> None:
+    """With the extra that brings it; it is not ROS that is missing."""
+    path = tmp_path / "task.yaml"
+    path.write_text(TASK.replace("sobol", "saltelli"), encoding="utf-8")
+    script = (
+        "import sys; sys.modules['SALib'] = None; sys.argv = ['rodless', *sys.argv[1:]]\n"
+        "from rodless_lab.cli.main import main; main()"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script, "tune", str(path), "-o", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert run.stderr.endswith("pip install 'rodless_sim[sensitivity]'\n")
 
 
 def test_tune_writes_a_parameter_file_and_prints_before_and_after(

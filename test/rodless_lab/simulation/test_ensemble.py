@@ -9,9 +9,11 @@
 """Many rigs at once: each as if it were alone, whatever the number of threads."""
 
 import gc
+import re
 import threading
 import weakref
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,6 +87,15 @@ def test_a_run_that_fails_leaves_the_others_their_figures() -> None:
     assert list(np.isnan(found["final_error"])) == [False, True, False]
     assert list(found.failures) == [1]
     assert "must be a finite number" in found.failures[1]
+
+
+def test_what_is_no_rig_is_refused_as_in_closed_loop() -> None:
+    """With the same words, where a dict of parameters stands among the rigs too."""
+    given: Any = {"cylinder.moving_mass": 1.0}
+    with pytest.raises(TypeError) as expected:
+        closed_loop(given, LAW, STEP, 0.01, 1e-3)
+    with pytest.raises(TypeError, match=re.escape(str(expected.value))):
+        ensemble([*rigs(1), given], LAW, STEP, 0.01)
 
 
 def test_a_law_in_python_runs_rig_by_rig() -> None:

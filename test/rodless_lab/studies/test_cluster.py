@@ -42,7 +42,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 def test_rows_of_a_cluster_are_those_of_this_process(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A worker is killed once rows have come from it; the files are equal byte for byte."""
+    """A worker is killed once rows have come; the files are equal byte for byte."""
     from distributed import Client  # noqa: PLC0415
 
     monkeypatch.setattr(cluster, "BATCH", 2)

@@ -203,9 +203,28 @@ def tab(open_tab: Callable[[], Any]) -> Iterator[Tab]:
         yield tab
 
 
-def is_paused(observer: "Observer") -> bool:
-    """Whether the plant says so, in its next report."""
-    return observer.diagnostic("plant", fresh=True).values["paused"] == "True"
+def wait_standing(observer: "Observer", samples: list[Any], clocks: list[Any]) -> None:
+    """Wait until plant time stands still and its last sample has come."""
+
+    def stands() -> bool:
+        # A plant repeats its time only while it is paused.
+        return (
+            len(clocks) > 1
+            and clocks[-1].clock == clocks[-2].clock
+            and samples[-1].header.stamp == clocks[-1].clock
+        )
+
+    observer.wait(stands, "plant time to stand still", TIMEOUT)
+
+
+def wait_paused(observer: "Observer", paused: str) -> None:
+    """Wait until the plant says that it is, or is not, paused."""
+
+    def says() -> bool:
+        said = observer.diagnostics.get("/plant")
+        return said is not None and said.values["paused"] == paused
+
+    observer.wait(says, f"paused: {paused}", TIMEOUT)
 
 
 def test_the_page_shows_the_rig_and_loads_nothing_from_elsewhere(tab: Tab) -> None:
@@ -237,24 +256,28 @@ def test_a_pause_stops_time_and_a_step_advances_it_by_one_period(
     tab: Tab, observer: "Observer"
 ) -> None:
     """By button and by key; the node says so, and sends one sample."""
+    from rosgraph_msgs.msg import Clock  # noqa: PLC0415
     from sensor_msgs.msg import JointState  # noqa: PLC0415
 
     # Before the pause: a plant that stands still would not say when it has found its listener.
     samples = observer.collect(JointState, "/joint_states")
-    observer.wait(lambda: samples, "a sample", TIMEOUT)
+    clocks = observer.collect(Clock, "/clock")
+    observer.wait(lambda: samples and clocks, "a sample", TIMEOUT)
     tab.click("pause")
     tab.wait_text("pause", "Resume")
-    assert is_paused(observer)
+    wait_paused(observer, "True")
+    wait_standing(observer, samples, clocks)
     before = len(samples)
     tab.click("step-1")
     observer.wait(lambda: len(samples) > before, "one sample", TIMEOUT)
     tab.click("step-10")
     observer.wait(lambda: len(samples) > before + 10, "ten samples more", TIMEOUT)
+    wait_standing(observer, samples, clocks)
     stamps = [one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in samples]
     assert np.diff(stamps[before - 1 :]) == pytest.approx([PERIOD] * 11)
     tab.page.keyboard.press("Space")
     tab.wait_text("pause", "Pause")
-    assert not is_paused(observer)
+    wait_paused(observer, "False")
 
 
 def test_gains_that_are_changed_are_the_nodes(tab: Tab, observer: "Observer") -> None:
