@@ -13,14 +13,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
-from mcap.records import Channel
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.one_line import OneLineError, shown
 from rodless_lab.bags.mcap_file.index import McapIndex
+
+if TYPE_CHECKING:  # mcap_file, imported above, says how to get a library that is not there
+    from mcap.records import Channel
 
 METADATA_FILE = "metadata.yaml"
 
@@ -63,7 +65,7 @@ def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
     return {number: _topic(channel, index) for number, channel in index.channels.items()}
 
 
-def _topic(channel: Channel, index: McapIndex) -> BagTopic:
+def _topic(channel: "Channel", index: McapIndex) -> BagTopic:
     schema = index.schemas.get(channel.schema_id)
     return BagTopic(
         name=channel.topic,
@@ -73,7 +75,7 @@ def _topic(channel: Channel, index: McapIndex) -> BagTopic:
     )
 
 
-def _profiles(channel: Channel) -> tuple[Mapping[str, object], ...]:
+def _profiles(channel: "Channel") -> tuple[Mapping[str, object], ...]:
     text = channel.metadata.get("offered_qos_profiles", "")
     try:
         profiles = yaml.safe_load(text) or []

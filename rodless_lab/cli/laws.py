@@ -35,7 +35,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser.add_argument("--rigs", type=_positive, default=100, help="rigs (default: %(default)s)")
     parser.add_argument("--seed", type=_positive, default=1, help="(default: %(default)s)")
     parser.add_argument(
-        "--output", type=Path, default=Path("results/laws"), help="folder (default: %(default)s)"
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("results/laws"),
+        help="folder (default: %(default)s)",
     )
     chosen = parser.parse_args(arguments)
     stop.from_now_on_wait()

@@ -8,6 +8,7 @@
 
 """A sweep's study file, and the rows it stands for."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -68,7 +69,7 @@ class Study:
     def levels(self) -> list[tuple[object, ...]]:
         """What each row gives to each axis; raises DesignError."""
         if self.method == GRID:
-            axes = [one.axis.levels() for one in self.dimensions]
+            axes = [_levels(one) for one in self.dimensions]
             if prod(map(len, axes)) > MOST_ROWS:
                 raise DesignError(f"a grid of more than {MOST_ROWS} rows refused: take fewer")
             return list(product(*axes))
@@ -102,6 +103,14 @@ class Study:
             values.update(one.values(self._both, level))
         named = {one.name: level for one, level in zip(self.dimensions, levels, strict=True)}
         return Row(number, named, self.base.with_values(values))
+
+
+def _levels(dimension: Dimension) -> Sequence[object]:
+    """Return the levels of an axis of a grid; raises DesignError, which names the axis."""
+    try:
+        return dimension.axis.levels()
+    except DesignError as error:
+        raise DesignError(f"{dimension.name}: {error}") from None
 
 
 def read_study(given: str | Path) -> Study:

@@ -128,7 +128,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ),
         (
             "vary: {supply.pressure: {from: 6.0e5, to: 7.0e5}}",
-            "design: from 600000 to 700000 refused: a grid needs its count",
+            "design: supply.pressure: from 600000 to 700000 refused: a grid needs its count",
         ),
         (
             "vary: {supply.pressure: 6.0e5}",
