@@ -6,15 +6,13 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Where the rows of a sweep are kept, so that neither a kill nor a crash loses one.
+"""Where the rows of a sweep are kept, so that the end of the process, however it comes, loses none.
 
 A row is appended to the journal of its part as soon as it is known; once all rows of a part are,
 the part becomes a Parquet file and the journal goes. Both hold the same numbers, to the bit: a
 resumed sweep ends with the files of one that was never interrupted.
 """
 
-import fcntl
-import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,6 +24,7 @@ from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.journal import add_line, known_lines, locked
 from rodless_lab.studies.results import DATA
 from rodless_lab.studies.row_run import RowResult
 from rodless_lab.studies.saved_study import FILE, study_text
@@ -51,7 +50,7 @@ class Store:
         self._size = max(min(PART, NUMBERS // (study.numbers + 1)), 1)
         self._lock = Lock()
         self._data.mkdir(parents=True, exist_ok=True)
-        self._only = _locked(folder)
+        self._only = locked(folder, "another sweep")
         try:
             self._check_study(folder)
             self._known = [self._read_part(part) for part in range(self._parts)]
@@ -93,16 +92,15 @@ class Store:
         )
 
     def add(self, result: RowResult) -> None:
-        """Keep a row, for good once this returns; several threads may."""
+        """Keep a row: the end of this process does not lose it then; several threads may."""
         part = result.row // self._size
-        line = json.dumps(result._asdict() | {"metrics": list(result.metrics)})
+        row = result._asdict() | {"metrics": list(result.metrics)}
         with self._lock:
             known = self._known[part]
             if known is None or result.row in known:
                 return
-            with self._journal(part).open("a", encoding="utf-8") as file:
-                file.write(line + "\n")
-            known[result.row] = json.loads(line)
+            add_line(self._journal(part), row)
+            known[result.row] = row
             if len(known) == len(self._rows_of(part)):
                 self._finish(part, known)
                 self._known[part] = None
@@ -118,21 +116,7 @@ class Store:
         if self._file(part).exists():
             journal.unlink(missing_ok=True)
             return None
-        if not journal.exists():
-            return {}
-        known, good = {}, 0
-        with journal.open("rb") as file:
-            for line in file:
-                # The last one may have been cut.
-                if not line.endswith(b"\n"):
-                    break
-                try:
-                    row = json.loads(line)
-                except ValueError:
-                    break
-                known[int(row["row"])] = row
-                good += len(line)
-        os.truncate(journal, good)
+        known: dict[int, dict[str, Any]] = {row["row"]: row for row in known_lines(journal)}
         if len(known) == len(self._rows_of(part)):
             self._finish(part, known)
             return None
@@ -147,19 +131,6 @@ class Store:
     def _journal(self, part: int) -> Path:
         # Readers of the data set leave out what begins with a dot.
         return self._data / f".part-{part:05}.jsonl"
-
-
-def _locked(folder: Path) -> int:
-    """Return the descriptor that keeps others out until it is closed, or the process ends."""
-    descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        os.close(descriptor)
-        raise StudyError(
-            f"{folder}: another sweep is at work there; wait for it, or give another --output"
-        ) from error
-    return descriptor
 
 
 def _parquet() -> Any:

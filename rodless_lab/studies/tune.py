@@ -30,6 +30,7 @@ from rodless_base.kernels import source_digest
 from rodless_base.parameters import ParameterError
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.journal import add_line, known_lines, locked
 from rodless_lab.studies.saved_study import study_text
 from rodless_lab.studies.study import Study
 from rodless_lab.studies.tuning_task import TuningTask
@@ -114,7 +115,11 @@ class Journal:
     """The candidates that were tried, by their shares; kept in a file."""
 
     def __init__(self, folder: Path, task: TuningTask) -> None:
-        """Open or make it; raises StudyError where the folder is another task's, and OSError."""
+        """Open or make it.
+
+        Raises StudyError where the folder is another task's or another process is at work, and
+        OSError.
+        """
         folder.mkdir(parents=True, exist_ok=True)
         text = task_text(task)
         file = folder / TASK
@@ -126,30 +131,19 @@ class Journal:
                 "package; give another --output, or remove the folder"
             )
         self._path = folder / JOURNAL
-        self.known = self._read()
+        self._only = locked(folder, "another search")
+        self.known = {
+            tuple(shares): Candidate(tuple(shares), score, figures)
+            for shares, score, figures in known_lines(self._path)
+        }
 
-    def _read(self) -> dict[tuple[float, ...], Candidate]:
-        known: dict[tuple[float, ...], Candidate] = {}
-        if not self._path.exists():
-            return known
-        good = 0
-        with self._path.open("rb") as file:
-            for line in file:
-                try:
-                    shares, score, figures = json.loads(line)
-                except ValueError:
-                    break
-                if not line.endswith(b"\n"):  # cut by a crash
-                    break
-                known[tuple(shares)] = Candidate(tuple(shares), score, figures)
-                good += len(line)
-        os.truncate(self._path, good)
-        return known
+    def close(self) -> None:
+        """Let others have the folder."""
+        os.close(self._only)
 
     def add(self, one: Candidate) -> None:
         """Keep a candidate."""
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(one) + "\n")
+        add_line(self._path, one)
         self.known[one.shares] = one
 
 
@@ -180,7 +174,7 @@ def search(
     The values in force come first, so that the result is never worse. ``progress`` is told how many
     candidates are known and the best score. Raises StudyError and OSError as :class:`Journal`.
     """
-    journal, bench = Journal(folder, task), Bench(task)
+    bench, journal = Bench(task), Journal(folder, task)
     asked: dict[tuple[float, ...], Candidate] = {}
 
     def score(shares: Array) -> float:
@@ -212,6 +206,8 @@ def search(
             raise StudyError(
                 f"{folder}: interrupted before the first candidate was known"
             ) from None
+    finally:
+        journal.close()
     best = min(asked.values(), key=lambda one: one.score)
     return Tuned(task.values(np.array(best.shares)), best, list(asked.values()), complete)
 

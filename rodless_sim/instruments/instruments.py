@@ -138,6 +138,11 @@ DATA_SHEET = MappingProxyType(
 )
 
 
+def position_range(parameters: ParameterSet) -> float:
+    """Return the range of the position sensor in m: a longer cylinder has a longer one."""
+    return max(POSITION_RANGE, parameters.number("cylinder.stroke"))
+
+
 class Instruments(NamedTuple):
     """All instruments of one rig, with the fixed errors of these specimens."""
 
@@ -159,12 +164,11 @@ class Instruments(NamedTuple):
 
         number = parameters.number
         bits = int(number("sensors.converter_bits"))
-        # A longer cylinder has a longer sensor.
-        position_range = max(POSITION_RANGE, number("cylinder.stroke"))
+        reach = position_range(parameters)
         position = Transmitter(
-            position_range,
+            reach,
             offset=within(number("sensors.position_repeatability")) + fault("position", "offset"),
-            nonlinearity=within(number("sensors.position_linearity") * position_range),
+            nonlinearity=within(number("sensors.position_linearity") * reach),
             noise=math.hypot(number("sensors.position_noise"), fault("position", "noise")),
             bits=bits,
         )

@@ -28,7 +28,7 @@ from rodless_lab.identification.pressures.chamber_model import (
 )
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import POSITION_RANGE, PRESSURE_RANGE, Instruments
+from rodless_sim.instruments.instruments import PRESSURE_RANGE, Instruments, position_range
 from rodless_sim.instruments.transmitter import lagged
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import HeatedMotion, Motion
@@ -103,15 +103,16 @@ def of_plant(apply: Callable[[Plant, float], Plant]) -> Callable[[Model, float],
     return lambda model, value: model._replace(plant=apply(model.plant, value))
 
 
-def position_errors(position: Array) -> tuple[Array, Array]:
+def position_errors(position: Array, reach: float) -> tuple[Array, Array]:
     """Shapes a position sensor's error may have, shape (n, ERRORS), and their slopes by position.
 
-    An offset, and two waves along the range with either phase: what a nonlinear scale looks like.
+    An offset, and two waves along its range of ``reach`` (m) with either phase: what a nonlinear
+    scale looks like.
     """
-    angle = 2.0 * math.pi / POSITION_RANGE * position
+    angle = 2.0 * math.pi / reach * position
     shapes, slopes = [np.ones(position.shape)], [np.zeros(position.shape)]
     for wave in (1.0, 2.0):
-        rate = 2.0 * math.pi / POSITION_RANGE * wave
+        rate = 2.0 * math.pi / reach * wave
         shapes += [np.sin(wave * angle), np.cos(wave * angle)]
         slopes += [rate * np.cos(wave * angle), -rate * np.sin(wave * angle)]
     return np.stack(shapes, axis=1), np.stack(slopes, axis=1)
@@ -119,7 +120,7 @@ def position_errors(position: Array) -> tuple[Array, Array]:
 
 def position_accuracy(parameters: RigParameters) -> Array:
     """Standard deviation in m of each of those shapes' sizes; the second wave's is half."""
-    nonlinearity = parameters.number("sensors.position_linearity") * POSITION_RANGE
+    nonlinearity = parameters.number("sensors.position_linearity") * position_range(parameters)
     offset = parameters.number("sensors.position_repeatability")
     sizes = np.array([offset, nonlinearity, nonlinearity, 0.5 * nonlinearity, 0.5 * nonlinearity])
     return np.asarray(np.maximum(sizes * WITHIN_BOUND, FINEST_POSITION))
@@ -134,10 +135,13 @@ class Course(NamedTuple):
     slopes: Array
 
     @classmethod
-    def seen(cls, position: Array, period: float) -> "Course":
-        """Return the course that readings of the position (m, shape (n,)) show."""
+    def seen(cls, position: Array, period: float, reach: float) -> "Course":
+        """Return the course that readings of the position (m, shape (n,)) show.
+
+        They come ``period`` (s) apart from a sensor with a range of ``reach`` (m).
+        """
         smooth, velocity = smoothed_motion(position, period)
-        return cls(smooth, velocity, *position_errors(smooth))
+        return cls(smooth, velocity, *position_errors(smooth, reach))
 
 
 class Problem:
@@ -157,7 +161,8 @@ class Problem:
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self.noise = max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
         self._sensors = parameters.with_values(dict.fromkeys(CONSTANT_ERRORS, 0.0))
-        self._course = Course.seen(run.position, run.period)
+        self._reach = position_range(parameters)
+        self._course = Course.seen(run.position, run.period, self._reach)
         self._steps = max(1, math.ceil(run.period / LONGEST_STEP - 1e-9))
         stride = max(1, math.ceil(len(run.time) / MOST_INSTANTS))
         self._chosen = slice(None, None, stride)
@@ -210,7 +215,7 @@ class Problem:
         tools = Instruments.specimen(self._sensors, generator)
         period = self._run.period
         position = tools.position.measure(self._course.position, period, generator)
-        again = self._pressures(values, Course.seen(position, period))
+        again = self._pressures(values, Course.seen(position, period, self._reach))
         rows = []
         for side, tool in enumerate((tools.pressure_a, tools.pressure_b)):
             read = tool.measure(true[:, side], period, generator)

@@ -20,7 +20,7 @@ from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
-from rodless_lab.studies.tune import Bench, Candidate, search
+from rodless_lab.studies.tune import Bench, Candidate, Journal, search
 from rodless_lab.studies.tuning_report import front, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, read_task
 
@@ -169,3 +169,13 @@ def test_the_folder_of_another_task_is_left_alone(tmp_path: Path) -> None:
     other = read_task(written(tmp_path, ", air: 1.0e-3"))
     with pytest.raises(StudyError, match="holds the search of another task"):
         search(other, tmp_path / "out")
+
+
+def test_two_searches_at_once_do_not_share_a_folder(tmp_path: Path) -> None:
+    """The second is refused while the first has it open, and not after."""
+    task = read_task(written(tmp_path))
+    first = Journal(tmp_path / "out", task)
+    with pytest.raises(StudyError, match="another search is at work there"):
+        search(task, tmp_path / "out")
+    first.close()
+    Journal(tmp_path / "out", task).close()

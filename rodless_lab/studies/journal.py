@@ -1,0 +1,58 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Lines that are kept as soon as they are known, in a folder of one process at a time."""
+
+import fcntl
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from rodless_lab.studies.errors import StudyError
+
+
+def locked(folder: Path, what: str) -> int:
+    """Return the descriptor that keeps others out until it is closed, or the process ends.
+
+    Raises StudyError where another process has it; ``what`` is at work there, such as "a sweep".
+    """
+    descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(descriptor)
+        raise StudyError(
+            f"{folder}: {what} is at work there; wait for it, or give another --output"
+        ) from error
+    return descriptor
+
+
+def known_lines(journal: Path) -> list[Any]:
+    """Return what the whole lines of a journal hold; what comes after them is cut off."""
+    if not journal.exists():
+        return []
+    found, good = [], 0
+    with journal.open("rb") as file:
+        for line in file:
+            # A process that was killed may have left half a line.
+            if not line.endswith(b"\n"):
+                break
+            try:
+                found.append(json.loads(line))
+            except ValueError:
+                break
+            good += len(line)
+    os.truncate(journal, good)
+    return found
+
+
+def add_line(journal: Path, value: object) -> None:
+    """Keep a value: what this process has written survives its end, not that of the machine."""
+    with journal.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(value) + "\n")
