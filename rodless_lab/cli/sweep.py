@@ -9,13 +9,12 @@
 """`rodless sweep`: many runs over parameters of rig, law and task, into one Parquet data set."""
 
 import argparse
-import math
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
+from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/sweeps")
 
@@ -50,8 +49,13 @@ def _sweep(options: argparse.Namespace, stop: Stop) -> int:
 
     study = read_study(options.study)
     folder = options.output or FOLDER / study.name
+    progress = Progress()
+
+    def show(known: int, total: int) -> None:
+        progress.show(f"{known} of {total} rows", last=known == total)
+
     complete = run_sweep(
-        study, folder, options.workers, options.scheduler, progress(), lambda: stop.requested
+        study, folder, options.workers, options.scheduler, show, lambda: stop.requested
     )
     if not complete:
         print(f"interrupted; the same command goes on in {folder}", file=sys.stderr)
@@ -59,19 +63,6 @@ def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     print(write_report(folder, study))
     print(f"rows: {folder / 'rows'}, summary: {folder / 'summary.md'}, pictures beside it")
     return 0
-
-
-def progress() -> Callable[[int, int], None]:
-    """Return what tells how many rows are known, once a second at the most."""
-    told = -math.inf
-
-    def tell(known: int, total: int) -> None:
-        nonlocal told
-        if time.monotonic() - told >= 1.0 or known == total:
-            told = time.monotonic()
-            print(f"{known} of {total} rows", file=sys.stderr, flush=True)
-
-    return tell
 
 
 def _replay(options: argparse.Namespace, stop: Stop) -> int:  # noqa: ARG001

@@ -9,13 +9,12 @@
 """`rodless tune`: the parameters of a law that score best over many rigs, as a parameter file."""
 
 import argparse
-import math
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
+from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/tuning")
 
@@ -42,25 +41,18 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
 
     task = read_task(options.task)
     folder = options.output or FOLDER / task.name
-    found = search(task, folder, _progress(), lambda: stop.requested)
+    progress = Progress()
+
+    def show(count: int, best: float) -> None:
+        progress.show(f"{count} candidates, best score {best:.4g}")
+
+    found = search(task, folder, show, lambda: stop.requested)
     print(write_tuned(folder, task, found))
     print(f"written to {folder / PARAMETERS}; the controller takes it with --params-file")
     if not found.complete:
         print("interrupted: the best so far; the same command goes on", file=sys.stderr)
         return 1
     return 0
-
-
-def _progress() -> Callable[[int, float], None]:
-    told = -math.inf
-
-    def tell(count: int, best: float) -> None:
-        nonlocal told
-        if time.monotonic() - told >= 1.0:
-            told = time.monotonic()
-            print(f"{count} candidates, best score {best:.4g}", file=sys.stderr, flush=True)
-
-    return tell
 
 
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:

@@ -14,6 +14,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from rodless_base.atomic_write import atomic_write
 from rodless_lab.studies.errors import StudyError
 
 
@@ -31,6 +32,22 @@ def locked(folder: Path, what: str) -> int:
             f"{folder}: {what} is at work there; wait for it, or give another --output"
         ) from error
     return descriptor
+
+
+def claim(folder: Path, file: str, content: str, what: str) -> None:
+    """Keep in ``file`` of a folder what its results depend on.
+
+    Raises StudyError where that is different ``content``: then it holds ``what``, such as "the
+    results of another study".
+    """
+    place = folder / file
+    if not place.exists():
+        atomic_write(place, content)
+    elif place.read_text(encoding="utf-8") != content:
+        raise StudyError(
+            f"{folder}: holds {what}, or of another version of this package; give another "
+            "--output, or remove the folder"
+        )
 
 
 def known_lines(journal: Path) -> list[Any]:

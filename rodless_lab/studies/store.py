@@ -23,8 +23,7 @@ from rodless_base.atomic_write import atomic_write
 from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
 from rodless_lab.simulation.run_metrics import RunMetrics
-from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.journal import add_line, known_lines, locked
+from rodless_lab.studies.journal import add_line, claim, known_lines, locked
 from rodless_lab.studies.results import DATA
 from rodless_lab.studies.row_run import RowResult
 from rodless_lab.studies.saved_study import FILE, study_text
@@ -52,7 +51,7 @@ class Store:
         self._data.mkdir(parents=True, exist_ok=True)
         self._only = locked(folder, "another sweep")
         try:
-            self._check_study(folder)
+            claim(folder, FILE, study_text(study), "the results of another study")
             self._known = [self._read_part(part) for part in range(self._parts)]
         except BaseException:
             os.close(self._only)
@@ -61,16 +60,6 @@ class Store:
     def close(self) -> None:
         """Let others have the folder."""
         os.close(self._only)
-
-    def _check_study(self, folder: Path) -> None:
-        wanted, file = study_text(self._study), folder / FILE
-        if not file.exists():
-            atomic_write(file, wanted)
-        elif file.read_text(encoding="utf-8") != wanted:
-            raise StudyError(
-                f"{folder}: holds the results of another study, or of another version of this "
-                "package; give another --output, or remove the folder"
-            )
 
     @property
     def _parts(self) -> int:

@@ -25,12 +25,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import Bounds, differential_evolution
 
-from rodless_base.atomic_write import atomic_write
 from rodless_base.kernels import source_digest
 from rodless_base.parameters import ParameterError
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.journal import add_line, known_lines, locked
+from rodless_lab.studies.journal import add_line, claim, known_lines, locked
 from rodless_lab.studies.saved_study import study_text
 from rodless_lab.studies.study import Study
 from rodless_lab.studies.tuning_task import TuningTask
@@ -121,15 +120,7 @@ class Journal:
         OSError.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        text = task_text(task)
-        file = folder / TASK
-        if not file.exists():
-            atomic_write(file, text)
-        elif file.read_text(encoding="utf-8") != text:
-            raise StudyError(
-                f"{folder}: holds the search of another task, or of another version of this "
-                "package; give another --output, or remove the folder"
-            )
+        claim(folder, TASK, task_text(task), "the search of another task")
         self._path = folder / JOURNAL
         self._only = locked(folder, "another search")
         self.known = {
