@@ -10,6 +10,7 @@
 
 from pathlib import Path
 
+from changed_text import changed, drawn
 from draw import Draw
 from target import Change, Target
 
@@ -55,19 +56,11 @@ class ParameterFiles(Target):
 
     def draw(self, draw: Draw) -> list[Change]:
         """Return changes of texts; a byte that is no text, now and then."""
-        changes: list[Change] = []
-        for _ in range(draw.choice((1, 1, 1, 2, 3))):
-            start, end = sorted(draw.randrange(len(GOOD) + 1) for _ in range(2))
-            size = draw.choice((0, 1, 4, 20, end - start))
-            changes.append((start, size, draw.choice((draw.choice(SNIPPETS), draw.text(), ""))))
-        return changes
+        return drawn(draw, GOOD, lambda: draw.choice((draw.choice(SNIPPETS), draw.text(), "")))
 
     def run(self, changes: list[Change]) -> object:
         """Read both sections."""
-        text = GOOD
-        for at, size, new in changes:
-            text = text[:at] + new + text[at + size :]
-        self._file.write_bytes(text.encode("utf-8", "surrogatepass"))
+        self._file.write_bytes(changed(GOOD, changes))
         names = section_names(self._file)
         rig = RigParameters.from_file(self._file)
         controller = ControllerParameters.from_file(self._file)

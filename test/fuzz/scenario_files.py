@@ -10,6 +10,7 @@
 
 from pathlib import Path
 
+from changed_text import changed, drawn
 from draw import Draw
 from parameter_files import SNIPPETS
 from target import Change, Target
@@ -42,21 +43,16 @@ class ScenarioFiles(Target):
 
     def draw(self, draw: Draw) -> list[Change]:
         """Return changes of texts; names and numbers that may be good, now and then."""
-        changes: list[Change] = []
-        for _ in range(draw.choice((1, 1, 1, 2, 3))):
-            start, end = sorted(draw.randrange(len(GOOD) + 1) for _ in range(2))
-            size = draw.choice((0, 1, 4, 20, end - start))
+
+        def new() -> str:
             names = draw.choice((*RigParameters(), *NUMBERS))
-            new = draw.choice((draw.choice(SNIPPETS), draw.text(), names, ""))
-            changes.append((start, size, new))
-        return changes
+            return draw.choice((draw.choice(SNIPPETS), draw.text(), names, ""))
+
+        return drawn(draw, GOOD, new)
 
     def run(self, changes: list[Change]) -> object:
         """Read it, and let a rig follow it."""
-        text = GOOD
-        for at, size, new in changes:
-            text = text[:at] + new + text[at + size :]
-        self._file.write_bytes(text.encode("utf-8", "surrogatepass"))
+        self._file.write_bytes(changed(GOOD, changes))
         scenario = Scenario.from_file(self._file)
         run = simulate(RIG, [6.0] * 8, 5e-3, scenario=scenario)
         return [[entry.text for entry in scenario.entries], run.columns()]
