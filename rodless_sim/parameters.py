@@ -19,6 +19,8 @@ from rodless_sim.instruments import acquisition, instruments
 from rodless_sim.node import command
 from rodless_sim.physics import (
     air,
+    bristles,
+    coupling,
     cylinder,
     end_stop,
     flow_law,
@@ -40,11 +42,13 @@ DECLARATIONS = collect(
     command.PARAMETERS,
     cylinder_series.PARAMETERS,
     cylinder.PARAMETERS,
+    coupling.PARAMETERS,
     heat.PARAMETERS,
     leak.PARAMETERS,
     end_stop.PARAMETERS,
     forces.PARAMETERS,
     friction.PARAMETERS,
+    bristles.PARAMETERS,
     instruments.PARAMETERS,
     acquisition.PARAMETERS,
     faults.PARAMETERS,
@@ -104,7 +108,7 @@ class RigParameters(ParameterSet):
             *friction.FORMS,
             *forces.FORCES,
         )
-        for thing in (air, valve, friction, cylinder_series, cylinder, frames, *sockets):
+        for thing in (air, valve, friction, cylinder_series, cylinder, coupling, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

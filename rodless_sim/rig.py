@@ -23,10 +23,10 @@ from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError
 from rodless_sim.commands import Commands
 from rodless_sim.faults import ValveFault
-from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError, simulation_error
+from rodless_sim.physics.full_rates import full_supply_at_valve
 from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
@@ -35,6 +35,7 @@ from rodless_sim.physics.spool import AnySpool, Spool, spool_voltage, starting_s
 from rodless_sim.physics.state import (
     TEMPERATURES,
     AnyMotion,
+    FullMotion,
     HeatedMotion,
     Motion,
     State,
@@ -53,6 +54,7 @@ from rodless_sim.trace import (
     run_open_loop,
     trace,
 )
+from rodless_sim.trace import shown as shown_of
 
 # Flows at much more than this (Pa) overflow.
 LARGEST_PRESSURE = 1e150
@@ -130,15 +132,16 @@ def starting_motion(
     if pressures is not None:
         given.update(zip(PRESSURES, _two_of("pressures", "Pa", pressures), strict=True))
     if temperatures is not None:
-        if not plant.heat:
+        if not plant.heated:
             raise ValueError(
                 f"temperatures {shown(temperatures)} refused: all air has supply.temperature; "
                 "chambers.thermodynamics energy_balance gives the chambers their own"
             )
         given.update(zip(TEMPERATURES, _two_of("temperatures", "K", temperatures), strict=True))
-    if len(given) == (4 if plant.heat else 2):
+    if len(given) == (4 if plant.heated else 2):
         return with_states_of(plant, Motion(start, 0.0, 0.0, 0.0))._replace(**given)
-    return settled_motion(plant, plant.valve.closed_voltage, start)._replace(**given)
+    settled = settled_motion(plant, plant.valve.closed_voltage, start)
+    return with_states_of(plant, settled)._replace(**given)
 
 
 PRESSURES = ("pressure_a", "pressure_b")
@@ -169,7 +172,9 @@ def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
 
     Chambers that have just been given temperatures begin with the supply's.
     """
-    shared = Motion(motion.position, motion.velocity, motion.pressure_a, motion.pressure_b)
+    if plant.full:
+        return full_motion(plant, motion)
+    shared = Motion(*motion[: len(Motion._fields)])
     if not plant.heat:
         return shared
     if isinstance(motion, HeatedMotion):
@@ -177,11 +182,51 @@ def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
     return HeatedMotion(*shared, plant.air.temperature, plant.air.temperature)
 
 
+def full_motion(plant: Plant, motion: AnyMotion) -> FullMotion:
+    """Return ``motion`` with the states of all options: those it has not had begin at rest."""
+    if not isinstance(motion, FullMotion):
+        warmth = [plant.air.temperature] * len(TEMPERATURES)
+        if isinstance(motion, HeatedMotion):
+            warmth = [motion.temperature_a, motion.temperature_b]
+        motion = FullMotion(
+            *motion[: len(Motion._fields)],
+            *warmth,
+            bristle_deflection=0.0,
+            piston_position=motion.position,
+            piston_velocity=motion.velocity,
+            piston_bristle_deflection=0.0,
+            coupled=1.0,
+            supply_pressure=plant.supply_pressure,
+            receiver_pressure=plant.supply_pressure,
+            compressor=0.0,
+        )
+    if not plant.heated:
+        # The air that flows out is taken to have the supply's temperature.
+        motion = motion._replace(**dict.fromkeys(TEMPERATURES, plant.air.temperature))
+    return motion
+
+
 def rig_parameters(parameters: object) -> RigParameters:
     """Return ``parameters``; raises TypeError for what is no :class:`RigParameters`."""
     if not isinstance(parameters, RigParameters):
         raise TypeError(f"{shown(parameters)} are no RigParameters: give RigParameters({{...}})")
     return parameters
+
+
+# Uncompiled: from Python it would unpack the whole plant in each call.
+_full_supply = getattr(full_supply_at_valve, "py_func", full_supply_at_valve)
+
+
+def supply_at_valve(plant: Plant, motion: AnyMotion) -> float:
+    """Return the supply's pressure in Pa at the valve."""
+    if isinstance(motion, FullMotion):
+        return float(_full_supply(plant, motion))
+    return plant.supply_pressure
+
+
+def kinds_of(plant: Plant) -> tuple[bool, ...]:
+    """Return what decides which version of the equations a plant has."""
+    return bool(plant.heat), bool(plant.drive), bool(plant.full)
 
 
 class Rig:
@@ -303,7 +348,7 @@ class Rig:
             if bool(self._spool) != bool(self._plant.drive):
                 self._spool = self._resting_spool(self._voltage)
                 self._commands = Commands(self._voltage)
-            if further_of(self._plant) != further_of(before["_plant"]):
+            if kinds_of(self._plant) != kinds_of(before["_plant"]):
                 self._specialise()
             self._apply(self._voltage, self._motion, self._spool, self._commands, 0)
             if self._sampling is not None:
@@ -462,7 +507,9 @@ class Rig:
     @property
     def truth(self) -> Measurement:
         """What instruments without errors would read now."""
-        return true_measurement(self._plant, self._nanoseconds, self._motion)
+        position, _, pressure_a, pressure_b = self._motion[: len(Motion._fields)]
+        supply = supply_at_valve(self._plant, self._motion)
+        return Measurement(self._nanoseconds, position, pressure_a, pressure_b, supply)
 
     @property
     def nanoseconds(self) -> int:
@@ -484,8 +531,9 @@ class Rig:
         """Air taken from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
         plant, motion = self._plant, self._motion
         lands = openings(plant, self.state.spool_voltage)
-        if isinstance(motion, HeatedMotion):
-            mass_flow = heated_supply_flow(plant, lands, motion)
+        if isinstance(motion, HeatedMotion | FullMotion):
+            supply = supply_at_valve(plant, motion)
+            mass_flow = heated_supply_flow(plant, supply, lands, motion)
         else:
             mass_flow = supply_flow(plant, lands, motion.pressure_a, motion.pressure_b)
         temperature = self._parameters.number("atmosphere.temperature")
@@ -497,7 +545,7 @@ class Rig:
         motion = self._motion
         force = self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b)
         time = self._nanoseconds * SECONDS_PER_NANOSECOND
-        position, velocity, pressure_a, pressure_b, *temperatures = motion
+        position, velocity, pressure_a, pressure_b, *further = shown_of(self._plant, motion)
         spool = [float(spool_voltage(self._spool))] if self._spool else []
         return state_with(further_of(self._plant))(
             time,
@@ -509,7 +557,7 @@ class Rig:
             force,
             self._flow_a,
             self._flow_b,
-            *temperatures,
+            *further,
             *spool,
         )
 

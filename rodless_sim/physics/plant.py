@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from rodless_base.parameters import ParameterSet
 from rodless_sim.faults import damaged
-from rodless_sim.physics import forces, heat, spool
+from rodless_sim.physics import forces, full, heat, spool
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
@@ -37,13 +37,15 @@ class Plant(NamedTuple):
     forces: tuple[Any, ...]  # constants of each of forces.FORCES
     supply_pressure: float  # Pa, absolute
     ambient_pressure: float  # Pa, absolute
-    heat: Any  # Heat, () where the chambers have no temperatures of their own
+    heat: Any  # Heat, () where the equations have no temperatures of the chambers
     drive: Any  # Drive, () where the spool follows the command at once
+    full: Any  # Full, () where no option needs the states of FullMotion
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
         """Return the constants for ``parameters``, those of a rig."""
         air, valve = Air.of(parameters), Valve.of(parameters)
+        further = full.of(parameters)
         plant = cls(
             air=air,
             valve=valve,
@@ -56,7 +58,13 @@ class Plant(NamedTuple):
             forces=forces.of(parameters),
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),
-            heat=heat.of(parameters),
+            heat=heat.balance(parameters) if further else heat.of(parameters),
             drive=spool.of(parameters),
+            full=further,
         )
         return damaged(plant, parameters)
+
+    @property
+    def heated(self) -> bool:
+        """Whether the chambers have temperatures of their own."""
+        return bool(self.full.heated if self.full else self.heat)
