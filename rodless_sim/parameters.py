@@ -22,6 +22,7 @@ from rodless_sim.physics import (
     bristles,
     coupling,
     cylinder,
+    drift,
     end_stop,
     flow_law,
     forces,
@@ -49,6 +50,7 @@ DECLARATIONS = collect(
     forces.PARAMETERS,
     friction.PARAMETERS,
     bristles.PARAMETERS,
+    drift.PARAMETERS,
     instruments.PARAMETERS,
     acquisition.PARAMETERS,
     faults.PARAMETERS,
@@ -108,7 +110,8 @@ class RigParameters(ParameterSet):
             *friction.FORMS,
             *forces.FORCES,
         )
-        for thing in (air, valve, friction, cylinder_series, cylinder, coupling, frames, *sockets):
+        things = (air, valve, friction, cylinder_series, cylinder, coupling, faults, frames)
+        for thing in (*things, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

@@ -106,7 +106,8 @@ def _plant(plant: Plant) -> _Plant:
     )
     if beyond:
         raise ValueError(
-            "the C file knows no flow law, leak, tilt, exponent, heat or drive beyond the paper"
+            "the C file knows no flow law, leak, tilt, exponent, heat, drive, bristles, magnets or "
+            "drift beyond the paper"
         )
     known = {
         **plant.air._asdict(),

@@ -49,6 +49,9 @@ OPTIONS = (
     Option("hysteresis", "0.4 %", {"valve.hysteresis": 0.004}),
     Option("dead-time", "1 ms", {"valve.dead_time": 1e-3}),
     Option("discharge", "constant 0.9", {"valve.discharge": "constant"}),
+    Option("lugre", "lugre", {"friction.dynamics": "lugre"}),
+    Option("coupling", "magnetic", {"coupling.kind": "magnetic"}),
+    Option("friction-drift", "0.3 a √s", {"friction.drift": 0.3}),
 )
 
 

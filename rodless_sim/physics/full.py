@@ -19,8 +19,9 @@ from typing import NamedTuple
 from rodless_base.parameters import ParameterSet
 from rodless_sim.physics.bristles import Bristles
 from rodless_sim.physics.coupling import Coupling
+from rodless_sim.physics.drift import Drift
 from rodless_sim.physics.heat import ENERGY_BALANCE
-from rodless_sim.physics.state import FURTHER, TEMPERATURES, FullMotion, Motion
+from rodless_sim.physics.state import DRIFTS, FURTHER, TEMPERATURES, FullMotion, Motion
 
 STATES = FullMotion._fields
 
@@ -31,6 +32,7 @@ class Full(NamedTuple):
     heated: bool  # whether the chambers have temperatures of their own
     bristles: Bristles
     coupling: Coupling
+    drift: Drift
     # Places of states in FullMotion, in its order; what is behind the first ``…_count`` is filler.
     moving: tuple[int, ...]  # those that have a rate
     moving_count: int
@@ -41,22 +43,26 @@ class Full(NamedTuple):
 def of(parameters: ParameterSet) -> Full | tuple[()]:
     """Return the constants for ``parameters``; none where no option needs further states."""
     bristles, coupling = Bristles.of(parameters), Coupling.of(parameters)
-    if not (bristles.acting or coupling.magnetic):
+    drift = Drift.of(parameters)
+    if not (bristles.acting or coupling.magnetic or drift.acting):
         return ()
     heated = parameters.text("chambers.thermodynamics") == ENERGY_BALANCE
     moving = [*Motion._fields]
-    flags = []
+    # What is shown, too, though it only changes at instants.
+    stepping: list[str] = []
     if heated:
         moving += TEMPERATURES
     if bristles.acting:
         moving.append("bristle_deflection")
     if coupling.magnetic:
         moving += ["piston_position", "piston_velocity"]
-        flags.append("coupled")
+        stepping.append("coupled")
         if bristles.acting:
             moving.append("piston_bristle_deflection")
-    shown = [name for name in (*moving, *flags) if name in FURTHER]
-    return Full(heated, bristles, coupling, *_places(moving), *_places(shown))
+    if drift.acting:
+        stepping += DRIFTS
+    shown = [name for name in (*moving, *stepping) if name in FURTHER]
+    return Full(heated, bristles, coupling, drift, *_places(moving), *_places(shown))
 
 
 def _places(names: list[str]) -> tuple[tuple[int, ...], int]:

@@ -181,6 +181,11 @@ def full_rates(plant: Plant, lands: Lands, state: FullMotion, modes: Modes) -> F
         supply_pressure=0.0,
         receiver_pressure=0.0,
         compressor=0.0,
+        friction_clock=0.0,
+        friction_dice=0.0,
+        static_drift=0.0,
+        coulomb_drift=0.0,
+        viscous_drift=0.0,
     )
 
 

@@ -76,6 +76,11 @@ ERRORS = FullMotion(
     supply_pressure=PRESSURE_ERROR,
     receiver_pressure=PRESSURE_ERROR,
     compressor=1.0,
+    friction_clock=1.0,
+    friction_dice=1.0,
+    static_drift=1.0,
+    coulomb_drift=1.0,
+    viscous_drift=1.0,
 )
 
 # The differences that J is made of, in those units.

@@ -81,6 +81,9 @@ def test_other_rigs_are_refused(c_file: CFile) -> None:
         ("rail.tilt", 0.1),
         ("chambers.thermodynamics", "polytropic"),
         ("valve.dynamics", "second_order"),
+        ("friction.dynamics", "lugre"),
+        ("coupling.kind", "magnetic"),
+        ("friction.drift", 0.01),
     ):
         plant = Plant.of(RigParameters({name: value}))
         with pytest.raises(ValueError, match="the C file knows"):

@@ -38,6 +38,19 @@ OPTIONS: dict[str, dict[str, tuple[float, float] | str]] = {
         "chambers.heat_transfer_coefficient": (0.0, 500.0),
         "chambers.wall_temperature": (250.0, 350.0),
     },
+    "lugre": {
+        "friction.dynamics": "lugre",
+        "friction.bristle_stiffness": (2e4, 2e6),
+        "friction.bristle_damping": (0.0, 3e3),
+    },
+    "coupling": {
+        "coupling.kind": "magnetic",
+        "coupling.holding_force": (300.0, 3e3),
+        "coupling.damping": (0.0, 300.0),
+        "coupling.piston_mass": (0.2, 0.8),
+        "coupling.piston_friction": (0.0, 1.0),
+    },
+    "drift": {"friction.drift": (0.001, 0.3)},
 }
 # Both choose the same parameter: the last one wins.
 CHOICES = ("exponent", "heat")
