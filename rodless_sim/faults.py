@@ -170,6 +170,8 @@ def damaged(plant: "Plant", parameters: ParameterSet) -> "Plant":
         cylinder=cylinder._replace(locked=cylinder.locked or seized),
         # Not P_e + (1 - loss)(P_s - P_e): without loss, the supply's pressure has its own bits.
         supply_pressure=supply - loss * (supply - ambient),
+        ripple=plant.ripple
+        and plant.ripple._replace(amplitude=(1.0 - loss) * plant.ripple.amplitude),
     )
 
 

@@ -27,15 +27,19 @@ from rodless_sim.physics import (
     heat,
     leak,
     spool,
+    supply,
+    tubes,
     valve,
     valve_assembly,
 )
 
 DECLARATIONS = collect(
     air.PARAMETERS,
+    supply.PARAMETERS,
     valve_assembly.PARAMETERS,
     valve.PARAMETERS,
     spool.PARAMETERS,
+    tubes.PARAMETERS,
     flow_law.PARAMETERS,
     command.PARAMETERS,
     cylinder_series.PARAMETERS,
@@ -104,7 +108,7 @@ class RigParameters(ParameterSet):
             *friction.FORMS,
             *forces.FORCES,
         )
-        for thing in (air, valve, friction, cylinder_series, cylinder, frames, *sockets):
+        for thing in (air, supply, valve, friction, cylinder_series, cylinder, frames, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

@@ -31,6 +31,7 @@ from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
 from rodless_sim.physics.state import AnyMotion
+from rodless_sim.physics.supply import rippled
 from rodless_sim.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -206,9 +207,8 @@ class Lags(NamedTuple):
 
 def true_measurement(plant: Plant, stamp: int, state: AnyMotion) -> Measurement:
     """Return what instruments without errors would read at ``stamp`` (ns)."""
-    return Measurement(
-        stamp, state.position, state.pressure_a, state.pressure_b, plant.supply_pressure
-    )
+    supply = rippled(plant.ripple, plant.supply_pressure, stamp * SECONDS_PER_NANOSECOND)
+    return Measurement(stamp, state.position, state.pressure_a, state.pressure_b, supply)
 
 
 # The same for compiled loops: from Python it would unpack the whole plant in each call.

@@ -11,7 +11,7 @@
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
-from rodless_sim.physics import heated  # noqa: F401  versions of what is used here
+from rodless_sim.physics import heated, timed  # noqa: F401  versions of what is used here
 from rodless_sim.physics.course import course_after, course_at, spool_of, step_on
 from rodless_sim.physics.equations import (
     Inflows,
@@ -172,7 +172,7 @@ def advance_from(
             step = left
         elif step > 0.5 * left:
             step = 0.5 * left
-        step = step_on(course, step)
+        step = step_on(plant, course, step)
         if direction == 0:
             attempt = sticking_attempt(plant, course, stopped(state), flows, step, tolerance)
         else:
@@ -180,7 +180,7 @@ def advance_from(
         state, direction, elapsed, step = attempt
         if elapsed > 0.0:
             left -= elapsed
-            course = course_after(plant, course, elapsed)
+            course = course_after(plant, course, elapsed, state)
             fault = fault_of(plant, state)
             if fault != 0 or left <= 0.0:
                 return state, course, fault

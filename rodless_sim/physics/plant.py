@@ -10,9 +10,10 @@
 
 from typing import Any, NamedTuple
 
+from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet
 from rodless_sim.faults import damaged
-from rodless_sim.physics import forces, heat, spool
+from rodless_sim.physics import forces, heat, spool, supply, tubes
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
@@ -39,6 +40,8 @@ class Plant(NamedTuple):
     ambient_pressure: float  # Pa, absolute
     heat: Any  # Heat, () where the chambers have no temperatures of their own
     drive: Any  # Drive, () where the spool follows the command at once
+    ripple: Any  # Ripple, () where the supply is steady
+    tubes: Any  # Tube, () where air from the valve arrives at once
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
@@ -58,5 +61,29 @@ class Plant(NamedTuple):
             ambient_pressure=parameters.number("atmosphere.pressure"),
             heat=heat.of(parameters),
             drive=spool.of(parameters),
+            ripple=supply.of(parameters),
+            tubes=tubes.of(parameters),
         )
         return damaged(plant, parameters)
+
+
+@kernel
+def supplied(plant: Plant, pressure: float) -> Plant:
+    """Return the same plant with the supply at ``pressure`` (Pa)."""
+    return Plant(
+        plant.air,
+        plant.valve,
+        plant.assembly,
+        plant.flow_law,
+        plant.cylinder,
+        plant.leak,
+        plant.friction,
+        plant.end_stop,
+        plant.forces,
+        pressure,
+        plant.ambient_pressure,
+        plant.heat,
+        plant.drive,
+        plant.ripple,
+        plant.tubes,
+    )
