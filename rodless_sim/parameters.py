@@ -19,6 +19,8 @@ from rodless_sim.instruments import acquisition, instruments
 from rodless_sim.node import command
 from rodless_sim.physics import (
     air,
+    bristles,
+    coupling,
     cylinder,
     end_stop,
     flow_law,
@@ -26,6 +28,7 @@ from rodless_sim.physics import (
     friction,
     heat,
     leak,
+    sagging_supply,
     spool,
     supply,
     tubes,
@@ -36,6 +39,7 @@ from rodless_sim.physics import (
 DECLARATIONS = collect(
     air.PARAMETERS,
     supply.PARAMETERS,
+    sagging_supply.PARAMETERS,
     valve_assembly.PARAMETERS,
     valve.PARAMETERS,
     spool.PARAMETERS,
@@ -44,11 +48,13 @@ DECLARATIONS = collect(
     command.PARAMETERS,
     cylinder_series.PARAMETERS,
     cylinder.PARAMETERS,
+    coupling.PARAMETERS,
     heat.PARAMETERS,
     leak.PARAMETERS,
     end_stop.PARAMETERS,
     forces.PARAMETERS,
     friction.PARAMETERS,
+    bristles.PARAMETERS,
     instruments.PARAMETERS,
     acquisition.PARAMETERS,
     faults.PARAMETERS,
@@ -108,7 +114,18 @@ class RigParameters(ParameterSet):
             *friction.FORMS,
             *forces.FORCES,
         )
-        for thing in (air, supply, valve, friction, cylinder_series, cylinder, frames, *sockets):
+        things = (
+            air,
+            supply,
+            sagging_supply,
+            valve,
+            friction,
+            cylinder_series,
+            cylinder,
+            coupling,
+            frames,
+        )
+        for thing in (*things, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)
         self._check_period()

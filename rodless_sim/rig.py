@@ -23,10 +23,10 @@ from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError
 from rodless_sim.commands import Commands
 from rodless_sim.faults import ValveFault
-from rodless_sim.instruments.instruments import true_measurement
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError, simulation_error
+from rodless_sim.physics.full_rates import full_supply_at_valve
 from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
@@ -35,13 +35,15 @@ from rodless_sim.physics.spool import AnySpool, place_of, spool_in, with_spool
 from rodless_sim.physics.state import (
     TEMPERATURES,
     AnyMotion,
+    FullMotion,
     HeatedMotion,
     Motion,
     State,
     state_with,
 )
 from rodless_sim.physics.streams import heated_supply_flow
-from rodless_sim.physics.timed import copied, memory_of, now_supplied
+from rodless_sim.physics.supply import rippled
+from rodless_sim.physics.timed import copied, memory_of
 from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
@@ -54,6 +56,7 @@ from rodless_sim.trace import (
     run_open_loop,
     trace,
 )
+from rodless_sim.trace import shown as shown_of
 
 # Flows at much more than this (Pa) overflow.
 LARGEST_PRESSURE = 1e150
@@ -131,15 +134,16 @@ def starting_motion(
     if pressures is not None:
         given.update(zip(PRESSURES, _two_of("pressures", "Pa", pressures), strict=True))
     if temperatures is not None:
-        if not plant.heat:
+        if not plant.heated:
             raise ValueError(
                 f"temperatures {shown(temperatures)} refused: all air has supply.temperature; "
                 "chambers.thermodynamics energy_balance gives the chambers their own"
             )
         given.update(zip(TEMPERATURES, _two_of("temperatures", "K", temperatures), strict=True))
-    if len(given) == (4 if plant.heat else 2):
+    if len(given) == (4 if plant.heated else 2):
         return with_states_of(plant, Motion(start, 0.0, 0.0, 0.0))._replace(**given)
-    return settled_motion(plant, plant.valve.closed_voltage, start)._replace(**given)
+    settled = settled_motion(plant, plant.valve.closed_voltage, start)
+    return with_states_of(plant, settled)._replace(**given)
 
 
 PRESSURES = ("pressure_a", "pressure_b")
@@ -170,7 +174,9 @@ def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
 
     Chambers that have just been given temperatures begin with the supply's.
     """
-    shared = Motion(motion.position, motion.velocity, motion.pressure_a, motion.pressure_b)
+    if plant.full:
+        return full_motion(plant, motion)
+    shared = Motion(*motion[: len(Motion._fields)])
     if not plant.heat:
         return shared
     if isinstance(motion, HeatedMotion):
@@ -178,11 +184,58 @@ def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
     return HeatedMotion(*shared, plant.air.temperature, plant.air.temperature)
 
 
+def full_motion(plant: Plant, motion: AnyMotion) -> FullMotion:
+    """Return ``motion`` with the states of all options: those it has not had begin at rest."""
+    if not isinstance(motion, FullMotion):
+        warmth = [plant.air.temperature] * len(TEMPERATURES)
+        if isinstance(motion, HeatedMotion):
+            warmth = [motion.temperature_a, motion.temperature_b]
+        motion = FullMotion(
+            *motion[: len(Motion._fields)],
+            *warmth,
+            bristle_deflection=0.0,
+            piston_position=motion.position,
+            piston_velocity=motion.velocity,
+            piston_bristle_deflection=0.0,
+            coupled=1.0,
+            supply_pressure=plant.supply_pressure,
+            receiver_pressure=plant.supply_pressure,
+            compressor=0.0,
+        )
+    if not plant.heated:
+        # The air that flows out is taken to have the supply's temperature.
+        motion = motion._replace(**dict.fromkeys(TEMPERATURES, plant.air.temperature))
+    return motion
+
+
 def rig_parameters(parameters: object) -> RigParameters:
     """Return ``parameters``; raises TypeError for what is no :class:`RigParameters`."""
     if not isinstance(parameters, RigParameters):
         raise TypeError(f"{shown(parameters)} are no RigParameters: give RigParameters({{...}})")
     return parameters
+
+
+# Uncompiled: from Python it would unpack the whole plant in each call.
+_full_supply = getattr(full_supply_at_valve, "py_func", full_supply_at_valve)
+
+
+def supply_at_valve(plant: Plant, motion: AnyMotion) -> float:
+    """Return the supply's pressure in Pa at the valve."""
+    if isinstance(motion, FullMotion):
+        return float(_full_supply(plant, motion))
+    return plant.supply_pressure
+
+
+def at_time(plant: Plant, time: float) -> Plant:
+    """Return the plant with its supply as it is at ``time`` (s)."""
+    if not plant.ripple:
+        return plant
+    return plant._replace(supply_pressure=rippled(plant.ripple, plant.supply_pressure, time))
+
+
+def kinds_of(plant: Plant) -> tuple[bool, ...]:
+    """Return what decides which version of the equations a plant has."""
+    return tuple(map(bool, (plant.heat, plant.drive, plant.full, plant.ripple, plant.tubes)))
 
 
 class Rig:
@@ -312,16 +365,15 @@ class Rig:
     def _remember_anew(self, before: Plant) -> None:
         """Have valve and tubes remember what those of this plant can, after another one."""
         plant = self._plant
-        kinds = [[bool(one) for one in (p.drive, p.ripple, p.tubes)] for p in (before, plant)]
-        if kinds[0] != kinds[1]:
-            spool = spool_in(self._spool)
-            self._spool = self._remembered(self._motion, self._voltage)
-            if kinds[0][0] != kinds[1][0]:
-                self._commands = Commands(self._voltage)
-            else:
-                self._spool = with_spool(self._spool, spool)
-        if kinds[0] != kinds[1] or further_of(plant) != further_of(before):
-            self._specialise()
+        if kinds_of(plant) == kinds_of(before):
+            return
+        spool = spool_in(self._spool)
+        self._spool = self._remembered(self._motion, self._voltage)
+        if bool(spool) == bool(plant.drive):
+            self._spool = with_spool(self._spool, spool)
+        else:
+            self._commands = Commands(self._voltage)
+        self._specialise()
 
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
@@ -475,7 +527,10 @@ class Rig:
     @property
     def truth(self) -> Measurement:
         """What instruments without errors would read now."""
-        return true_measurement(self._plant, self._nanoseconds, self._motion)
+        position, _, pressure_a, pressure_b = self._motion[: len(Motion._fields)]
+        plant = at_time(self._plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
+        supply = supply_at_valve(plant, self._motion)
+        return Measurement(self._nanoseconds, position, pressure_a, pressure_b, supply)
 
     @property
     def nanoseconds(self) -> int:
@@ -496,13 +551,16 @@ class Rig:
     def free_air_flow(self) -> float:
         """Air taken from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
         plant, motion = self._plant, self._motion
-        plant = now_supplied(plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
+        plant = at_time(plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
         lands = openings(plant, self.state.spool_voltage)
         if plant.tubes:
             tubes = self._spool.tubes
+            supply = supply_at_valve(plant, motion)
+            plant = plant._replace(supply_pressure=supply)
             mass_flow = supply_flow(plant, lands, tubes.a.pressure, tubes.b.pressure)
-        elif isinstance(motion, HeatedMotion):
-            mass_flow = heated_supply_flow(plant, lands, motion)
+        elif isinstance(motion, HeatedMotion | FullMotion):
+            supply = supply_at_valve(plant, motion)
+            mass_flow = heated_supply_flow(plant, supply, lands, motion)
         else:
             mass_flow = supply_flow(plant, lands, motion.pressure_a, motion.pressure_b)
         temperature = self._parameters.number("atmosphere.temperature")
@@ -514,7 +572,7 @@ class Rig:
         motion = self._motion
         force = self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b)
         time = self._nanoseconds * SECONDS_PER_NANOSECOND
-        position, velocity, pressure_a, pressure_b, *temperatures = motion
+        position, velocity, pressure_a, pressure_b, *further = shown_of(self._plant, motion)
         place = place_of(self._spool)
         spool = [] if place is None else [place]
         return state_with(further_of(self._plant))(
@@ -527,7 +585,7 @@ class Rig:
             force,
             self._flow_a,
             self._flow_b,
-            *temperatures,
+            *further,
             *spool,
         )
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from rodless_base.columns import Columns, quantities
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
+from rodless_sim.physics import full
 from rodless_sim.physics.course import course_at, spool_of
 from rodless_sim.physics.dead_time import advance_period, arriving
 from rodless_sim.physics.equations import Inflows, inflows
@@ -26,6 +27,7 @@ from rodless_sim.physics.state import (
     SPOOL,
     TEMPERATURES,
     AnyMotion,
+    FullMotion,
     HeatedMotion,
     Motion,
     State,
@@ -86,6 +88,15 @@ class Trace(Columns):
     # Those of a rig whose chambers have temperatures.
     temperature_a: Array
     temperature_b: Array
+    # Those of further options.
+    bristle_deflection: Array
+    piston_position: Array
+    piston_velocity: Array
+    piston_bristle_deflection: Array
+    coupled: Array
+    supply_pressure: Array
+    receiver_pressure: Array
+    compressor: Array
     # That of a rig whose spool does not follow at once.
     spool_voltage: Array
 
@@ -116,30 +127,60 @@ class Trace(Columns):
 
 
 # The plant's part of a recorded sample.
+EVERYWHERE = len(Motion._fields)  # states that every rig has
 FLOWS = ("mass_flow_a", "mass_flow_b")
 COLUMNS = (*Motion._fields, *FLOWS)
 HEATED_COLUMNS = (*HeatedMotion._fields, *FLOWS)
-MOST_COLUMNS = len(HEATED_COLUMNS) + len(SPOOL)
+MOST_COLUMNS = len(FullMotion._fields) + len(FLOWS) + len(SPOOL)
+
+
+def further_states_of(plant: Plant) -> tuple[str, ...]:
+    """Return the names of the states that are shown of the plant, but for those of every rig."""
+    if plant.full:
+        return full.further_of(plant.full)
+    return TEMPERATURES if plant.heat else ()
 
 
 def columns_of(plant: Plant) -> tuple[str, ...]:
     """Return the names of what is recorded of each sample."""
-    return (HEATED_COLUMNS if plant.heat else COLUMNS) + (SPOOL if plant.drive else ())
+    spool = SPOOL if plant.drive else ()
+    return (*Motion._fields, *further_states_of(plant), *FLOWS, *spool)
 
 
 def further_of(plant: Plant) -> tuple[str, ...]:
     """Return the names of what a state of the plant has behind what every rig has."""
-    return (TEMPERATURES if plant.heat else ()) + (SPOOL if plant.drive else ())
+    return further_states_of(plant) + (SPOOL if plant.drive else ())
+
+
+def shown(plant: Plant, motion: AnyMotion) -> tuple[float, ...]:
+    """Return the values of the states that are shown: those of every rig, then the further ones."""
+    return tuple(getattr(motion, name) for name in (*Motion._fields, *further_states_of(plant)))
 
 
 @kernel
-def record(state: AnyMotion, course: AnyCourse, flows: Inflows, row: Array) -> None:
+def record(plant: Plant, state: AnyMotion, course: AnyCourse, flows: Inflows, row: Array) -> None:
     """Write one sample into ``row``: ``columns_of`` the plant."""
+    states = record_states(plant, state, row)
+    row[states], row[states + 1] = flows.a.mass_flow, flows.b.mass_flow
+    record_spool(course, row)
+
+
+@kernel_by_type
+def record_states(plant: Plant, state: AnyMotion, row: Array) -> int:  # noqa: ARG001
+    """Write the states that are shown, and return their number."""
     states = len(state)
     for k in range(states):
         row[k] = state[k]
-    row[states], row[states + 1] = flows.a.mass_flow, flows.b.mass_flow
-    record_spool(course, row)
+    return states
+
+
+@version_for(FullMotion, record_states)
+def _record_states(plant: Plant, state: FullMotion, row: Array) -> int:
+    for k in range(EVERYWHERE):
+        row[k] = state[k]
+    for k in range(plant.full.shown_count):
+        row[EVERYWHERE + k] = state[plant.full.shown[k]]
+    return EVERYWHERE + plant.full.shown_count
 
 
 @kernel_by_type
@@ -178,7 +219,7 @@ def run_open_loop(
         arrivals = arriving(plant.drive, voltages, k, period, closed)
         course = course_at(plant, spool, arrivals[0])
         flows = inflows(plant, course, state)
-        record(state, course, flows, rows[k])
+        record(plant, state, course, flows, rows[k])
         state, course, fault = advance_period(
             plant, course, state, flows, arrivals, period, tolerance
         )
@@ -187,7 +228,7 @@ def run_open_loop(
             return rows, state, spool, k, fault
     last = arriving(plant.drive, voltages, voltages.size - 1, period, closed)[1]
     course = course_at(plant, spool, last)
-    record(state, course, inflows(plant, course, state), rows[-1])
+    record(plant, state, course, inflows(plant, course, state), rows[-1])
     return rows, state, spool, voltages.size, 0
 
 

@@ -100,6 +100,7 @@ def _plant(plant: Plant) -> _Plant:
         or plant.leak.open
         or plant.heat
         or plant.drive
+        or plant.full
         or plant.air.chamber_index != plant.air.isentropic_index
         or plant.forces != forces.of(RigParameters())
     )

@@ -194,7 +194,7 @@ def run_closed_loop(
         arrivals = arriving(plant.drive, commands[:, 0], k, period, closed)
         course = course_at(plant, spool, arrivals[0])
         flows = inflows(plant, course, state)
-        record(state, course, flows, rows[k])
+        record(plant, state, course, flows, rows[k])
         rows[k, 0], rows[k, 2], rows[k, 3] = read.position, read.pressure_a, read.pressure_b
         # A run ends with its last sample: nobody sees what comes after it.
         if k + 1 < len(references):

@@ -91,11 +91,17 @@ def linearise(
 
     """
     plant = Plant.of(rig_parameters(parameters))
-    if plant.heat:
+    if plant.heated:
         raise ValueError(
             "chambers.thermodynamics energy_balance refused: linear models of chambers with "
             "temperatures are not built; adiabatic and polytropic have one"
         )
+    for name, without in WITHOUT.items():
+        if parameters.text(name) != without:
+            raise ValueError(
+                f"{name} {parameters.text(name)} refused: linear models have neither bristles nor "
+                f"magnets that lag; set it to {without}"
+            )
     for name in ("valve.hysteresis", "valve.dead_time"):
         if parameters.number(name):
             raise ValueError(
@@ -121,6 +127,10 @@ def linearise(
         outputs=states,
         point=point,
     )
+
+
+# Options without which a rig has the states of a linear model.
+WITHOUT = {"friction.dynamics": "static", "coupling.kind": "rigid"}
 
 
 def _behind_the_spool(drive: Drive, by_state: Array, by_input: Array) -> tuple[Array, Array]:

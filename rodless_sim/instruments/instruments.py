@@ -28,10 +28,11 @@ from rodless_base.parameter_file import preset_directory, read_parameter_file
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.instruments.transmitter import Transmitter, followed, read, volts
 from rodless_sim.physics.cylinder import piston_area
+from rodless_sim.physics.full_rates import supply_at_valve
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
 from rodless_sim.physics.state import AnyMotion
-from rodless_sim.physics.supply import rippled
+from rodless_sim.physics.timed import now_supplied
 from rodless_sim.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -205,14 +206,11 @@ class Lags(NamedTuple):
     late: Measurement
 
 
-def true_measurement(plant: Plant, stamp: int, state: AnyMotion) -> Measurement:
+@kernel
+def truth(plant: Plant, stamp: int, state: AnyMotion) -> Measurement:
     """Return what instruments without errors would read at ``stamp`` (ns)."""
-    supply = rippled(plant.ripple, plant.supply_pressure, stamp * SECONDS_PER_NANOSECOND)
+    supply = supply_at_valve(now_supplied(plant, stamp * SECONDS_PER_NANOSECOND), state)
     return Measurement(stamp, state.position, state.pressure_a, state.pressure_b, supply)
-
-
-# The same for compiled loops: from Python it would unpack the whole plant in each call.
-truth = kernel(true_measurement)
 
 
 @kernel

@@ -14,7 +14,7 @@ from rodless_base.kernels import kernel_by_type
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.spool import AnySpool, place_of
-from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
+from rodless_sim.physics.state import AnyMotion, FullMotion, HeatedMotion, Motion
 
 SOUND = 0
 NOT_FINITE = 1
@@ -85,7 +85,7 @@ def simulation_error(
     """Return the error for a fault in the sample period that began at ``time`` (s)."""
     what, advice = MEANING[fault]
     air = f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa"
-    if isinstance(state, HeatedMotion):
+    if isinstance(state, HeatedMotion | FullMotion):
         air += f", temperatures {state.temperature_a:g} and {state.temperature_b:g} K"
     place = place_of(spool)
     if place is not None:

@@ -104,14 +104,19 @@ class HeatedRate(NamedTuple):
 
 
 def of(parameters: ParameterSet) -> Heat | tuple[()]:
-    """Return the constants for ``parameters``; none where the chambers have no temperature.
+    """Return the constants for ``parameters``; none where the chambers have no temperature."""
+    if parameters.text("chambers.thermodynamics") != ENERGY_BALANCE:
+        return ()
+    return balance(parameters)
+
+
+def balance(parameters: ParameterSet) -> Heat:
+    """Return the constants of the balance for ``parameters``, whether it is in use or not.
 
     The dead volume is a cavity of the cylinder, a tube and fittings in unknown proportions. Its
     wall is taken for that of as much more bore: the wall grows by 4/d with any volume. A bare tube
     of 4 mm would have six times as much, and the chamber would fill 4 % later.
     """
-    if parameters.text("chambers.thermodynamics") != ENERGY_BALANCE:
-        return ()
     return Heat(
         coefficient=parameters.number("chambers.heat_transfer_coefficient"),
         wall_temperature=parameters.number("chambers.wall_temperature"),

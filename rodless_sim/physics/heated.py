@@ -23,7 +23,7 @@ from rodless_sim.physics.heat import HeatedRate, NetInflow, Row, heated_rate
 from rodless_sim.physics.integrator import GAMMA, Matrix, staged
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
+from rodless_sim.physics.state import AnyMotion, FullMotion, HeatedMotion, Motion
 from rodless_sim.physics.streams import (
     leak_across,
     leak_out,
@@ -74,15 +74,16 @@ class HeatedExchange(NamedTuple):
 
 @version_for(HeatedMotion, equations.inflows)
 def _inflows(plant: Plant, lands: Lands, state: HeatedMotion) -> NetInflows:
-    a = stream_into_a(plant, lands, state.pressure_a, state.temperature_a)
-    b = stream_into_b(plant, lands, state.pressure_b, state.temperature_b)
+    supply = plant.supply_pressure
+    a = stream_into_a(plant, supply, lands, state.pressure_a, state.temperature_a)
+    b = stream_into_b(plant, supply, lands, state.pressure_b, state.temperature_b)
     if plant.leak.open:
         return less_leaks(plant, state, NetInflows(a, b))
     return NetInflows(a, b)
 
 
 @outlined_kernel
-def less_leaks(plant: Plant, state: HeatedMotion, flows: NetInflows) -> NetInflows:
+def less_leaks(plant: Plant, state: HeatedMotion | FullMotion, flows: NetInflows) -> NetInflows:
     """``flows`` into both chambers less what leaks out of them."""
     leak, across = plant.leak, leak_across(plant, state)
     a = leak_out(plant, leak.a, state.pressure_a, state.temperature_a)

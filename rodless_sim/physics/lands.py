@@ -48,6 +48,7 @@ class Timed(NamedTuple):
     """A valve's openings or their course, where the equations change with plant time, too."""
 
     time: float  # s, since the start or the last reset
+    supply: float  # Pa, at the valve
     valve: Any  # Lands or Course
     tubes: Any  # air_in_tubes.Tubes, () without any
 

@@ -10,7 +10,7 @@
 
 from typing import NamedTuple
 
-from rodless_base.kernels import kernel, outlined_kernel
+from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
 from rodless_sim.physics import heated, timed  # noqa: F401  versions of what is used here
 from rodless_sim.physics.course import course_after, course_at, spool_of, step_on
 from rodless_sim.physics.equations import (
@@ -25,30 +25,21 @@ from rodless_sim.physics.equations import (
 from rodless_sim.physics.events import breakaway, gap_ahead, sliding_event, stops_within
 from rodless_sim.physics.faults import TOO_MANY_STEPS, fault_of
 from rodless_sim.physics.friction import side_of, sliding
+from rodless_sim.physics.full_motion import advance_full
 from rodless_sim.physics.integrator import next_step, sliding_step, sticking_step
 from rodless_sim.physics.lands import AnyCourse
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.spool import AnySpool
-from rodless_sim.physics.state import AnyMotion, stopped
-
-# What happens within a longer step might leave no trace at its end.
-LONGEST_STEP = 1e-3  # s
-
-# About one step is taken in a millisecond. So many in one call, and so many for each second of it,
-# mean that the rig cannot be followed.
-MOST_STEPS = 100_000
-MOST_STEPS_PER_SECOND = 1e6
-
-# Where friction falls with speed, the motion runs away from itself, and that is what makes
-# stick-slip. An L-stable method would damp it: there a step is at most this share of the time
-# constant.
-UNSTABLE_SHARE = 0.25
-# The fall ends at about this many Stribeck velocities; a step changes the speed there by at most
-# this share of one, or it would jump the curve without having seen it.
-FALL = 2.5
-FALL_SHARE = 0.5
-# There an error in the speed grows until the fall is over: it may be smaller by this factor.
-FALL_ACCURACY = 10.0
+from rodless_sim.physics.state import AnyMotion, FullMotion, stopped
+from rodless_sim.physics.step_control import (
+    FALL_ACCURACY,
+    LONGEST_STEP,
+    MOST_STEPS,
+    MOST_STEPS_PER_SECOND,
+    UNSTABLE_SHARE,
+    may_fall,
+    step_in_the_fall,
+)
 
 
 class Attempt(NamedTuple):
@@ -58,31 +49,6 @@ class Attempt(NamedTuple):
     direction: int  # of sliding from then on, 0 for a carriage at rest
     elapsed: float  # s, 0 where the step was too long and has not been taken
     step: float  # s, to try next
-
-
-@kernel
-def may_fall(speed: float, stribeck_velocity: float) -> bool:
-    """Whether friction may fall with speed at ``speed`` (m/s)."""
-    return abs(speed) < 3.0 * stribeck_velocity
-
-
-@kernel
-def step_in_the_fall(
-    speed: float, after: float, slope: float, stribeck_velocity: float, step: float
-) -> float:
-    """Return the step to try instead of one from ``speed`` to ``after`` (m/s), or ``step`` itself.
-
-    ``slope`` is how the acceleration grows with the velocity at its end, 1/s.
-    """
-    if may_fall(after, stribeck_velocity) and slope * step > UNSTABLE_SHARE:
-        return 0.8 * UNSTABLE_SHARE / slope
-    change = abs(after - speed)
-    edge = FALL * stribeck_velocity
-    if change > FALL_SHARE * stribeck_velocity and min(speed, after) < edge:
-        # First to the edge of the fall, then along it.
-        ahead = speed - 0.96 * edge if speed > edge else 0.0
-        return step * min(0.9, max(ahead, 0.8 * FALL_SHARE * stribeck_velocity) / change)
-    return step
 
 
 @kernel
@@ -151,7 +117,7 @@ def sticking_attempt(
     return Attempt(event.state, event.direction, event.elapsed, LONGEST_STEP)
 
 
-@kernel
+@kernel_by_type
 def advance_from(
     plant: Plant,
     course: AnyCourse,
@@ -186,6 +152,18 @@ def advance_from(
                 return state, course, fault
             flows = inflows(plant, course, state)
     return state, course, TOO_MANY_STEPS
+
+
+@version_for(FullMotion, advance_from)
+def _advance_from(
+    plant: Plant,
+    course: AnyCourse,
+    state: FullMotion,
+    flows: Inflows,  # noqa: ARG001
+    period: float,
+    tolerance: float,
+) -> tuple[FullMotion, AnyCourse, int]:
+    return advance_full(plant, course, state, period, tolerance)
 
 
 @kernel

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet
 from rodless_sim.faults import damaged
-from rodless_sim.physics import forces, heat, spool, supply, tubes
+from rodless_sim.physics import forces, full, heat, spool, supply, tubes
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
@@ -38,8 +38,9 @@ class Plant(NamedTuple):
     forces: tuple[Any, ...]  # constants of each of forces.FORCES
     supply_pressure: float  # Pa, absolute
     ambient_pressure: float  # Pa, absolute
-    heat: Any  # Heat, () where the chambers have no temperatures of their own
+    heat: Any  # Heat, () where the equations have no temperatures of the chambers
     drive: Any  # Drive, () where the spool follows the command at once
+    full: Any  # Full, () where no option needs the states of FullMotion
     ripple: Any  # Ripple, () where the supply is steady
     tubes: Any  # Tube, () where air from the valve arrives at once
 
@@ -47,6 +48,7 @@ class Plant(NamedTuple):
     def of(cls, parameters: ParameterSet) -> "Plant":
         """Return the constants for ``parameters``, those of a rig."""
         air, valve = Air.of(parameters), Valve.of(parameters)
+        further = full.of(parameters)
         plant = cls(
             air=air,
             valve=valve,
@@ -59,12 +61,18 @@ class Plant(NamedTuple):
             forces=forces.of(parameters),
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),
-            heat=heat.of(parameters),
+            heat=heat.balance(parameters) if further else heat.of(parameters),
             drive=spool.of(parameters),
+            full=further,
             ripple=supply.of(parameters),
             tubes=tubes.of(parameters),
         )
         return damaged(plant, parameters)
+
+    @property
+    def heated(self) -> bool:
+        """Whether the chambers have temperatures of their own."""
+        return bool(self.full.heated if self.full else self.heat)
 
 
 @kernel
@@ -84,6 +92,7 @@ def supplied(plant: Plant, pressure: float) -> Plant:
         plant.ambient_pressure,
         plant.heat,
         plant.drive,
+        plant.full,
         plant.ripple,
         plant.tubes,
     )

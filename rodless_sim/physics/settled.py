@@ -62,7 +62,7 @@ def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
 
 def settled_motion(plant: Plant, voltage: float, position: float) -> AnyMotion:
     """Return the state at rest at ``position`` (m) with the chambers settled at ``voltage`` (V)."""
-    if not plant.heat:
+    if not plant.heated:
         return Motion(position, 0.0, *settled_pressures(plant, voltage))
     return settled_air(plant, voltage, position)
 

@@ -106,6 +106,7 @@ class Memory(NamedTuple):
 
     spool: Any  # Spool, () where it is where the command says
     time: float  # s, since the start or the last reset
+    supply: float  # Pa, at the valve
     tubes: Any  # air_in_tubes.Tubes, () without any
 
 

@@ -9,8 +9,10 @@
 """The rig's states, each with unit and meaning: traces, records and docs follow from this list.
 
 A rig has the states that its options need. A plant whose chambers have temperatures of their own
-moves as :class:`HeatedMotion`; no other carries them along. Which of the two a state is, is known
-when the equations are compiled: what differs between them is a version of its own.
+moves as :class:`HeatedMotion`; one with an option that needs more than that as :class:`FullMotion`,
+which has the states of all of them. Which of the three a state is, is known when the equations are
+compiled: what differs between them is a version of its own. Which states of a full motion act is
+known when it runs: :mod:`rodless_sim.physics.full`.
 """
 
 from collections.abc import Sequence
@@ -26,6 +28,14 @@ PressureA = Annotated[float, "Pa", "absolute pressure in chamber A"]
 PressureB = Annotated[float, "Pa", "absolute pressure in chamber B"]
 TemperatureA = Annotated[float, "K", "temperature of the air in chamber A"]
 TemperatureB = Annotated[float, "K", "temperature of the air in chamber B"]
+BristleDeflection = Annotated[float, "m", "deflection of the bristles between carriage and bore"]
+PistonPosition = Annotated[float, "m", "position of the piston, 0 at chamber A's end"]
+PistonVelocity = Annotated[float, "m/s", "velocity of the piston, positive toward chamber B's end"]
+PistonBristleDeflection = Annotated[float, "m", "deflection of the bristles of the piston's seals"]
+Coupled = Annotated[float, "", "1 while the magnets hold piston and carriage together, else 0"]
+SupplyPressure = Annotated[float, "Pa", "absolute pressure of the supply at the valve"]
+ReceiverPressure = Annotated[float, "Pa", "absolute pressure in the compressor's receiver"]
+Compressor = Annotated[float, "", "1 while the compressor runs, else 0"]
 Voltage = Annotated[
     float, "V", "voltage that the valve follows: the command, or what a fault makes of it"
 ]
@@ -68,7 +78,30 @@ class HeatedMotion(NamedTuple):
     temperature_b: TemperatureB
 
 
-AnyMotion = Motion | HeatedMotion
+@documented
+class FullMotion(NamedTuple):
+    """:class:`Motion` of a rig with options that need further states.
+
+    It has those of all options. Of one that is off they stay where they do nothing.
+    """
+
+    position: Position
+    velocity: Velocity
+    pressure_a: PressureA
+    pressure_b: PressureB
+    temperature_a: TemperatureA
+    temperature_b: TemperatureB
+    bristle_deflection: BristleDeflection
+    piston_position: PistonPosition
+    piston_velocity: PistonVelocity
+    piston_bristle_deflection: PistonBristleDeflection
+    coupled: Coupled
+    supply_pressure: SupplyPressure
+    receiver_pressure: ReceiverPressure
+    compressor: Compressor
+
+
+AnyMotion = Motion | HeatedMotion | FullMotion
 
 
 @kernel_by_type
@@ -202,8 +235,7 @@ class HeatedState(NamedTuple):
 
 # What a state has behind its other fields where an option makes it a state of its own.
 FURTHER = {
-    "temperature_a": TemperatureA,
-    "temperature_b": TemperatureB,
+    **dict(list(FullMotion.__annotations__.items())[len(Motion._fields) :]),
     "spool_voltage": SpoolVoltage,
 }
 TEMPERATURES = ("temperature_a", "temperature_b")
@@ -223,6 +255,8 @@ def state_with(further: tuple[str, ...]) -> type[State]:
     fields = {**State.__annotations__, **{name: FURTHER[name] for name in further}}
     kind = cast(Any, NamedTuple)("State", list(fields.items()))
     kind.__doc__ = f"A :class:`State` that has {' and '.join(further)}, too."
+    if not set(SPOOL) <= {*further}:
+        kind.spool_voltage = State.spool_voltage
     # Pickle looks for a class by its name, which all of these share.
     kind.__reduce__ = lambda state: (_state_of, (further, tuple(state)))
     return cast(type[State], documented(kind))

@@ -22,7 +22,7 @@ from rodless_sim.physics.heat import NetInflow, enthalpy_capacity
 from rodless_sim.physics.lands import Edge, Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import restrictions
-from rodless_sim.physics.state import HeatedMotion
+from rodless_sim.physics.state import FullMotion, HeatedMotion
 
 NO_FLOW = Flow(0.0, 0.0, 0.0)
 
@@ -75,9 +75,11 @@ def stream(
 
 
 @kernel
-def from_supply(plant: Plant, inlet: Edge, pressure: float, temperature: float) -> Stream:
-    """Flow from the supply, side 1, into a chamber of ``pressure`` (Pa), ``temperature`` (K)."""
-    supply, air = plant.supply_pressure, plant.air
+def from_supply(
+    plant: Plant, supply: float, inlet: Edge, pressure: float, temperature: float
+) -> Stream:
+    """Flow from a ``supply`` (Pa), side 1, into a chamber of ``pressure``, ``temperature`` (K)."""
+    air = plant.air
     through, along = restrictions(plant, inlet, supply, pressure)
     return stream(air, through, along, air.temperature, temperature, supply >= pressure)
 
@@ -92,10 +94,10 @@ def to_atmosphere(plant: Plant, outlet: Edge, pressure: float, temperature: floa
 
 @kernel
 def net_stream(
-    plant: Plant, inlet: Edge, outlet: Edge, pressure: float, temperature: float
+    plant: Plant, supply: float, inlet: Edge, outlet: Edge, pressure: float, temperature: float
 ) -> NetInflow:
-    """Return what flows into a chamber: in from the supply, out to the atmosphere."""
-    inward = from_supply(plant, inlet, pressure, temperature)
+    """Return what flows into a chamber: in from the ``supply`` (Pa), out to the atmosphere."""
+    inward = from_supply(plant, supply, inlet, pressure, temperature)
     outward = to_atmosphere(plant, outlet, pressure, temperature)
     return NetInflow(
         inward.mass_flow - outward.mass_flow,
@@ -112,19 +114,23 @@ def net_stream(
 
 
 @kernel
-def stream_into_a(plant: Plant, lands: Lands, pressure: float, temperature: float) -> NetInflow:
+def stream_into_a(
+    plant: Plant, supply: float, lands: Lands, pressure: float, temperature: float
+) -> NetInflow:
     """Return what flows into chamber A: in through 1a, out through 5."""
     inlet = lands.opening if lands.forward else lands.closing
     outlet = lands.closing if lands.forward else lands.opening
-    return net_stream(plant, inlet, outlet, pressure, temperature)
+    return net_stream(plant, supply, inlet, outlet, pressure, temperature)
 
 
 @kernel
-def stream_into_b(plant: Plant, lands: Lands, pressure: float, temperature: float) -> NetInflow:
+def stream_into_b(
+    plant: Plant, supply: float, lands: Lands, pressure: float, temperature: float
+) -> NetInflow:
     """Return what flows into chamber B: in through 1b, out through 3."""
     inlet = lands.closing if lands.forward else lands.opening
     outlet = lands.opening if lands.forward else lands.closing
-    return net_stream(plant, inlet, outlet, pressure, temperature)
+    return net_stream(plant, supply, inlet, outlet, pressure, temperature)
 
 
 @kernel
@@ -136,7 +142,7 @@ def leak_out(plant: Plant, area: float, pressure: float, temperature: float) -> 
 
 
 @kernel
-def leak_across(plant: Plant, state: HeatedMotion) -> Stream:
+def leak_across(plant: Plant, state: HeatedMotion | FullMotion) -> Stream:
     """Flow from chamber A, side 1, to chamber B past the piston."""
     one, other = state.pressure_a, state.pressure_b
     through = orifice(plant.air, plant.leak.across, one, other)
@@ -181,10 +187,12 @@ def turned(across: Stream) -> Stream:
 
 
 @kernel
-def heated_supply_flow(plant: Plant, lands: Lands, state: HeatedMotion) -> float:
-    """Mass flow in kg/s that leaves the supply through edges 1a and 1b."""
+def heated_supply_flow(
+    plant: Plant, supply: float, lands: Lands, state: HeatedMotion | FullMotion
+) -> float:
+    """Mass flow in kg/s that leaves the ``supply`` (Pa) through edges 1a and 1b."""
     edge_a = lands.opening if lands.forward else lands.closing
     edge_b = lands.closing if lands.forward else lands.opening
-    a = from_supply(plant, edge_a, state.pressure_a, state.temperature_a)
-    b = from_supply(plant, edge_b, state.pressure_b, state.temperature_b)
+    a = from_supply(plant, supply, edge_a, state.pressure_a, state.temperature_a)
+    b = from_supply(plant, supply, edge_b, state.pressure_b, state.temperature_b)
     return a.mass_flow + b.mass_flow

@@ -14,13 +14,13 @@ with time is a difference over a small part of the step.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
 from rodless_sim.physics import course as valve_course
-from rodless_sim.physics import equations, integrator
+from rodless_sim.physics import equations, full_rates, full_step, integrator
 from rodless_sim.physics.air_in_tubes import (
     COLUMNS,
     FIRST_ROWS,
@@ -46,6 +46,7 @@ from rodless_sim.physics.air_in_tubes import (
 from rodless_sim.physics.course import ALPHA, GAMMA_1, GAMMA_2, GAMMA_3
 from rodless_sim.physics.cylinder import PressureRate, volume_a, volume_b
 from rodless_sim.physics.equations import Inflows, less_leaks, motion_rate, rates
+from rodless_sim.physics.full_rates import air_rates, supply_at_valve
 from rodless_sim.physics.heat import HeatedRate, NetInflow, enthalpy_capacity
 from rodless_sim.physics.heated import NetInflows
 from rodless_sim.physics.heated import less_leaks as less_heated_leaks
@@ -67,9 +68,9 @@ from rodless_sim.physics.integrator import (
 )
 from rodless_sim.physics.lands import AnyCourse, Arriving, Course, Lands, Timed
 from rodless_sim.physics.plant import Plant, supplied
-from rodless_sim.physics.ports import Inflow, openings
+from rodless_sim.physics.ports import Inflow, openings, supply_flow
 from rodless_sim.physics.spool import AnySpool, Drive, Memory, spool_voltage, starting_spool, swung
-from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion, moved
+from rodless_sim.physics.state import AnyMotion, FullMotion, HeatedMotion, Motion, moved
 from rodless_sim.physics.supply import longest_step, rippled
 
 # Of a step: for the rates' change with time.
@@ -80,6 +81,29 @@ SMALL = 1e-3
 def now_supplied(plant: Plant, time: float) -> Plant:
     """Return the plant with its supply's pressure at ``time`` (s)."""
     return supplied(plant, rippled(plant.ripple, plant.supply_pressure, time))
+
+
+@kernel_by_type
+def fed_by(
+    plant: Plant,
+    after: AnyMotion,  # noqa: ARG001
+    supply: float,  # noqa: ARG001
+    time: float,
+    share: float,  # noqa: ARG001
+) -> Plant:
+    """Return the plant with the supply as it is at the valve at ``time`` (s).
+
+    A supply that is a state goes straight from ``supply`` (Pa) to what it is ``after`` a step.
+    """
+    return now_supplied(plant, time)
+
+
+@version_for(FullMotion, fed_by)
+def _fed_by(plant: Plant, after: FullMotion, supply: float, time: float, share: float) -> Plant:
+    now = now_supplied(plant, time)
+    if not plant.full.supply.acting:
+        return now
+    return supplied(plant, supply + share * (supply_at_valve(now, after) - supply))
 
 
 @kernel_by_type
@@ -102,16 +126,16 @@ def _lands_at(plant: Plant, valve: Course, elapsed: float) -> Lands:
 def tubes_opened(
     plant: Plant,  # noqa: ARG001
     tubes: tuple[()],
-    time: float,  # noqa: ARG001
+    supply: float,  # noqa: ARG001
     lands: Lands,  # noqa: ARG001
 ) -> tuple[()]:
-    """Return the tubes once the valve's openings are ``lands`` at ``time`` (s)."""
+    """Return the tubes once the valve's openings are ``lands``, with the ``supply`` (Pa) there."""
     return tubes
 
 
 @version_for(Tubes, tubes_opened)
-def _tubes_opened(plant: Plant, tubes: Tubes, time: float, lands: Lands) -> Tubes:
-    now = now_supplied(plant, time)
+def _tubes_opened(plant: Plant, tubes: Tubes, supply: float, lands: Lands) -> Tubes:
+    now = supplied(plant, supply)
     a, b = opened(now, lands, False, tubes.a), opened(now, lands, True, tubes.b)
     row = tubes.history[tubes.count - 1]
     row[A + 2], row[B + 2] = a.flow, b.flow
@@ -220,7 +244,18 @@ def arrived(plant: Plant, state: Motion, a: float, b: float) -> Inflows:
 
 
 @version_for(HeatedMotion, arrived)
-def _arrived(plant: Plant, state: HeatedMotion, a: float, b: float) -> NetInflows:
+def _heated_arrived(plant: Plant, state: HeatedMotion, a: float, b: float) -> NetInflows:
+    return warm_arrived(plant, state, a, b)
+
+
+@version_for(FullMotion, arrived)
+def _full_arrived(plant: Plant, state: FullMotion, a: float, b: float) -> NetInflows:
+    return warm_arrived(plant, state, a, b)
+
+
+@kernel
+def warm_arrived(plant: Plant, state: HeatedMotion | FullMotion, a: float, b: float) -> NetInflows:
+    """:func:`arrived` at chambers that have temperatures."""
     flows = NetInflows(
         warm_inflow(plant, a, state.temperature_a), warm_inflow(plant, b, state.temperature_b)
     )
@@ -249,64 +284,71 @@ def _arriving_inflows(plant: Plant, course: Arriving, state: AnyMotion) -> objec
 def tubes_after(
     plant: Plant,  # noqa: ARG001
     tubes: tuple[()],
-    valve: AnyCourse,  # noqa: ARG001
-    time: float,  # noqa: ARG001
+    course: Timed,  # noqa: ARG001
     step: float,  # noqa: ARG001
     after: AnyMotion,  # noqa: ARG001
 ) -> tuple[()]:
-    """Return the tubes after a step from ``time`` to the state ``after``."""
+    """Return the tubes after a step along ``course`` to the state ``after``."""
     return tubes
 
 
 @version_for(Tubes, tubes_after)
-def _tubes_after(
-    plant: Plant, tubes: Tubes, valve: AnyCourse, time: float, step: float, after: AnyMotion
-) -> Tubes:
-    return fed(plant, tubes, valve, time, step, after)
+def _tubes_after(plant: Plant, tubes: Tubes, course: Timed, step: float, after: AnyMotion) -> Tubes:
+    return fed(plant, tubes, course, step, after)
 
 
 @outlined_kernel
-def fed(
-    plant: Plant, tubes: Tubes, valve: AnyCourse, time: float, step: float, after: AnyMotion
-) -> Tubes:
+def fed(plant: Plant, tubes: Tubes, course: Timed, step: float, after: AnyMotion) -> Tubes:
     """Let the valve feed the tubes for ``step`` s, in parts."""
+    time, valve, start_a, start_b = course.time, course.valve, tubes.a, tubes.b
     level_a, stiff_a, level_b, stiff_b = levels(plant, tubes, time + step, after)
-    start_a, start_b = tubes.a, tubes.b
     wanted = max(parts_of(start_a, step), parts_of(start_b, step))
     wanted = max(wanted, step / (LARGEST_SHARE * plant.tubes.delay), step / valve_time(plant))
     parts = int(min(wanted, MOST_PARTS - 1)) + 1
     length = step / parts
     for part in range(parts):
-        begun, share = part * length, (part + 1) / parts
-        now = now_supplied(plant, time + begun + SDIRK * length)
-        then = now_supplied(plant, time + begun + length)
-        middle = lands_at(plant, valve, begun + SDIRK * length)
-        last = lands_at(plant, valve, begun + length)
-        a = filled(
-            now,
-            then,
-            middle,
-            last,
-            False,
-            tubes.a,
-            start_a.level + share * (level_a - start_a.level),
-            start_a.stiffness + share * (stiff_a - start_a.stiffness),
-            length,
-        )
-        b = filled(
-            now,
-            then,
-            middle,
-            last,
-            True,
-            tubes.b,
-            start_b.level + share * (level_b - start_b.level),
-            start_b.stiffness + share * (stiff_b - start_b.stiffness),
-            length,
-        )
-        tubes = noted(tubes, time + share * step if part + 1 < parts else time + step, a, b)
+        early, late = (part + SDIRK) / parts, (part + 1) / parts
+        now = fed_by(plant, after, course.supply, time + early * step, early)
+        then = fed_by(plant, after, course.supply, time + late * step, late)
+        middle, last = lands_at(plant, valve, early * step), lands_at(plant, valve, late * step)
+        level = start_a.level + late * (level_a - start_a.level)
+        stiff = start_a.stiffness + late * (stiff_a - start_a.stiffness)
+        a = filled(now, then, middle, last, False, tubes.a, level, stiff, length)
+        level = start_b.level + late * (level_b - start_b.level)
+        stiff = start_b.stiffness + late * (stiff_b - start_b.stiffness)
+        b = filled(now, then, middle, last, True, tubes.b, level, stiff, length)
+        tubes = noted(tubes, time + step if part + 1 == parts else time + late * step, a, b)
     since = time + step - plant.tubes.delay
     return Tubes(tubes.history, tubes.count, row_at(tubes, since, False), tubes.a, tubes.b)
+
+
+@kernel_by_type
+def piston_of(plant: Plant, state: AnyMotion) -> tuple[float, float]:  # noqa: ARG001
+    """Return position (m) and velocity (m/s) of the piston."""
+    return state.position, state.velocity
+
+
+@version_for(FullMotion, piston_of)
+def _piston_of(plant: Plant, state: FullMotion) -> tuple[float, float]:
+    if plant.full.coupling.magnetic:
+        return state.piston_position, state.piston_velocity
+    return state.position, state.velocity
+
+
+@kernel_by_type
+def pressures_change(plant: Plant, state: AnyMotion, a: float, b: float) -> tuple[float, float]:
+    """Return dP/dt (Pa/s) of both chambers where ``a`` and ``b`` (kg/s) come out of the tubes."""
+    flows = arrived(plant, state, a, b)
+    first, second = equations.pressure_rates(plant, state, flows, state.velocity)
+    rate = motion_rate(0.0, 0.0, first, second)
+    return rate.pressure_a, rate.pressure_b
+
+
+@version_for(FullMotion, pressures_change)
+def _pressures_change(plant: Plant, state: FullMotion, a: float, b: float) -> tuple[float, float]:
+    position, velocity = piston_of(plant, state)
+    rates_of_air = air_rates(plant, arrived(plant, state, a, b), state, position, velocity)
+    return rates_of_air[0], rates_of_air[1]
 
 
 @kernel
@@ -318,15 +360,14 @@ def levels(
     row = row_at(tubes, time - delay, False)
     mass_a, a = hermite(tubes.history, row, A, time - delay)
     mass_b, b = hermite(tubes.history, row, B, time - delay)
-    flows = arrived(plant, state, a, b)
-    first, second = equations.pressure_rates(plant, state, flows, state.velocity)
-    rate = motion_rate(0.0, 0.0, first, second)
-    stiff_a = stiffness(plant.air, volume_a(plant.cylinder, state.position))
-    stiff_b = stiffness(plant.air, volume_b(plant.cylinder, state.position))
+    rate_a, rate_b = pressures_change(plant, state, a, b)
+    position, _ = piston_of(plant, state)
+    stiff_a = stiffness(plant.air, volume_a(plant.cylinder, position))
+    stiff_b = stiffness(plant.air, volume_b(plant.cylinder, position))
     return (
-        state.pressure_a + delay * (rate.pressure_a - stiff_a * a) - stiff_a * mass_a,
+        state.pressure_a + delay * (rate_a - stiff_a * a) - stiff_a * mass_a,
         stiff_a,
-        state.pressure_b + delay * (rate.pressure_b - stiff_b * b) - stiff_b * mass_b,
+        state.pressure_b + delay * (rate_b - stiff_b * b) - stiff_b * mass_b,
         stiff_b,
     )
 
@@ -354,13 +395,13 @@ def _spool_time(drive: Drive) -> float:
 @version_for(Memory, valve_course.course_at)
 def _course_at(plant: Plant, memory: Memory, voltage: float) -> Timed:
     valve = valve_course.course_at(plant, memory.spool, voltage)
-    tubes = tubes_opened(plant, memory.tubes, memory.time, lands_at(plant, valve, 0.0))
-    return Timed(memory.time, valve, tubes)
+    tubes = tubes_opened(plant, memory.tubes, memory.supply, lands_at(plant, valve, 0.0))
+    return Timed(memory.time, memory.supply, valve, tubes)
 
 
 @version_for(Timed, valve_course.spool_of)
 def _spool_of(course: Timed) -> Memory:
-    return Memory(valve_course.spool_of(course.valve), course.time, course.tubes)
+    return Memory(valve_course.spool_of(course.valve), course.time, course.supply, course.tubes)
 
 
 @version_for(Timed, valve_course.step_on)
@@ -371,9 +412,10 @@ def _step_on(plant: Plant, course: Timed, step: float) -> float:
 
 @version_for(Timed, valve_course.course_after)
 def _course_after(plant: Plant, course: Timed, elapsed: float, after: AnyMotion) -> Timed:
-    tubes = tubes_after(plant, course.tubes, course.valve, course.time, elapsed, after)
+    tubes = tubes_after(plant, course.tubes, course, elapsed, after)
     valve = valve_course.course_after(plant, course.valve, elapsed, after)
-    return Timed(course.time + elapsed, valve, tubes)
+    time = course.time + elapsed
+    return Timed(time, supply_at_valve(now_supplied(plant, time), after), valve, tubes)
 
 
 @version_for(Timed, equations.inflows)
@@ -436,6 +478,84 @@ def staged_in_time(
     return after, error_size(moved(moved(moved(u1, u1, E1 - 1.0), u2, E2), u3, E3))
 
 
+# For full_step.
+
+
+class Instant(NamedTuple):
+    """What lets air into the chambers at one instant, and the supply then."""
+
+    supply: float  # Pa, plant.supply_pressure then
+    inlet: Any  # Lands or Arriving
+    drawn: float  # kg/s from the supply, where there are tubes
+
+
+class Spanned(NamedTuple):
+    """A course for one step of known length."""
+
+    course: Timed
+    step: float  # s
+    arriving: Any  # Windows, () without tubes
+    drawn: float  # kg/s
+
+
+@version_for(Timed, full_step.spanned)
+def _spanned(plant: Plant, course: Timed, step: float) -> Spanned:
+    arriving = windows(plant, course.tubes, course.time, step)
+    return Spanned(course, step, arriving, drawn_by(plant, course.tubes, course))
+
+
+@version_for(Spanned, full_step.openings_after)
+def _openings_after(plant: Plant, course: Spanned, elapsed: float) -> Instant:
+    supply = rippled(plant.ripple, plant.supply_pressure, course.course.time + elapsed)
+    inlet = within(plant, course.arriving, course.course.valve, course.step, elapsed / course.step)
+    return Instant(supply, inlet, course.drawn)
+
+
+@version_for(Spanned, full_step.openings_beside)
+def _openings_beside(plant: Plant, course: Spanned) -> tuple[Instant, float]:
+    near = SMALL * course.step
+    return full_step.openings_after(plant, course, near), 1.0 / near
+
+
+@version_for(Instant, full_rates.as_supplied)
+def _as_supplied(plant: Plant, lands: Instant) -> Plant:
+    return supplied(plant, lands.supply)
+
+
+@version_for(Instant, equations.inflows)
+def _instant_inflows(plant: Plant, course: Instant, state: AnyMotion) -> object:
+    return equations.inflows(plant, course.inlet, state)
+
+
+@version_for(Instant, full_rates.drawn_flow)
+def _drawn_flow(plant: Plant, lands: Instant, state: FullMotion) -> float:
+    return drawn_through(plant, lands.inlet, state, lands.drawn)
+
+
+@kernel_by_type
+def drawn_through(plant: Plant, inlet: Lands, state: FullMotion, drawn: float) -> float:  # noqa: ARG001
+    """Return what the supply gives (kg/s): what passes the valve, which tubes know already."""
+    return full_rates.drawn_flow(plant, inlet, state)
+
+
+@version_for(Arriving, drawn_through)
+def _drawn_through(plant: Plant, inlet: Arriving, state: FullMotion, drawn: float) -> float:  # noqa: ARG001
+    return drawn
+
+
+@kernel_by_type
+def drawn_by(plant: Plant, tubes: tuple[()], course: Timed) -> float:  # noqa: ARG001
+    """Return what the tubes' ends draw from the supply at the start of a step, kg/s."""
+    return 0.0
+
+
+@version_for(Tubes, drawn_by)
+def _drawn_by(plant: Plant, tubes: Tubes, course: Timed) -> float:
+    lands = lands_at(plant, course.valve, 0.0)
+    now = supplied(plant, course.supply)
+    return supply_flow(now, lands, tubes.a.pressure, tubes.b.pressure)
+
+
 # What valve and tubes remember, at the start.
 
 
@@ -448,7 +568,8 @@ def memory_of(plant: Plant, motion: AnyMotion, voltage: float, time: float = 0.0
     spool = starting_spool(plant.drive, voltage)
     if plant.ripple == () and plant.tubes == ():
         return spool
-    return Memory(spool, time, resting_tubes(plant, motion, time) if plant.tubes else ())
+    supply = float(supply_at_valve(now_supplied(plant, time), motion))
+    return Memory(spool, time, supply, resting_tubes(plant, motion, time) if plant.tubes else ())
 
 
 def resting_tubes(plant: Plant, motion: AnyMotion, time: float) -> Tubes:

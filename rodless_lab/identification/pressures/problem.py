@@ -173,7 +173,7 @@ class Problem:
         first = [run.pressure_a[:count].mean(), run.pressure_b[:count].mean()]
         self.supply = float(run.supply_pressure.mean())
         self._shapes = slice(len(unknowns), len(unknowns) + ERRORS)
-        heat = self._plant.heat
+        heat = self._plant.heat if self._plant.heated else ()
         warm = [heat.wall_temperature] * 2 if heat else []
         self._temperatures = slice(self._shapes.stop, self._shapes.stop + len(warm))
         expected = [0.0] * ERRORS + warm
