@@ -178,6 +178,13 @@ def damaged(plant: "Plant", parameters: ParameterSet) -> "Plant":
     if parameters["fault.carriage.decoupled"]:
         full = full._replace(coupling=full.coupling._replace(broken=True))
     supply, ambient = plant.supply_pressure, plant.ambient_pressure
+    # Not P_e + (1 - loss)(P_s - P_e): without loss, the supply's pressure has its own bits.
+    left = supply - loss * (supply - ambient)
+    ripple = plant.ripple
+    if full:
+        full = full._replace(supply=full.supply._replace(set_pressure=left, loss=loss))
+    if ripple:
+        ripple = ripple._replace(amplitude=(1.0 - loss) * ripple.amplitude)
     return plant._replace(
         leak=leak._replace(
             open=leak.open or across + a + b > 0.0,
@@ -186,9 +193,9 @@ def damaged(plant: "Plant", parameters: ParameterSet) -> "Plant":
             b=leak.b + b,
         ),
         cylinder=cylinder._replace(locked=cylinder.locked or seized),
+        supply_pressure=left,
         full=full,
-        # Not P_e + (1 - loss)(P_s - P_e): without loss, the supply's pressure has its own bits.
-        supply_pressure=supply - loss * (supply - ambient),
+        ripple=ripple,
     )
 
 

@@ -29,16 +29,22 @@ from rodless_sim.physics import (
     friction,
     heat,
     leak,
+    sagging_supply,
     spool,
+    supply,
+    tubes,
     valve,
     valve_assembly,
 )
 
 DECLARATIONS = collect(
     air.PARAMETERS,
+    supply.PARAMETERS,
+    sagging_supply.PARAMETERS,
     valve_assembly.PARAMETERS,
     valve.PARAMETERS,
     spool.PARAMETERS,
+    tubes.PARAMETERS,
     flow_law.PARAMETERS,
     command.PARAMETERS,
     cylinder_series.PARAMETERS,
@@ -110,7 +116,18 @@ class RigParameters(ParameterSet):
             *friction.FORMS,
             *forces.FORCES,
         )
-        things = (air, valve, friction, cylinder_series, cylinder, coupling, faults, frames)
+        things = (
+            air,
+            supply,
+            sagging_supply,
+            valve,
+            friction,
+            cylinder_series,
+            cylinder,
+            coupling,
+            faults,
+            frames,
+        )
         for thing in (*things, *sockets):
             if hasattr(thing, "check"):
                 thing.check(self)

@@ -32,7 +32,7 @@ from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_motion
-from rodless_sim.physics.spool import AnySpool, Spool, spool_voltage, starting_spool
+from rodless_sim.physics.spool import AnySpool, place_of, spool_in, with_spool
 from rodless_sim.physics.state import (
     TEMPERATURES,
     AnyMotion,
@@ -43,6 +43,8 @@ from rodless_sim.physics.state import (
     state_with,
 )
 from rodless_sim.physics.streams import heated_supply_flow
+from rodless_sim.physics.supply import rippled
+from rodless_sim.physics.timed import copied, memory_of
 from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
@@ -230,9 +232,16 @@ def supply_at_valve(plant: Plant, motion: AnyMotion) -> float:
     return plant.supply_pressure
 
 
+def at_time(plant: Plant, time: float) -> Plant:
+    """Return the plant with its supply as it is at ``time`` (s)."""
+    if not plant.ripple:
+        return plant
+    return plant._replace(supply_pressure=rippled(plant.ripple, plant.supply_pressure, time))
+
+
 def kinds_of(plant: Plant) -> tuple[bool, ...]:
     """Return what decides which version of the equations a plant has."""
-    return bool(plant.heat), bool(plant.drive), bool(plant.full)
+    return tuple(map(bool, (plant.heat, plant.drive, plant.full, plant.ripple, plant.tubes)))
 
 
 class Rig:
@@ -278,10 +287,10 @@ class Rig:
         self._player = None if played is None else ScenarioPlayer(played, given)
         self._take(given)
         self._sampling: Sampling | None = None
-        self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 0.0, 0.0))
-        self._spool = self._resting_spool(self._plant.valve.closed_voltage)
-        self._specialise()
         self._nanoseconds = 0
+        self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 1.0, 1.0))
+        self._spool = self._remembered(self._motion, self._plant.valve.closed_voltage)
+        self._specialise()
         self.reset()
 
     def _take(self, parameters: RigParameters) -> None:
@@ -293,8 +302,8 @@ class Rig:
             advance_at_voltage, self._plant, self._spool, 0.0, self._motion, 0.0, 1.0
         )
 
-    def _resting_spool(self, voltage: float) -> AnySpool:
-        return starting_spool(self._plant.drive, voltage)
+    def _remembered(self, motion: AnyMotion, voltage: float) -> AnySpool:
+        return memory_of(self._plant, motion, voltage, self._nanoseconds * SECONDS_PER_NANOSECOND)
 
     def __repr__(self) -> str:
         """Show time, position and velocity, and the parameters."""
@@ -351,17 +360,26 @@ class Rig:
         self._take(parameters)
         try:
             self._motion = with_states_of(self._plant, self._motion)
-            if bool(self._spool) != bool(self._plant.drive):
-                self._spool = self._resting_spool(self._voltage)
-                self._commands = Commands(self._voltage)
-            if kinds_of(self._plant) != kinds_of(before["_plant"]):
-                self._specialise()
+            self._remember_anew(before["_plant"])
             self._apply(self._voltage, self._motion, self._spool, self._commands, 0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
         except BaseException:
             vars(self).update(before)
             raise
+
+    def _remember_anew(self, before: Plant) -> None:
+        """Have valve and tubes remember what those of this plant can, after another one."""
+        plant = self._plant
+        if kinds_of(plant) == kinds_of(before):
+            return
+        spool = spool_in(self._spool)
+        self._spool = self._remembered(self._motion, self._voltage)
+        if bool(spool) == bool(plant.drive):
+            self._spool = with_spool(self._spool, spool)
+        else:
+            self._commands = Commands(self._voltage)
+        self._specialise()
 
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
@@ -388,6 +406,7 @@ class Rig:
             dead_time = self._plant.drive.dead_time
             pieces, commands = commands.during(voltage, now, span, dead_time)
         tolerance = self._parameters.number("time.tolerance")
+        spool = copied(spool)
         for arrived, length in pieces:
             seconds = length * SECONDS_PER_NANOSECOND
             motion, spool, flow_a, flow_b, fault = self._advance(
@@ -396,7 +415,7 @@ class Rig:
             if fault:
                 raise simulation_error(fault, now * SECONDS_PER_NANOSECOND, motion, spool)
         self._voltage, self._motion, self._commands = voltage, motion, commands
-        self._spool = Spool(*spool) if spool else ()
+        self._spool = spool
         self._flow_a, self._flow_b = flow_a, flow_b
 
     def reset(
@@ -436,7 +455,8 @@ class Rig:
         if given is not self._parameters:
             self._take(given)
         closed = self._plant.valve.closed_voltage
-        self._apply(closed, motion, self._resting_spool(closed), Commands(closed), 0)
+        memory = memory_of(self._plant, motion, closed)
+        self._apply(closed, motion, memory, Commands(closed), 0)
         self._nanoseconds = 0
         if self._player is not None:
             self._player.restart()
@@ -514,7 +534,8 @@ class Rig:
     def truth(self) -> Measurement:
         """What instruments without errors would read now."""
         position, _, pressure_a, pressure_b = self._motion[: len(Motion._fields)]
-        supply = supply_at_valve(self._plant, self._motion)
+        plant = at_time(self._plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
+        supply = supply_at_valve(plant, self._motion)
         return Measurement(self._nanoseconds, position, pressure_a, pressure_b, supply)
 
     @property
@@ -536,8 +557,14 @@ class Rig:
     def free_air_flow(self) -> float:
         """Air taken from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
         plant, motion = self._plant, self._motion
+        plant = at_time(plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
         lands = openings(plant, self.state.spool_voltage)
-        if isinstance(motion, HeatedMotion | FullMotion):
+        if plant.tubes:
+            tubes = self._spool.tubes
+            supply = supply_at_valve(plant, motion)
+            plant = plant._replace(supply_pressure=supply)
+            mass_flow = supply_flow(plant, lands, tubes.a.pressure, tubes.b.pressure)
+        elif isinstance(motion, HeatedMotion | FullMotion):
             supply = supply_at_valve(plant, motion)
             mass_flow = heated_supply_flow(plant, supply, lands, motion)
         else:
@@ -552,7 +579,8 @@ class Rig:
         force = self._plant.cylinder.piston_area * (motion.pressure_a - motion.pressure_b)
         time = self._nanoseconds * SECONDS_PER_NANOSECOND
         position, velocity, pressure_a, pressure_b, *further = shown_of(self._plant, motion)
-        spool = [float(spool_voltage(self._spool))] if self._spool else []
+        place = place_of(self._spool)
+        spool = [] if place is None else [place]
         return state_with(further_of(self._plant))(
             time,
             position,
@@ -621,11 +649,12 @@ def simulate(
         rig = Rig(parameters, scenario)
         rig.reset(position, pressures, temperatures)
         return _stepped(rig, commands, span)
+    start = starting_motion(plant, parameters, position, pressures, temperatures)
     rows, state, spool, done, fault = run_open_loop(
         plant,
         commands,
-        starting_motion(plant, parameters, position, pressures, temperatures),
-        starting_spool(plant.drive, plant.valve.closed_voltage),
+        start,
+        memory_of(plant, start, plant.valve.closed_voltage),
         span,
         parameters.number("time.tolerance"),
         len(columns_of(plant)),

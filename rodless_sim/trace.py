@@ -19,7 +19,7 @@ from rodless_sim.physics import full
 from rodless_sim.physics.course import course_at, spool_of
 from rodless_sim.physics.dead_time import advance_period, arriving
 from rodless_sim.physics.equations import Inflows, inflows
-from rodless_sim.physics.lands import AnyCourse, Course
+from rodless_sim.physics.lands import AnyCourse, Course, Timed
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.spool import AnySpool, spool_voltage
 from rodless_sim.physics.state import (
@@ -194,6 +194,11 @@ def record_spool(course: AnyCourse, row: Array) -> None:
 @version_for(Course, record_spool)
 def _record_spool(course: Course, row: Array) -> None:
     row[row.size - 1] = spool_voltage(course.spool)
+
+
+@version_for(Timed, record_spool)
+def _record_timed_spool(course: Timed, row: Array) -> None:
+    record_spool(course.valve, row)
 
 
 @outlined_kernel

@@ -48,8 +48,9 @@ from rodless_sim.physics.dead_time import advance_period, arriving
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import simulation_error
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.spool import AnySpool, starting_spool
+from rodless_sim.physics.spool import AnySpool
 from rodless_sim.physics.state import AnyMotion
+from rodless_sim.physics.timed import memory_of
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.scenario import AnyScenario
@@ -420,7 +421,7 @@ class Loop:
             self._limits,
             self.references,
             start,
-            starting_spool(plant.drive, plant.valve.closed_voltage),
+            memory_of(plant, start, plant.valve.closed_voltage),
             rig_parameters.number("time.tolerance"),
             self._span,
             len(columns_of(plant)),

@@ -32,6 +32,7 @@ from rodless_sim.physics.full_rates import supply_at_valve
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.sources import JUDGEMENT, PAPER
 from rodless_sim.physics.state import AnyMotion
+from rodless_sim.physics.timed import now_supplied
 from rodless_sim.trace import Trace
 
 Array = npt.NDArray[np.float64]
@@ -208,7 +209,7 @@ class Lags(NamedTuple):
 @kernel
 def truth(plant: Plant, stamp: int, state: AnyMotion) -> Measurement:
     """Return what instruments without errors would read at ``stamp`` (ns)."""
-    supply = supply_at_valve(plant, state)
+    supply = supply_at_valve(now_supplied(plant, stamp * SECONDS_PER_NANOSECOND), state)
     return Measurement(stamp, state.position, state.pressure_a, state.pressure_b, supply)
 
 

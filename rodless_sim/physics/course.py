@@ -147,24 +147,34 @@ def _spool_of(course: Course) -> Spool:
 
 
 @kernel_by_type
-def step_on(course: AnyCourse, step: float) -> float:  # noqa: ARG001
+def step_on(plant: Plant, course: AnyCourse, step: float) -> float:  # noqa: ARG001
     """Return the longest step in s, up to ``step``, that the course allows."""
     return step
 
 
 @version_for(Course, step_on)
-def _step_on(course: Course, step: float) -> float:
+def _step_on(plant: Plant, course: Course, step: float) -> float:  # noqa: ARG001
     return min(step, course.horizon)
 
 
 @kernel_by_type
-def course_after(plant: Plant, course: AnyCourse, elapsed: float) -> AnyCourse:  # noqa: ARG001
-    """Return the course from ``elapsed`` s later on."""
+def course_after(
+    plant: Plant,  # noqa: ARG001
+    course: AnyCourse,
+    elapsed: float,  # noqa: ARG001
+    after: AnyMotion,  # noqa: ARG001
+) -> AnyCourse:
+    """Return the course from ``elapsed`` s later on, when the rig is in the state ``after``."""
     return course
 
 
 @version_for(Course, course_after)
-def _course_after(plant: Plant, course: Course, elapsed: float) -> Course:
+def _course_after(
+    plant: Plant,
+    course: Course,
+    elapsed: float,
+    after: AnyMotion,  # noqa: ARG001
+) -> Course:
     if course.spool.speed == 0.0 and course.spool.place == course.spool.target:
         return course
     spool = swung(plant.drive, course.spool, elapsed)

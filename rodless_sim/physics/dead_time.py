@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
-from rodless_base.kernels import kernel_by_type, version_for
+from rodless_base.kernels import kernel, kernel_by_type, version_for
 from rodless_sim.physics.course import course_at, spool_of
 from rodless_sim.physics.equations import Inflows, inflows
-from rodless_sim.physics.lands import AnyCourse, Course
+from rodless_sim.physics.lands import AnyCourse, Course, Timed
 from rodless_sim.physics.motion import advance_from
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.spool import Drive
@@ -72,6 +72,30 @@ def advance_period(
     return advance_from(plant, course, state, flows, period * SECONDS_PER_NANOSECOND, tolerance)
 
 
+@kernel_by_type
+def until_arrival(drive: tuple[()], period: int) -> int:  # noqa: ARG001
+    """Return how long after the start of a period (ns) a command arrives within it."""
+    return 0
+
+
+@version_for(Drive, until_arrival)
+def _until_arrival(drive: Drive, period: int) -> int:
+    return drive.dead_time % period
+
+
+@version_for(Timed, advance_period)
+def _advance_timed_period(
+    plant: Plant,
+    course: Timed,
+    state: AnyMotion,
+    flows: Inflows,
+    arrivals: tuple[float, float],
+    period: int,
+    tolerance: float,
+) -> tuple[AnyMotion, AnyCourse, int]:
+    return in_two_parts(plant, course, state, flows, arrivals, period, tolerance)
+
+
 @version_for(Course, advance_period)
 def _advance_period(
     plant: Plant,
@@ -82,10 +106,24 @@ def _advance_period(
     period: int,
     tolerance: float,
 ) -> tuple[AnyMotion, AnyCourse, int]:
+    return in_two_parts(plant, course, state, flows, arrivals, period, tolerance)
+
+
+@kernel
+def in_two_parts(
+    plant: Plant,
+    course: AnyCourse,
+    state: AnyMotion,
+    flows: Inflows,
+    arrivals: tuple[float, float],
+    period: int,
+    tolerance: float,
+) -> tuple[AnyMotion, AnyCourse, int]:
+    """:func:`advance_period`, cut where a command arrives within it."""
     early, late = arrivals
     if early == late:
         return advance_from(plant, course, state, flows, period * SECONDS_PER_NANOSECOND, tolerance)
-    first = plant.drive.dead_time % period
+    first = until_arrival(plant.drive, period)
     state, passed, fault = advance_from(
         plant, course, state, flows, first * SECONDS_PER_NANOSECOND, tolerance
     )

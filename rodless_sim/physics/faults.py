@@ -13,7 +13,7 @@ import math
 from rodless_base.kernels import kernel_by_type
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.spool import AnySpool, spool_voltage
+from rodless_sim.physics.spool import AnySpool, place_of
 from rodless_sim.physics.state import AnyMotion, FullMotion, HeatedMotion, Motion
 
 SOUND = 0
@@ -87,8 +87,9 @@ def simulation_error(
     air = f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa"
     if isinstance(state, HeatedMotion | FullMotion):
         air += f", temperatures {state.temperature_a:g} and {state.temperature_b:g} K"
-    if spool:
-        air += f", spool at {spool_voltage(spool):g} V"
+    place = place_of(spool)
+    if place is not None:
+        air += f", spool at {place:g} V"
     return SimulationError(
         f"after {time:g} s: {what} (position {state.position:g} m, "
         f"velocity {state.velocity:g} m/s, {air}); {advice}"

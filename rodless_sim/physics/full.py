@@ -21,6 +21,7 @@ from rodless_sim.physics.bristles import Bristles
 from rodless_sim.physics.coupling import Coupling
 from rodless_sim.physics.drift import Drift
 from rodless_sim.physics.heat import ENERGY_BALANCE
+from rodless_sim.physics.sagging_supply import Supply
 from rodless_sim.physics.state import DRIFTS, FURTHER, TEMPERATURES, FullMotion, Motion
 
 STATES = FullMotion._fields
@@ -33,6 +34,7 @@ class Full(NamedTuple):
     bristles: Bristles
     coupling: Coupling
     drift: Drift
+    supply: Supply
     # Places of states in FullMotion, in its order; what is behind the first ``…_count`` is filler.
     moving: tuple[int, ...]  # those that have a rate
     moving_count: int
@@ -43,8 +45,8 @@ class Full(NamedTuple):
 def of(parameters: ParameterSet) -> Full | tuple[()]:
     """Return the constants for ``parameters``; none where no option needs further states."""
     bristles, coupling = Bristles.of(parameters), Coupling.of(parameters)
-    drift = Drift.of(parameters)
-    if not (bristles.acting or coupling.magnetic or drift.acting):
+    drift, supply = Drift.of(parameters), Supply.of(parameters)
+    if not (bristles.acting or coupling.magnetic or drift.acting or supply.acting):
         return ()
     heated = parameters.text("chambers.thermodynamics") == ENERGY_BALANCE
     moving = [*Motion._fields]
@@ -61,13 +63,18 @@ def of(parameters: ParameterSet) -> Full | tuple[()]:
             moving.append("piston_bristle_deflection")
     if drift.acting:
         stepping += DRIFTS
+    if supply.sags:
+        moving.append("supply_pressure")
+    if supply.compressor:
+        moving.append("receiver_pressure")
+        stepping.append("compressor")
     shown = [name for name in (*moving, *stepping) if name in FURTHER]
-    return Full(heated, bristles, coupling, drift, *_places(moving), *_places(shown))
+    return Full(heated, bristles, coupling, drift, supply, *_places(moving), *_places(shown))
 
 
 def _places(names: list[str]) -> tuple[tuple[int, ...], int]:
     """Return the places of the states ``names``, in order and filled up, and their number."""
-    places = sorted(STATES.index(name) for name in names)
+    places = sorted(STATES.index(name) for name in {*names})
     return (*places, *[0] * (len(STATES) - len(places))), len(places)
 
 

@@ -21,6 +21,7 @@ import numpy.typing as npt
 from rodless_base.kernels import kernel
 from rodless_sim.physics.end_stop import rebound
 from rodless_sim.physics.full_numbers import (
+    COMPRESSOR,
     COUPLED,
     PISTON_POSITION,
     PISTON_VELOCITY,
@@ -41,6 +42,7 @@ PAST = 1e-6  # N
 # What counts as much as 1 N in a margin.
 NEWTON_SPEED = 1e-3  # m/s
 NEWTON_GAP = 1e-3  # m
+NEWTON_PRESSURE = 2e3  # Pa
 
 # So small a margin is the event itself.
 NEAR = 1e-9
@@ -62,6 +64,7 @@ class Margins(NamedTuple):
     carriage_cap: float  # it strikes an end cap
     piston_cap: float
     coupling: float  # the magnets part, or catch
+    compressor: float  # it switches on or off
 
 
 @kernel
@@ -156,20 +159,33 @@ def coupling_margin(plant: Plant, state: FullMotion) -> float:
 
 
 @kernel
+def compressor_margin(plant: Plant, state: FullMotion) -> float:
+    """Return the margin of the compressor: until its receiver is full, or all but empty."""
+    supply = plant.full.supply
+    if not supply.compressor:
+        return math.inf
+    if state.compressor > 0.5:
+        return (supply.switch_off - state.receiver_pressure) / NEWTON_PRESSURE
+    return (state.receiver_pressure - supply.switch_on) / NEWTON_PRESSURE
+
+
+@kernel
 def margins(plant: Plant, state: FullMotion, modes: Modes) -> Margins:
     """Return the margins of all events."""
     carriage, piston = bodies(plant, state)
     locked = plant.cylinder.locked
     one = motion_margin(plant, carriage, modes.carriage, locked)
     cap = cap_margin(plant, carriage, modes.carriage)
+    switch = compressor_margin(plant, state)
     if not plant.full.coupling.magnetic:
-        return Margins(one, math.inf, cap, math.inf, math.inf)
+        return Margins(one, math.inf, cap, math.inf, math.inf, switch)
     return Margins(
         one,
         motion_margin(plant, piston, modes.piston, False),
         cap,
         cap_margin(plant, piston, modes.piston),
         coupling_margin(plant, state),
+        switch,
     )
 
 
@@ -199,6 +215,8 @@ def after_events(plant: Plant, state: FullMotion, modes: Modes) -> FullMotion:
             strike(plant, numbers, PISTON_POSITION, PISTON_VELOCITY)
         if found.coupling <= NEAR:
             numbers[COUPLED] = 1.0 - numbers[COUPLED]
+    if found.compressor <= NEAR:
+        numbers[COMPRESSOR] = 1.0 - numbers[COMPRESSOR]
     return restored(numbers)
 
 
@@ -225,6 +243,8 @@ def consistent(plant: Plant, state: FullMotion) -> FullMotion:
     """Return the state as the constants, which may have changed, leave it at the start of a run."""
     coupling = plant.full.coupling
     numbers = numbers_of(state)
+    if compressor_margin(plant, state) < 0.0:
+        numbers[COMPRESSOR] = 1.0 - numbers[COMPRESSOR]
     if not coupling.magnetic:
         numbers[PISTON_POSITION] = numbers[POSITION]
         numbers[PISTON_VELOCITY] = numbers[VELOCITY]

@@ -238,11 +238,11 @@ def advance_full(
             step = left
         elif step > 0.5 * left:
             step = 0.5 * left
-        step = time_to_drift(plant, state, step_on(course, step))
+        step = time_to_drift(plant, state, step_on(plant, course, step))
         state, elapsed, step, event = attempt(plant, course, state, modes, step, tolerance)
         if elapsed > 0.0:
             left -= elapsed
-            course = course_after(plant, course, elapsed)
+            course = course_after(plant, course, elapsed, state)
             if plant.full.drift.acting:
                 state, drifts = drifting(plant, state, elapsed)
                 if drifts:

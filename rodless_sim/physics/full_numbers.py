@@ -25,6 +25,7 @@ PISTON_POSITION, PISTON_VELOCITY, COUPLED = map(
 )
 CLOCK, DICE = map(FullMotion._fields.index, ("friction_clock", "friction_dice"))
 FIRST_DRIFT, LAST_DRIFT = (FullMotion._fields.index(DRIFTS[k]) for k in (0, -1))
+COMPRESSOR = FullMotion._fields.index("compressor")
 OF_CARRIAGE = (POSITION, VELOCITY, FullMotion._fields.index("bristle_deflection"))
 OF_PISTON = (
     PISTON_POSITION,

@@ -27,7 +27,7 @@ from rodless_sim.physics.heated import NetInflows, less_leaks
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import AnyMotion, FullMotion, Motion
-from rodless_sim.physics.streams import stream_into_a, stream_into_b
+from rodless_sim.physics.streams import heated_supply_flow, stream_into_a, stream_into_b
 
 RAIL = [force.__name__.rpartition(".")[2] for force in FORCES].index("rail")
 
@@ -68,9 +68,51 @@ def supply_at_valve(plant: Plant, state: AnyMotion) -> float:  # noqa: ARG001
 
 
 @kernel
-def full_supply_at_valve(plant: Plant, state: FullMotion) -> float:  # noqa: ARG001
+def full_supply_at_valve(plant: Plant, state: FullMotion) -> float:
     """:func:`supply_at_valve` of a full motion."""
-    return plant.supply_pressure
+    if plant.full.supply.sags:
+        return state.supply_pressure
+    return source_pressure(plant, state)
+
+
+@kernel
+def source_pressure(plant: Plant, state: FullMotion) -> float:
+    """Return the pressure in Pa that the supply goes to when nothing is drawn."""
+    supply = plant.full.supply
+    if not supply.compressor:
+        return plant.supply_pressure
+    lost = supply.loss * (state.receiver_pressure - plant.ambient_pressure)
+    # A ripple, which is in the plant's pressure, is that of the compressor, too.
+    return state.receiver_pressure - lost + plant.supply_pressure - supply.set_pressure
+
+
+@kernel_by_type
+def as_supplied(plant: Plant, lands: Lands) -> Plant:  # noqa: ARG001
+    """Return the plant with its supply at the instant of ``lands``."""
+    return plant
+
+
+@kernel_by_type
+def drawn_flow(plant: Plant, lands: Lands, state: FullMotion) -> float:
+    """Return what the valve draws from the supply, kg/s."""
+    return heated_supply_flow(plant, supply_at_valve(plant, state), lands, state)
+
+
+@kernel
+def supply_rates(plant: Plant, lands: Lands, state: FullMotion) -> tuple[float, float]:
+    """Return dP/dt (Pa/s) of the supply at the valve and of the compressor's receiver."""
+    supply = plant.full.supply
+    if not supply.acting:
+        return 0.0, 0.0
+    drawn = drawn_flow(plant, lands, state)
+    at_valve = receiver = 0.0
+    if supply.sags:
+        below = source_pressure(plant, state) - supply.droop * drawn - state.supply_pressure
+        at_valve = below / supply.time_constant
+    if supply.compressor:
+        delivered = supply.delivery if state.compressor > 0.5 else 0.0
+        receiver = supply.receiver_stiffness * (delivered - drawn)
+    return at_valve, receiver
 
 
 @version_for(FullMotion, supply_at_valve)
@@ -158,6 +200,7 @@ def air_rates(
 @kernel
 def full_rates(plant: Plant, lands: Lands, state: FullMotion, modes: Modes) -> FullMotion:
     """Time derivative of the state."""
+    plant = as_supplied(plant, lands)
     flows = equations.inflows(plant, lands, state)
     body, other = bodies(plant, state)
     carriage, piston = body_rates(plant, body, modes.carriage), BodyRates(0.0, 0.0, 0.0)
@@ -166,6 +209,7 @@ def full_rates(plant: Plant, lands: Lands, state: FullMotion, modes: Modes) -> F
         piston = body_rates(plant, other, modes.piston)
         position, velocity = state.piston_position, piston.velocity
     pressure_a, pressure_b, warmth_a, warmth_b = air_rates(plant, flows, state, position, velocity)
+    supply, receiver = supply_rates(plant, lands, state)
     return FullMotion(
         position=carriage.velocity,
         velocity=carriage.acceleration,
@@ -178,8 +222,8 @@ def full_rates(plant: Plant, lands: Lands, state: FullMotion, modes: Modes) -> F
         piston_velocity=piston.acceleration,
         piston_bristle_deflection=piston.bristle,
         coupled=0.0,
-        supply_pressure=0.0,
-        receiver_pressure=0.0,
+        supply_pressure=supply,
+        receiver_pressure=receiver,
         compressor=0.0,
         friction_clock=0.0,
         friction_dice=0.0,

@@ -13,6 +13,8 @@ there is to it. Of the states only those that act have a row. What is eliminated
 position on, without exchange of rows: with dissipation every pivot keeps its sign, in any units.
 """
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -88,6 +90,12 @@ DIFFERENCE = 0.1
 
 # Rows of rates.
 HERE, BESIDE, SCRATCH = range(3)
+
+
+@kernel_by_type
+def spanned(plant: Plant, course: AnyCourse, step: float) -> Any:  # noqa: ARG001
+    """Return the course as a step of ``step`` s sees it."""
+    return course
 
 
 @kernel_by_type
@@ -205,6 +213,7 @@ def full_step(
     n = rows_of(plant, modes, rows)
     rates, stages, numbers = np.zeros((3, COUNT)), np.empty((3, n)), numbers_of(state)
     matrix = np.empty((n, n))
+    course = spanned(plant, course, step)
     often = rates_beside(plant, course, state, modes, rows, rates, matrix)
     for i in range(n):
         matrix[i, i] += 1.0 / (GAMMA * step)

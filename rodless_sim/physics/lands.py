@@ -8,7 +8,7 @@
 
 """The openings of the valve's four land edges."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rodless_sim.physics.spool import Spool
 
@@ -37,4 +37,20 @@ class Course(NamedTuple):
     passes: bool  # whether the spool passes the closed position there
 
 
-AnyCourse = Lands | Course
+class Arriving(NamedTuple):
+    """What comes out of tubes into the chambers: what the valve's openings are without any."""
+
+    a: float  # kg/s
+    b: float  # kg/s
+
+
+class Timed(NamedTuple):
+    """A valve's openings or their course, where the equations change with plant time, too."""
+
+    time: float  # s, since the start or the last reset
+    supply: float  # Pa, at the valve
+    valve: Any  # Lands or Course
+    tubes: Any  # air_in_tubes.Tubes, () without any
+
+
+AnyCourse = Lands | Course | Arriving | Timed

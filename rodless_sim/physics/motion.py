@@ -11,7 +11,7 @@
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
-from rodless_sim.physics import heated  # noqa: F401  versions of what is used here
+from rodless_sim.physics import heated, timed  # noqa: F401  versions of what is used here
 from rodless_sim.physics.course import course_after, course_at, spool_of, step_on
 from rodless_sim.physics.equations import (
     Inflows,
@@ -138,7 +138,7 @@ def advance_from(
             step = left
         elif step > 0.5 * left:
             step = 0.5 * left
-        step = step_on(course, step)
+        step = step_on(plant, course, step)
         if direction == 0:
             attempt = sticking_attempt(plant, course, stopped(state), flows, step, tolerance)
         else:
@@ -146,7 +146,7 @@ def advance_from(
         state, direction, elapsed, step = attempt
         if elapsed > 0.0:
             left -= elapsed
-            course = course_after(plant, course, elapsed)
+            course = course_after(plant, course, elapsed, state)
             fault = fault_of(plant, state)
             if fault != 0 or left <= 0.0:
                 return state, course, fault

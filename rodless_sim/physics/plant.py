@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet
 from rodless_sim.faults import damaged
-from rodless_sim.physics import forces, full, heat, spool
+from rodless_sim.physics import forces, full, heat, spool, supply, tubes
 from rodless_sim.physics.air import Air
 from rodless_sim.physics.cylinder import Cylinder
 from rodless_sim.physics.end_stop import EndStop
@@ -41,6 +41,8 @@ class Plant(NamedTuple):
     heat: Any  # Heat, () where the equations have no temperatures of the chambers
     drive: Any  # Drive, () where the spool follows the command at once
     full: Any  # Full, () where no option needs the states of FullMotion
+    ripple: Any  # Ripple, () where the supply is steady
+    tubes: Any  # Tube, () where air from the valve arrives at once
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> "Plant":
@@ -62,6 +64,8 @@ class Plant(NamedTuple):
             heat=heat.balance(parameters) if further else heat.of(parameters),
             drive=spool.of(parameters),
             full=further,
+            ripple=supply.of(parameters),
+            tubes=tubes.of(parameters),
         )
         return damaged(plant, parameters)
 
@@ -74,6 +78,17 @@ class Plant(NamedTuple):
 @kernel
 def with_friction(plant: Plant, friction: Friction) -> Plant:
     """Return the same plant with another friction."""
+    return _with(plant, friction, plant.supply_pressure)
+
+
+@kernel
+def supplied(plant: Plant, pressure: float) -> Plant:
+    """Return the same plant with the supply at ``pressure`` (Pa)."""
+    return _with(plant, plant.friction, pressure)
+
+
+@kernel
+def _with(plant: Plant, friction: Friction, supply_pressure: float) -> Plant:
     return Plant(
         plant.air,
         plant.valve,
@@ -84,9 +99,11 @@ def with_friction(plant: Plant, friction: Friction) -> Plant:
         friction,
         plant.end_stop,
         plant.forces,
-        plant.supply_pressure,
+        supply_pressure,
         plant.ambient_pressure,
         plant.heat,
         plant.drive,
         plant.full,
+        plant.ripple,
+        plant.tubes,
     )

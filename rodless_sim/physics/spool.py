@@ -20,7 +20,7 @@ that is integrated, but a known course that the openings take.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.kernels import kernel
@@ -101,8 +101,17 @@ class Spool(NamedTuple):
     speed: float  # V/s
 
 
+class Memory(NamedTuple):
+    """What the valve and what is about it remember, where the equations change with plant time."""
+
+    spool: Any  # Spool, () where it is where the command says
+    time: float  # s, since the start or the last reset
+    supply: float  # Pa, at the valve
+    tubes: Any  # air_in_tubes.Tubes, () without any
+
+
 # Nothing where the spool is where the command says.
-AnySpool = Spool | tuple[()]
+AnySpool = Spool | Memory | tuple[()]
 
 
 def of(parameters: ParameterSet) -> Drive | tuple[()]:
@@ -120,7 +129,7 @@ def of(parameters: ParameterSet) -> Drive | tuple[()]:
     )
 
 
-def starting_spool(drive: Drive | tuple[()], voltage: float) -> AnySpool:
+def starting_spool(drive: Drive | tuple[()], voltage: float) -> Spool | tuple[()]:
     """Return the spool at rest where ``voltage`` (V) holds it; nothing where it follows at once."""
     return Spool(voltage, voltage, 0.0) if drive else ()
 
@@ -171,3 +180,19 @@ def calmed(drive: Drive, spool: Spool) -> Spool:
 def spool_voltage(spool: Spool) -> float:
     """Command in V that would hold the spool where it is; its stroke ends at 0 and 10 V."""
     return min(max(spool.place, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE)
+
+
+def spool_in(memory: AnySpool) -> Spool | tuple[()]:
+    """Return the spool that is remembered; nothing of one that follows at once."""
+    return memory.spool if isinstance(memory, Memory) else memory
+
+
+def with_spool(memory: AnySpool, spool: Spool | tuple[()]) -> AnySpool:
+    """Return ``memory`` with another ``spool``."""
+    return memory._replace(spool=spool) if isinstance(memory, Memory) else spool
+
+
+def place_of(memory: AnySpool) -> float | None:
+    """Return the :func:`spool_voltage` of what is remembered; None for one that follows at once."""
+    spool = spool_in(memory)
+    return float(spool_voltage(spool)) if spool else None

@@ -279,6 +279,8 @@ def state_with(further: tuple[str, ...]) -> type[State]:
     fields = {**State.__annotations__, **{name: FURTHER[name] for name in further}}
     kind = cast(Any, NamedTuple)("State", list(fields.items()))
     kind.__doc__ = f"A :class:`State` that has {' and '.join(further)}, too."
+    if not set(SPOOL) <= {*further}:
+        kind.spool_voltage = State.spool_voltage
     # Pickle looks for a class by its name, which all of these share.
     kind.__reduce__ = lambda state: (_state_of, (further, tuple(state)))
     return cast(type[State], documented(kind))
