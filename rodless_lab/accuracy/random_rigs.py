@@ -8,10 +8,10 @@
 
 """Random rigs and what is done with them, each known by its number alone.
 
-A third is drawn around the preset ``paper``, a third around ``calibrated``: every number between
-half and twice its value. The last third takes every parameter of the physics from its whole
-declared range at once: 5 mm of bore with a mass of 100 kg, dead volumes a thousand times the
-usual, friction of 10 kN.
+A third is drawn around the preset ``paper``, a third around ``saturating`` of
+:mod:`rodless_lab.bare_rigs`: every number between half and twice its value. The last third takes
+every parameter of the physics from its whole declared range at once: 5 mm of bore with a mass of
+100 kg, dead volumes a thousand times the usual, friction of 10 kN.
 """
 
 from collections.abc import Mapping
@@ -21,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CLOSED_VOLTAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
-from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import Parameter, ParameterError
 from rodless_control import PidParameters, references
 from rodless_control.references import Reference
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 from rodless_sim import RigParameters
 from rodless_sim.physics.air import critical_ratio
 from rodless_sim.physics.cylinder import piston_area
@@ -71,7 +71,7 @@ class Case(NamedTuple):
     """A rig and its task: voltages in open loop, or a reference in closed loop."""
 
     number: int
-    around: str  # a preset's name, or WHOLE_RANGE
+    around: str  # one of BARE_RIGS, or WHOLE_RANGE
     parameters: RigParameters
     position: float  # m, at the start
     voltages: Array | None  # V, one for each period
@@ -87,7 +87,7 @@ class Case(NamedTuple):
 def case(number: int) -> Case:
     """Return case ``number``: the same each time."""
     generator = np.random.default_rng([20220211, number])
-    neighbourhoods = (*preset_names(), WHOLE_RANGE)
+    neighbourhoods = (*BARE_RIGS[::-1], WHOLE_RANGE)
     around = neighbourhoods[number % len(neighbourhoods)]
     parameters = drawn_rig(generator, around)
     position = parameters.number("cylinder.stroke") * _share_of_stroke(generator)
@@ -112,8 +112,8 @@ def drawn_rig(generator: np.random.Generator, around: str) -> RigParameters:
 def _drawn_rig(generator: np.random.Generator, around: str) -> RigParameters:
     if around == WHOLE_RANGE:
         return RigParameters(_from_whole_range(generator))
-    preset = RigParameters.preset(around)
-    return preset.with_values(_nearby(generator, preset))
+    rig = bare_rig(around)
+    return rig.with_values(_nearby(generator, rig))
 
 
 def _can_move(parameters: RigParameters) -> bool:
@@ -178,10 +178,10 @@ def _within_range(generator: np.random.Generator, parameter: Parameter) -> objec
     return float(generator.uniform(low, high))
 
 
-def _nearby(generator: np.random.Generator, preset: Mapping[str, object]) -> dict[str, object]:
+def _nearby(generator: np.random.Generator, rig: Mapping[str, object]) -> dict[str, object]:
     values: dict[str, object] = {}
     for parameter in _drawn_parameters():
-        value = preset[parameter.name]
+        value = rig[parameter.name]
         if isinstance(value, float) and not parameter.name.startswith(("air.", "atmosphere.")):
             spread = 0.1 if parameter.unit in ("V", "K") else 1.0
             drawn = value * 2.0 ** generator.uniform(-spread, spread)
@@ -214,11 +214,11 @@ def drawn_voltages(generator: np.random.Generator) -> Array:
 
 
 def drawn_law(generator: np.random.Generator, around: str) -> PidParameters:
-    """Return gains between half and twice a preset's."""
-    preset = PidParameters.preset("paper" if around == WHOLE_RANGE else around)
+    """Return gains between half and twice a rig's."""
+    tuned = bare_pid(around)
     gains = ("controller.kp", "controller.ki", "controller.kd", "controller.feedforward")
-    return preset.with_values(
-        {name: preset.number(name) * 2.0 ** generator.uniform(-1.0, 1.0) for name in gains}
+    return tuned.with_values(
+        {name: tuned.number(name) * 2.0 ** generator.uniform(-1.0, 1.0) for name in gains}
     )
 
 

@@ -63,7 +63,7 @@ def _settings(found: SideBySide) -> Iterator[tuple[str, ...]]:
 def _numbers(
     found: SideBySide, work: Sequence[Work], text: Callable[[SideBySide, Measured], str]
 ) -> Iterator[tuple[str, ...]]:
-    yield "", *(f"{one.task}, {one.preset}" for one in work)
+    yield "", *(f"{one.task}, {one.rig}" for one in work)
     for solver in SOLVERS:
         shown = (found.shown(solver, one) for one in work)
         yield solver.name, *("" if one is None else text(found, one) for one in shown)

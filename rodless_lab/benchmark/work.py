@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rodless_control import Pid, PidParameters, references
+from rodless_control import Pid, references
 from rodless_control.laws.pid import Gains, gains_of
 from rodless_control.references import Reference, sampled
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 from rodless_lab.simulation.closed_loop import closed_loop, limits_of, loop_of, sample_count
 from rodless_sim import RigParameters
 from rodless_sim.instruments.sampling import NOISE_CHANNELS, instruments_and_noise
@@ -35,7 +36,6 @@ Run = Callable[[float], Array]
 
 DURATION = 6.0  # s
 PERIOD = 1e-3  # s
-PRESETS = ("paper", "calibrated")
 
 
 class Task(NamedTuple):
@@ -66,7 +66,7 @@ class Errors(NamedTuple):
 class Work:
     """Six seconds of one rig; with ``voltages`` (V, shape (n,)) open loop, otherwise closed."""
 
-    preset: str
+    rig: str  # one of BARE_RIGS
     task: str
     voltages: Array | None = None
 
@@ -74,7 +74,7 @@ class Work:
     def name(self) -> str:
         """What it is, in words."""
         kind = "closed loop" if self.is_closed else "open loop"
-        return f"{kind}, {self.task}, {self.preset}"
+        return f"{kind}, {self.task}, {self.rig}"
 
     @property
     def is_closed(self) -> bool:
@@ -94,7 +94,7 @@ class Work:
     @cached_property
     def parameters(self) -> RigParameters:
         """Those of the rig."""
-        return RigParameters.preset(self.preset)
+        return bare_rig(self.rig)
 
     @cached_property
     def plant(self) -> Plant:
@@ -104,12 +104,12 @@ class Work:
     @cached_property
     def law(self) -> Pid:
         """The controller."""
-        return Pid(PidParameters.preset(self.preset))
+        return Pid(bare_pid(self.rig))
 
     @cached_property
     def gains(self) -> Gains:
         """The controller's constants."""
-        return gains_of(PidParameters.preset(self.preset))
+        return gains_of(bare_pid(self.rig))
 
     @cached_property
     def state(self) -> AnyMotion:
@@ -166,9 +166,9 @@ class Work:
 
 
 def all_work() -> list[Work]:
-    """Return step and sine of both presets in closed loop, then the same voltages open loop."""
-    closed = [Work(preset, task) for preset in PRESETS for task in TASKS]
-    return closed + [Work(one.preset, one.task, voltages_of(one)) for one in closed]
+    """Return step and sine of both rigs in closed loop, then the same voltages open loop."""
+    closed = [Work(rig, task) for rig in BARE_RIGS for task in TASKS]
+    return closed + [Work(one.rig, one.task, voltages_of(one)) for one in closed]
 
 
 def voltages_of(work: Work) -> Array:

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.constants import CLOSED_VOLTAGE
-from rodless_control import PidParameters, references
+from rodless_control import references
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 from rodless_lab.figures.files import png
 from rodless_lab.figures.style import PRESET_COLOURS, label, panels
 from rodless_lab.simulation.closed_loop import closed_loop
@@ -36,20 +37,17 @@ def held(values: Mapping[str, object]) -> Trace:
     return simulate(rig, np.repeat([CLOSED_VOLTAGE, VENTING_VOLTAGE], lengths), PERIOD)
 
 
-def step(preset: str, values: Mapping[str, object]) -> Trace:
-    """Return the step of section 6.2, 0 to 58 mm."""
-    rig = RigParameters.preset(preset).with_values(values)
+def step(name: str, values: Mapping[str, object]) -> Trace:
+    """Return the step of section 6.2, 0 to 58 mm, of a bare rig."""
+    rig = bare_rig(name).with_values(values)
     reference = references.step(0.0, 0.058, at=SETTLED)
-    return closed_loop(rig, PidParameters.preset(preset), reference, SETTLED + VENTED, PERIOD)
+    return closed_loop(rig, bare_pid(name), reference, SETTLED + VENTED, PERIOD)
 
 
 def save_heat_picture(path: Path) -> None:
     """Draw held chambers with and without temperatures, and what they change of the step."""
     off, on = held({}), held(ON)
-    apart = {
-        preset: (step(preset, ON).position - step(preset, {}).position) * 1e3
-        for preset in PRESET_COLOURS
-    }
+    apart = {name: (step(name, ON).position - step(name, {}).position) * 1e3 for name in BARE_RIGS}
 
     def draw() -> Figure:
         figure, (pressure, temperature, change) = panels(3, height=1.9, share_x=True)
@@ -62,9 +60,9 @@ def save_heat_picture(path: Path) -> None:
                 )
             warmth = getattr(on, f"temperature_{side}")
             temperature.plot(on.time, warmth, color=colour, label=f"{side.upper()}, on")
-        for preset, millimetres in apart.items():
+        for (name, millimetres), colour in zip(apart.items(), PRESET_COLOURS.values(), strict=True):
             time = np.arange(len(millimetres)) * PERIOD
-            change.plot(time, millimetres, color=PRESET_COLOURS[preset], label=preset)
+            change.plot(time, millimetres, color=colour, label=name)
         label(pressure, "", "held: pressure / MPa")
         label(temperature, "", "held: temperature / K")
         label(change, "plant time / s", "step, on − off: position / mm")

@@ -16,16 +16,17 @@ from typing import NamedTuple
 import numpy as np
 
 from rodless_base.atomic_write import atomic_write
-from rodless_control import PidParameters, references
+from rodless_control import references
+from rodless_lab.bare_rigs import bare_pid, bare_rig
 from rodless_lab.figures.comparison import draw_comparison
 from rodless_lab.figures.files import png
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.simulation.closed_loop import closed_loop
-from rodless_sim import RigParameters
 
 DURATION = 1.5  # s
 AT = 0.1  # s
 TARGET = 0.058  # m
+BASE = "saturating"
 
 
 class Option(NamedTuple):
@@ -56,10 +57,11 @@ OPTIONS = (
 
 
 def step(values: Mapping[str, object]) -> MeasuredRun:
-    """Run the step to 58 mm of the preset ``calibrated`` with ``values``."""
-    parameters = RigParameters.preset("calibrated").with_values(values)
-    law = PidParameters.preset("calibrated")
-    run = closed_loop(parameters, law, references.step(0.0, TARGET, at=AT), DURATION, 1e-3)
+    """Run the step to 58 mm of the bare rig ``saturating`` with ``values``."""
+    parameters = bare_rig(BASE).with_values(values)
+    run = closed_loop(
+        parameters, bare_pid(BASE), references.step(0.0, TARGET, at=AT), DURATION, 1e-3
+    )
     return run_of_trace(run, parameters.number("supply.pressure"))
 
 
@@ -67,6 +69,6 @@ def save_option(folder: Path, option: Option) -> None:
     """Draw the step without and with ``option`` into ``folder``."""
     runs = step({}), step(option.values)
     time = np.arange(0.0, DURATION, 1e-3)
-    names = "calibrated", option.name
+    names = BASE, option.name
     picture = png(lambda: draw_comparison(names, runs, time))
     atomic_write(folder / f"{option.page}.png", picture)

@@ -17,7 +17,7 @@ from rodless_control import references
 from rodless_control.references import Reference
 from rodless_lab.simulation.draw import draw
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET, IDEAL
 
 FRICTION = tuple(
     f"friction.{name}"
@@ -75,7 +75,7 @@ class Task:
 
     def rig(self, drawn: RigParameters) -> RigParameters:
         """Return a drawn rig as this task begins with it."""
-        values: dict[str, object] = {} if self.ideal else dict(DATA_SHEET)
+        values: dict[str, object] = dict(IDEAL if self.ideal else DATA_SHEET)
         if self.at == 0.0:
             values |= self.changed(drawn)
         return drawn.with_values(values)
@@ -136,10 +136,8 @@ def tasks(seed: int) -> list[Task]:
 
 
 def rigs(count: int, seed: int) -> Sequence[RigParameters]:
-    """Draw rigs around ``calibrated``, with heat: nobody knows mass, supply, friction and tubes."""
-    base = RigParameters.preset("calibrated").with_values(
-        {"chambers.thermodynamics": "energy_balance"}
-    )
+    """Draw rigs around ``calibrated``: nobody knows mass, supply, friction and tubes."""
+    base = RigParameters.preset("calibrated")
     ranges = {
         "cylinder.moving_mass": (0.7, 2.0),
         "supply.pressure": (501325.0, 701325.0),

@@ -21,12 +21,11 @@ INTERVAL = 1e-3
 
 
 def test_they_are_off_by_default() -> None:
-    """No preset that shipped before them has any."""
-    for name in ("paper", "calibrated"):
-        values = PidParameters.preset(name)
-        assert values["controller.filter"] == "low_pass"
-        for option in ("gain_boost", "acceleration_feedforward", "parking_error"):
-            assert values[f"controller.{option}"] == 0.0
+    """What was written before there were any goes on as it was."""
+    values = PidParameters()
+    assert values["controller.filter"] == "low_pass"
+    for option in ("gain_boost", "acceleration_feedforward", "parking_error"):
+        assert values[f"controller.{option}"] == 0.0
 
 
 def test_the_fading_memory_filter_does_not_lag(bare: Make) -> None:

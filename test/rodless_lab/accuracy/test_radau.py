@@ -16,6 +16,7 @@ import pytest
 from rodless_lab.accuracy.judge import columns
 from rodless_lab.accuracy.radau import by_radau
 from rodless_lab.accuracy.random_rigs import PERIOD, case
+from rodless_lab.bare_rigs import bare_rig
 from rodless_sim import RigParameters, simulate
 
 pytestmark = pytest.mark.slow
@@ -52,7 +53,7 @@ def test_rigs_that_once_gave_nonsense(changes: dict[str, object]) -> None:
 
 @pytest.mark.parametrize("number", [0, 1, 8, 26])
 def test_rigs_of_the_campaign(number: int) -> None:
-    """Around both presets and from the whole range: within 1 µm at the default tolerance."""
+    """Around both bare rigs and from the whole range: within 1 µm at the default tolerance."""
     chosen = case(number)
     assert chosen.voltages is not None
     voltages = chosen.voltages[:300]
@@ -70,7 +71,7 @@ def test_a_spool_that_moves_is_refused() -> None:
 
 def test_radau_finds_an_impact_by_hand() -> None:
     """A push of 10 V onto the cap ends there at rest, and time out means what it says."""
-    parameters = RigParameters.preset("calibrated")
+    parameters = bare_rig("saturating")
     rows = by_radau(parameters, np.full(400, 10.0), PERIOD, 0.19)
     assert rows[-1, 0] == parameters["cylinder.stroke"]
     assert rows[-1, 1] == 0.0

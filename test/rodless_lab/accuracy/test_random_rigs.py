@@ -28,7 +28,7 @@ def test_a_number_gives_the_same_rig_each_time() -> None:
 def test_neighbourhoods_and_drives_take_turns() -> None:
     """As many of each; open loop has voltages within 0 to 10 V, closed loop law and reference."""
     cases = [case(number) for number in range(COUNT)]
-    for around in ("paper", "calibrated", WHOLE_RANGE):
+    for around in ("paper", "saturating", WHOLE_RANGE):
         for drive in ("open loop", "closed loop"):
             group = [one for one in cases if (one.around, one.drive) == (around, drive)]
             assert len(group) == COUNT / 6

@@ -16,8 +16,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from rodless_lab.bare_rigs import BARE_RIGS, bare_rig
 from rodless_lab.benchmark.c_file import FLAGS, CFile, NoCompilerError, compiler, source
-from rodless_lab.benchmark.work import PERIOD, PRESETS, TASKS, Work
+from rodless_lab.benchmark.work import PERIOD, TASKS, Work
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
 from rodless_sim.rig import starting_motion
@@ -37,11 +38,11 @@ def c_file() -> CFile:
     return CFile()
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("rig", BARE_RIGS)
 @pytest.mark.parametrize("task", TASKS)
-def test_same_closed_loop(c_file: CFile, preset: str, task: str) -> None:
+def test_same_closed_loop(c_file: CFile, rig: str, task: str) -> None:
     """Six seconds of step and sine: every sample within 1 nm and 1 mPa of the package's."""
-    work = Work(preset, task)
+    work = Work(rig, task)
     ours = work.run(1.0)
     rows, commands = c_file.closed_loop(
         work.plant, work.gains, work.references, work.state, PERIOD, 1.0
@@ -52,13 +53,13 @@ def test_same_closed_loop(c_file: CFile, preset: str, task: str) -> None:
     assert np.ptp(commands[:, 0]) > 0.5
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("rig", BARE_RIGS)
 @pytest.mark.parametrize(
     "changes", [{}, {"end_stop.restitution": 0.9, "friction.capture_velocity": 0.0}]
 )
-def test_same_events(c_file: CFile, preset: str, changes: dict[str, object]) -> None:
+def test_same_events(c_file: CFile, rig: str, changes: dict[str, object]) -> None:
     """Breakaway, stops and both caps: the samples of the package within 1 nm and 1 mPa."""
-    parameters = RigParameters.preset(preset).with_values(changes)
+    parameters = bare_rig(rig).with_values(changes)
     plant = Plant.of(parameters)
     state = starting_motion(plant, parameters, 0.15)
     voltages = np.repeat([10.0, 5.08, 0.0, 5.24, 4.0, 6.0], 800)
@@ -113,15 +114,15 @@ def processor_seconds(function: Callable[[], object]) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("rig", BARE_RIGS)
 @pytest.mark.parametrize("task", TASKS)
-def test_the_compiled_loop_keeps_up_with_c(c_file: CFile, preset: str, task: str) -> None:
+def test_the_compiled_loop_keeps_up_with_c(c_file: CFile, rig: str, task: str) -> None:
     """In processor time the package's closed loop takes at most twice that of the C file.
 
     They take turns and the best of 30 counts, so that what else runs on the machine hits both. On a
     quiet machine the ratio is 0.95 to 1.15.
     """
-    work = Work(preset, task)
+    work = Work(rig, task)
 
     def in_c() -> object:
         return c_file.closed_loop(work.plant, work.gains, work.references, work.state, PERIOD, 1.0)

@@ -42,7 +42,7 @@ def test_scipy_solves_the_same_rig(solver: Solver) -> None:
 
     The converged solution has another method and finds its events another way.
     """
-    work = Work("calibrated", "step", VOLTAGES)
+    work = Work("saturating", "step", VOLTAGES)
     run = solver.prepare(work)
     errors = work.errors(run(0.01))
     assert np.ptp(work.converged[:, 0]) > 1e-3

@@ -26,6 +26,7 @@ from rodless_control.loop import ControlLoop
 from rodless_control.references import Reference
 from rodless_lab import ClosedLoopTrace, closed_loop
 from rodless_sim import Rig, RigParameters
+from rodless_sim.instruments.instruments import IDEAL
 
 PERIOD = 1e-3
 STEP = references.step(0.0, 0.058, at=0.1)
@@ -35,10 +36,15 @@ NEAR = references.sine(0.001, 0.001, 0.5)
 COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "mass_flow_a", "mass_flow_b")
 
 
+def ideal(preset: str) -> RigParameters:
+    """A preset read by ideal instruments: what is read is what is."""
+    return RigParameters.preset(preset).with_values(IDEAL)
+
+
 def run(preset: str, reference: Reference, duration: float, **rig: float) -> ClosedLoopTrace:
     """A closed-loop run of a preset at 1 kHz."""
     changes = {name.replace("__", "."): value for name, value in rig.items()}
-    parameters = RigParameters.preset(preset).with_values(changes)
+    parameters = ideal(preset).with_values(changes)
     return closed_loop(parameters, PidParameters.preset(preset), reference, duration, PERIOD)
 
 
@@ -47,7 +53,7 @@ def run(preset: str, reference: Reference, duration: float, **rig: float) -> Clo
 def test_it_equals_rig_and_pid_sample_by_sample(preset: str, reference: Reference) -> None:
     """Rig.advance and Pid.update called in turn give every number bit for bit."""
     found = run(preset, reference, 1.5)
-    rig, pid = Rig(RigParameters.preset(preset)), Pid(PidParameters.preset(preset))
+    rig, pid = Rig(ideal(preset)), Pid(PidParameters.preset(preset))
     state = rig.state
     for k in range(1501):
         wanted, velocity = reference.sample(rig.nanoseconds * 1e-9)
@@ -68,10 +74,8 @@ def test_it_equals_the_loop_of_the_controller_node(preset: str) -> None:
     changes = {"reference.type": "sine", "reference.at": 0.2, "reference.centre": 0.05}
     parameters = ControllerParameters.preset(preset).with_values(changes)
     reference = references.sine(0.05, 0.02, 0.381, at=0.2)
-    found = closed_loop(
-        RigParameters.preset(preset), parameters, reference, 1.0, PERIOD, position=0.05
-    )
-    loop, rig = ControlLoop(parameters), Rig(RigParameters.preset(preset))
+    found = closed_loop(ideal(preset), parameters, reference, 1.0, PERIOD, position=0.05)
+    loop, rig = ControlLoop(parameters), Rig(ideal(preset))
     state = rig.reset(0.05)
     for k in range(1001):
         output = loop.sample(Measurement(rig.nanoseconds, state.position))
@@ -123,7 +127,7 @@ def test_the_step_response_has_converged_in_the_tolerance(preset: str) -> None:
 def test_a_step_that_saturates_ends_at_its_target(preset: str, kind: str) -> None:
     """The 58 mm step starts at a limit and outside the integral zone; it ends within 0.2 mm."""
     pid = PidParameters.preset(preset).with_values({"controller.anti_windup": kind})
-    found = closed_loop(RigParameters.preset(preset), pid, STEP, 6.0, PERIOD)
+    found = closed_loop(ideal(preset), pid, STEP, 6.0, PERIOD)
     assert found.voltage.max() == 10.0
     assert abs(found.error[-1]) < 2e-4
 

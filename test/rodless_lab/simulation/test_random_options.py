@@ -12,10 +12,9 @@ import math
 
 import numpy as np
 
-from rodless_base.parameter_file import preset_names
-from rodless_control import PidParameters, references
+from rodless_control import references
 from rodless_lab import closed_loop
-from rodless_sim import RigParameters
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 
 COUNT = 120
 
@@ -75,11 +74,11 @@ def test_random_combinations_run_clean() -> None:
         draw = np.random.default_rng([12, number])
         chosen = {name: each for name, each in options(draw).items() if draw.random() < 0.5}
         values = {name: value for each in chosen.values() for name, value in each.items()}
-        preset = str(draw.choice(preset_names()))
-        rig = RigParameters.preset(preset).with_values(values)
+        name = str(draw.choice(BARE_RIGS[::-1]))
+        rig = bare_rig(name).with_values(values)
         start, goal = draw.uniform(0.0, 0.2, 2).tolist()
         step = references.step(start, goal, at=0.1)
-        run = closed_loop(rig, PidParameters.preset(preset), step, 2.0, 1e-3, position=start)
+        run = closed_loop(rig, bare_pid(name), step, 2.0, 1e-3, position=start)
         columns = run.columns()
         assert all(np.isfinite(column).all() for column in columns.values()), values
         assert 0.0 <= run.position.min() <= run.position.max() <= 0.2, values

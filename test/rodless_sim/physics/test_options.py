@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from rodless_control import PidParameters, references
+from rodless_control import references
 from rodless_lab import closed_loop
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 from rodless_sim import RigParameters
 
 # The parameters of each option: a range, or what is chosen.
@@ -59,11 +60,11 @@ RANDOM = 200
 
 
 def drawn(generator: np.random.Generator, names: tuple[str, ...]) -> RigParameters:
-    """A rig near a preset's with the options ``names``, their values drawn from their ranges.
+    """A rig near a bare one with the options ``names``, their values drawn from their ranges.
 
     Small areas as often as large ones: half of what starts at zero is spread over four decades.
     """
-    preset = RigParameters.preset(str(generator.choice(["paper", "calibrated"])))
+    rig = bare_rig(str(generator.choice(BARE_RIGS)))
     values: dict[str, object] = {
         "supply.pressure": float(generator.uniform(4e5, 8e5)),
         "cylinder.moving_mass": float(generator.uniform(0.5, 4.0)),
@@ -78,13 +79,13 @@ def drawn(generator: np.random.Generator, names: tuple[str, ...]) -> RigParamete
             if found[0] == 0.0 and generator.random() < 0.5:
                 share = 10.0 ** -float(generator.uniform(0.0, 4.0))
             values[parameter] = found[0] + share * (found[1] - found[0])
-    return preset.with_values(values)
+    return rig.with_values(values)
 
 
 def run_is_clean(parameters: RigParameters, generator: np.random.Generator) -> float:
     """Control the rig for 0.5 s; assert that it stays one, and return how far it moved (m)."""
     start, target = generator.uniform(0.0, 0.2, 2).tolist()
-    law = PidParameters.preset("calibrated")
+    law = bare_pid("saturating")
     run = closed_loop(parameters, law, references.step(start, target, at=0.05), 0.5, 1e-3, start)
     for name, values in run.columns().items():
         assert np.isfinite(values).all(), name
