@@ -145,8 +145,11 @@ headers:
 
 # What a release needs and a checkout may lack; docs/release.md says more.
 release-check:
-	@! grep -n '\.example' package.xml || { echo 'package.xml: put real names for these' >&2; false; }
-	@! $(PYTHON) .ci/headers.py --missing || { echo 'make headers' >&2; false; }
+	@lacking=0; \
+	if grep -n '\.example' package.xml; then \
+	echo 'package.xml: put real names for these' >&2; lacking=1; fi; \
+	if $(PYTHON) .ci/headers.py --missing; then echo 'make headers' >&2; lacking=1; fi; \
+	exit $$lacking
 
 clean:
 	rm -rf .venv .venv-* build *.egg-info .mypy_cache .pytest_cache .ruff_cache

@@ -103,6 +103,7 @@ setup(
     maintainer=MANIFEST.findtext("maintainer"),
     maintainer_email=MANIFEST.find("maintainer").get("email"),
     license=MANIFEST.findtext("license"),
+    project_urls={url.get("type"): url.text for url in MANIFEST.iterfind("url")},
     python_requires=">=3.10",
     packages=[
         *find_packages(include=["rodless_*"]),
@@ -131,6 +132,7 @@ setup(
         (f"share/{NAME}/config/scenarios", files("config/scenarios/*.yaml")),
         (f"share/{NAME}/config/studies", files("config/studies/*.yaml")),
         (f"share/{NAME}/config/tasks", files("config/tasks/*.yaml")),
+        (f"share/{NAME}/config/rosbag2", files("config/rosbag2/*.yaml")),
         (f"share/{NAME}/config/sros2", files("config/sros2/*.xml")),
         (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"share/{NAME}/description", files("description/*")),

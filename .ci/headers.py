@@ -40,7 +40,7 @@ def main() -> int:
     """Write the header; with --missing, name the files and return 1 if there are none."""
     found = lacking()
     if sys.argv[1:] == ["--missing"]:
-        print(*found, sep="\n")
+        print("".join(f"{file}\n" for file in found), end="")
         return 0 if found else 1
     for file in found:
         content = file.read_text(encoding="utf-8")

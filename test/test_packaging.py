@@ -194,6 +194,7 @@ def test_colcon_registers_the_package(prefix: Path) -> None:
     assert (share / "rodless_sim/config/sensors/data_sheet.yaml").is_file()
     assert (share / "rodless_sim/config/scenarios/leak.yaml").is_file()
     assert (share / "rodless_sim/config/laws/pid_parking.yaml").is_file()
+    assert (share / "rodless_sim/config/rosbag2/lossless.yaml").is_file()
     assert (share / "rodless_sim/launch/rig.launch.py").is_file()
     views = {file.name for file in (share / "rodless_sim/description").iterdir()}
     assert views == {file.name for file in (ROOT / "description").iterdir()}
@@ -285,6 +286,13 @@ def test_the_shell_command_exists(wheel: zipfile.ZipFile) -> None:
     (target,) = [entry_points["console_scripts"]["rodless"]]
     module, function = target.split(":")
     assert callable(getattr(import_module(module), function))
+
+
+def test_the_urls_are_those_of_the_manifest(wheel: zipfile.ZipFile) -> None:
+    """What pip shows of where the package lives comes from the one place that says so."""
+    found = email.message_from_string(metadata(wheel, "METADATA")).get_all("Project-URL", [])
+    assert found == [f"{url.get('type')}, {url.text}" for url in manifest().iter("url")]
+    assert len(found) == 3
 
 
 def test_versions_agree(wheel: zipfile.ZipFile) -> None:

@@ -10,6 +10,8 @@
 
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -56,6 +58,31 @@ def test_a_release_can_be_prepared(tree: Path) -> None:
     entries = re.findall(r"^\* ", forthcoming.split("\n---", 1)[0], re.M)
     (content,) = released.get_content_of_version("8.9.10")
     assert len(content.bullets) >= len(entries) > 0
+
+
+def test_the_check_names_all_that_a_release_lacks(tmp_path: Path) -> None:
+    """A placeholder in the manifest and a file without a header, both in one go; then nothing."""
+    for name in ("Makefile", "package.xml", "LICENSE", ".ci/headers.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    manifest, new = tmp_path / "package.xml", tmp_path / "new.py"
+    named = re.sub(r"[\w-]+\.example", "rodless.org", manifest.read_text())
+    manifest.write_text(named.replace("rodless.org", "rodless.example", 1))
+    new.write_text("LENGTH = 1\n")
+    subprocess.run(["git", "init", "-q", tmp_path], check=True, capture_output=True)
+
+    def check() -> tuple[bool, str]:
+        command = ["make", "-s", "release-check", f"PYTHON={sys.executable}"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        return done.returncode == 0, done.stdout + done.stderr
+
+    passed, said = check()
+    assert not passed
+    for part in ("rodless.example", "put real names", str(new), "make headers"):
+        assert part in said
+    manifest.write_text(named)
+    subprocess.run([sys.executable, ".ci/headers.py"], cwd=tmp_path, check=True)
+    assert check()[0]
 
 
 def test_no_dependency_is_installed_with_pip() -> None:
