@@ -41,7 +41,7 @@ HEAT_AND_VALVE = {
     "valve.discharge": "constant",
 }
 
-IDEAL = {name: type(value)(0) for name, value in DATA_SHEET.items()}
+IDEAL = {name: 0 if isinstance(value, int) else 0.0 for name, value in DATA_SHEET.items()}
 
 
 @dataclass(frozen=True)
