@@ -53,7 +53,8 @@ TEST_REQUIREMENTS = [
     "control",  # takes linear models over
     "SALib",  # sensitivities of sweeps
     "distributed",  # sweeps on a cluster
-    "gymnasium",  # the rig as its environment
+    "gymnasium",  # the rig as its environment,
+    "cmaes",  # and what learns a law in it, in an example
     "packaging",  # reads the lock file as pip does
     "nicegui>=3.10",  # the pages of `rodless view`,
     "playwright",  # and what uses them in a Chromium that the machine has

@@ -15,10 +15,10 @@ from functools import cache
 from typing import ClassVar
 
 from rodless_base import frames
-from rodless_base.one_line import shown
+from rodless_base.one_line import in_one_line, shown
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
 from rodless_control.controller import Law, checked_declarations, checked_terms
-from rodless_control.laws import law_class, without_other_laws
+from rodless_control.laws import law_class, of_other_law, without_other_laws
 from rodless_control.parameters import NODE_PARAMETERS, OUTPUT, REFERENCE, LawParameters
 
 DEFAULT_LAW = str(NODE_PARAMETERS["controller.law"].default)
@@ -96,6 +96,14 @@ class ControllerParameters(ParameterSet):
     def own(cls, values: Mapping[str, object]) -> dict[str, object]:
         """Leave out what a file gives to other laws of this package."""
         return without_other_laws(values, cls)
+
+    @classmethod
+    def unknown(cls, name: object) -> str:
+        """Say that ``name`` is no parameter, and of which other law it may be one."""
+        if not isinstance(name, str) or name in cls.REPLACED or cls.foreign(name):
+            return super().unknown(name)
+        other = of_other_law(name, cls.DECLARATIONS)
+        return f"{in_one_line(name)}: {other}" if other else super().unknown(name)
 
     def check_together(self) -> None:
         """Refuse another law, and what law, step or sine cannot have."""

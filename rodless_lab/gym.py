@@ -115,6 +115,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         self.observation_space = Box(bounds[:, 0], bounds[:, 1], dtype=np.float64)
         self.action_space = Box(MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE, (1,), dtype=np.float64)
         self._rig = Rig(self._drawn(1))
+        self._over = True
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -127,7 +128,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         drawn = self._drawn(int(self.np_random.integers(LARGEST_SEED)))
         self._rig = Rig((options or {}).get("rig", drawn))
         self._points = sampled(self._drawn_reference(), self._times)
-        self._sample = 0
+        self._sample, self._over = 0, False
         self._voltage = self._rig.state.voltage
         return self._observed()
 
@@ -148,8 +149,11 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         """Apply a voltage, shape (1,), for one period.
 
         An episode is truncated at its last sample, and terminated where the motion leaves what a
-        rig can do; ``info["failure"]`` says how.
+        rig can do; ``info["failure"]`` says how. Raises gymnasium's ResetNeeded after that,
+        and before the first reset.
         """
+        if self._over:
+            raise gymnasium.error.ResetNeeded("the episode is over: call reset()")
         (given,) = np.asarray(action, dtype=np.float64).reshape(1)
         voltage = float(np.clip(given, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE))
         jump, self._voltage = voltage - self._voltage, voltage
@@ -163,6 +167,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         error_now = float(self._points[self._sample, 0]) - self._rig.state.position
         gained = FAILURE if failure else float(self._reward(error_now, jump))
         over = self._sample == len(self._times) - 1
+        self._over = over or bool(failure)
         return observation, gained, bool(failure), over, {**info, "failure": failure}
 
     @property

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from rodless_control import PidParameters, references
+from rodless_control import ControllerParameters, PidParameters, references
 from rodless_lab import closed_loop
 from rodless_sim import RigParameters
 
@@ -65,6 +65,27 @@ def test_the_fault_comes_in_the_middle_of_the_run(tmp_path: Path) -> None:
     assert np.ptp(again.position) == pytest.approx(np.ptp(position[:2001]), abs=1e-4)
 
 
+def test_a_law_is_learned_and_run_by_the_node_it_is_written_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It never costs more than before; the file it writes is a law for the node, as learned."""
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    train = runpy.run_path(str(ROOT / "examples" / "train_law.py"))
+    costs: list[float] = []
+    weights = train["learn"](
+        generations=2, rigs=2, duration=0.12, progress=lambda _, cost: costs.append(cost)
+    )
+    assert len(costs) == 2
+    assert costs[1] <= costs[0]
+    file = tmp_path / "learned.yaml"
+    train["write"](file, weights)
+    found = ControllerParameters.for_law("learned_law:Learned").from_file(file)
+    assert found["learned.weights"] == tuple(weights.tolist())
+    step = references.step(0.0, 0.058, at=0.1)
+    run = closed_loop(RigParameters.preset("calibrated"), found, step, 2.0, 1e-3)
+    assert abs(run.error[-1]) < 0.02
+
+
 def test_every_example_is_on_the_page() -> None:
     """Each file of the folder has a line there, and each is tested here or by the site."""
     files = {path.name for path in (ROOT / "examples").iterdir() if path.is_file()}
@@ -72,6 +93,8 @@ def test_every_example_is_on_the_page() -> None:
     assert {name.removesuffix(".py") for name in files if name.endswith(".py")} == {
         *PICTURES,
         "friction_fault",
+        "train_law",
+        "learned_law",
     }
 
 

@@ -8,8 +8,9 @@
 
 """The control laws, one per module, by the names that ``controller.law`` takes."""
 
+import difflib
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from operator import attrgetter
 
 from rodless_base.one_line import described, in_one_line, shown
@@ -83,6 +84,25 @@ def without_other_laws(
     others = {name for law in LAWS for name in law_class(law).PARAMETERS}
     others -= parameters.DECLARATIONS.keys()
     return {name: value for name, value in values.items() if name not in others}
+
+
+def of_other_law(name: str, declared: Iterable[str]) -> str:
+    """Say what ``name`` is, or may mean, among the parameters of other laws of this package.
+
+    Empty where it is none of them, and nearer to what is ``declared``.
+    """
+    own = set(declared)
+    others = {
+        parameter: law
+        for law in LAWS
+        for parameter in law_class(law).PARAMETERS
+        if parameter not in own
+    }
+    if name in others:
+        return f"belongs to the law {others[name]}, which controller.law chooses"
+    near = difflib.get_close_matches(name, [*own, *others], n=1)
+    meant = [one for one in near if one in others]
+    return "".join(f"no such parameter; did you mean {one} of {others[one]}?" for one in meant)
 
 
 def _raised(error: BaseException) -> str:

@@ -12,7 +12,7 @@ The force F = A·(p_a − p_b) is read with the transmitters' lag led out: a fad
 ``force_bandwidth`` gives F̂ and its rate, F = F̂ + lag·dF̂/dt. The filter of the position is told
 F/m; what it does not explain is the disturbance d̂ (m/s²), mostly friction. The outer loop demands
 
-    F_d = m·(r̈ + D·ė + P·e) + f(e, ṙ) − R·m·d̂ + I
+    F_d = m·(r̈ + D·ė + P·e) + f(e, ṙ, r̈) − R·m·d̂ + I
 
 with the friction compensation f in newtons (``parts/friction``) and the share R of the disturbance
 that is rejected. The inner loop lets the force follow,
@@ -100,7 +100,7 @@ PARAMETERS = collect(
             1.0,
         ),
     ),
-    friction.declared(NAME, "N", 10.9, 9.17e-5, 22.2, 22.0, TUNED),
+    friction.declared(NAME, "N", Friction(10.9, 9.17e-5, 22.2, 1e-3, 22.0, 0.0), TUNED),
     effort.declared(NAME, "N", 77000.0, 0.004, TUNED),
     following.declared(NAME, 362.0, 2.5e-5, 2.5, 37.4, TUNED),
     pneumatics.declared(NAME),
@@ -179,7 +179,9 @@ def demanded(gains: Gains, known: Known) -> float:
         + gains.velocity_gain * velocity_error(known)
         + gains.position_gain * error
         - gains.rejection * known.motion.acceleration
-    ) + friction.compensation(gains.friction, error, known.reference.velocity)
+    ) + friction.compensation(
+        gains.friction, error, known.reference.velocity, known.reference_acceleration
+    )
 
 
 @kernel

@@ -16,7 +16,7 @@ For a valve that sets a velocity the surface s = 0 is an error that fades at the
 and the law drives the carriage onto it with up to K volts, linearly within the boundary layer of
 thickness φ, where a switching law would chatter:
 
-    w = f(e, ṙ) + F_a·r̈ + K·sat(s/φ)
+    w = f(e, ṙ, r̈) + F_a·r̈ + K·sat(s/φ)
     effort = w + I
     voltage = neutral + effort + crossing(effort)      within the limits
 
@@ -89,7 +89,7 @@ PARAMETERS = collect(
             100.0,
         ),
     ),
-    friction.declared(NAME, "V", 0.0, 1e-4, 0.1, 2.5, TUNED),
+    friction.declared(NAME, "V", Friction(0.0, 1e-4, 0.1, 1e-3, 2.5, 0.0), TUNED),
     effort.declared(NAME, "V", 20.0, 3e-4, TUNED),
     dead_zone.declared(NAME, 0.7, 0.12, TUNED),
     following.declared(NAME, 376.0, 2.5e-5, 2.0, 33.5, TUNED),
@@ -164,7 +164,9 @@ def update(
     distance = surface(gains, known)
     error = position_error(known)
     wanted = parking.acting(known.parking) * (
-        friction.compensation(gains.friction, error, known.reference.velocity)
+        friction.compensation(
+            gains.friction, error, known.reference.velocity, known.reference_acceleration
+        )
         + gains.acceleration_feedforward * known.reference_acceleration
         + gains.reaching_voltage * within(distance / gains.boundary_layer, -1.0, 1.0)
     )

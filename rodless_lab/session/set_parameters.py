@@ -18,7 +18,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterType
 
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
-from rodless_control.laws import LAWS
+from rodless_control.laws import LAWS, of_other_law
 from rodless_lab.session.dry_run import check_change
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.running_rig import (
@@ -133,7 +133,10 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
         ways = " or ".join(f"{node}:{bare}" for node in owners)
         raise RigError(f"{bare}: {' and '.join(owners)} have it; say {ways}")
     if not owners:
-        near = difflib.get_close_matches(bare, [n for has in asked.values() for n in has], n=1)
+        there = [name for has in asked.values() for name in has]
+        if CONTROLLER in asked and (other := of_other_law(bare, there)):
+            raise RigError(f"{bare}: {other}")
+        near = difflib.get_close_matches(bare, there, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         absent = "".join(f"; the {node} was not found" for node in NODES if node not in names)
         raise RigError(f"{bare}: no such parameter on {' or '.join(asked)}{hint}{absent}")

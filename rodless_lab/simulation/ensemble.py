@@ -21,6 +21,7 @@ from rodless_lab.simulation.closed_loop import AnyLaw, Loop
 from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics, metrics_of
 from rodless_sim import RigParameters, SimulationError
+from rodless_sim.scenario import AnyScenario
 
 Array = npt.NDArray[np.float64]
 
@@ -76,6 +77,7 @@ def ensemble(
     since: float = 0.0,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
+    scenario: Callable[[RigParameters], AnyScenario | None] | None = None,
 ) -> Ensemble:
     """Control each of ``rigs`` as :func:`rodless_lab.closed_loop` does, and keep its figures.
 
@@ -100,6 +102,8 @@ def ensemble(
         Threads; by default one for each core.
     progress
         Called with the number of runs done, after each.
+    scenario
+        Called with each rig: what happens to it on the way, as closed_loop takes it.
 
     Raises
     ------
@@ -121,7 +125,7 @@ def ensemble(
     wanted = loop.references[:, 0].copy()
 
     def figures(rig: RigParameters) -> RunMetrics:
-        run = loop.run(rig, position)
+        run = loop.run(rig, position, scenario(rig) if scenario else None)
         return metrics_of(loop.times, wanted, run.rows, run.flows, run.commands, since)
 
     def run(rig: RigParameters) -> tuple[RunMetrics, str]:

@@ -8,8 +8,8 @@
 
 """What all runs of a study begin with: a rig, its controller, and how long they run."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rodless_base.one_line import described
@@ -37,15 +37,20 @@ class Base:
     duration: float
     period: float
     since: float  # when peak and RMS begin to count
+    # Of each law that varies within the study, by what controller.law names; empty where none does.
+    controllers: Mapping[str, ControllerParameters] = field(default_factory=dict)
 
     def with_values(self, values: Mapping[str, object]) -> "Base":
         """Return a copy with values for either node; raises ParameterError."""
         own = {name: value for name, value in values.items() if name in self.rig}
         others = {name: value for name, value in values.items() if name not in self.rig}
+        controller = self.controller
+        if self.controllers and LAW in others:
+            controller = self.controllers[str(others.pop(LAW))]
         return replace(
             self,
             rig=self.rig.with_values(own) if own else self.rig,
-            controller=self.controller.with_values(others) if others else self.controller,
+            controller=controller.with_values(others) if others else controller,
         )
 
     @property
@@ -61,11 +66,16 @@ class Base:
 
     @property
     def names(self) -> list[str]:
-        """The names of all parameters."""
-        return [*self.rig, *self.controller]
+        """The names of all parameters that each law of the study has."""
+        others = self.controllers.values()
+        own = [name for name in self.controller if all(name in one for one in others)]
+        return [*self.rig, *own]
 
     def unknown(self, name: str) -> str:
-        """Say that ``name`` is a parameter of neither node."""
+        """Say that ``name`` is a parameter of neither node, or not one of every law."""
+        without = [law for law, one in self.controllers.items() if name not in one]
+        if 0 < len(without) < len(self.controllers):
+            return f"{name}: {', '.join(without)} has no such parameter; vary it in another study"
         own = name in RigParameters.DECLARATIONS or not ControllerParameters.foreign(name)
         return (type(self.controller) if own else RigParameters).unknown(name)
 
@@ -84,27 +94,52 @@ def read_base(fields: Fields, folder: Path) -> Base:
         raise fields.error(
             "set", f"{SEED} refused: each row has a seed of its own, which design.seed draws"
         )
-    law = str(changes.get(LAW, "pid"))
+    laws = _laws(fields, changes)
     try:
-        kind = ControllerParameters.for_law(law)
-        rig, controller = _sets(given, folder, kind)
+        rig, controllers = _sets(given, folder, laws)
     except ParameterError as error:
         raise StudyError(f"{fields.where}: base: {described(error)}") from error
     run = fields.below("run")
-    base = Base(
-        rig.with_values(DATA_SHEET) if sensors == "data-sheet" else rig,
-        controller,
-        run.number("duration", 6.0),
-        run.number("period", 1e-3),
-        run.number("since", 0.0),
-    )
+    times = run.number("duration", 6.0), run.number("period", 1e-3), run.number("since", 0.0)
     run.end()
+    if sensors == "data-sheet":
+        rig = rig.with_values(DATA_SHEET)
+    own = {name: value for name, value in changes.items() if name in rig}
+    others = {name: value for name, value in changes.items() if name not in rig}
     try:
-        base = base.with_values({"reference.type": "step", **changes})
+        rig = rig.with_values(own)
+        found = _set(controllers, {"reference.type": "step", **others})
     except ParameterError as error:
         raise StudyError(f"{fields.where}: set: {described(error)}") from error
-    check_reference(fields, base)
+    base = Base(rig, found[laws[0]], *times, found if len(laws) > 1 else {})
+    for controller in found.values():
+        check_reference(fields, replace(base, controller=controller))
     return base
+
+
+def _laws(fields: Fields, changes: Mapping[str, object]) -> list[str]:
+    """Return the laws of a study: those that vary, or the one that is set."""
+    varied = fields.below("vary").values.get(LAW)
+    if varied is None:
+        return [str(changes.get(LAW, "pid"))]
+    if LAW in changes:
+        raise fields.error("set", f"{LAW} refused: it varies; keep one")
+    if not isinstance(varied, list) or not varied:
+        raise fields.error("vary", f"{LAW}: must be a list of laws")
+    return list(dict.fromkeys(map(str, varied)))
+
+
+def _set(
+    controllers: Mapping[str, ControllerParameters], values: Mapping[str, object]
+) -> dict[str, ControllerParameters]:
+    """Give each controller what is its own of ``values``; raises ParameterError."""
+    known = {name for one in controllers.values() for name in one}
+    return {
+        law: one.with_values(
+            {name: value for name, value in values.items() if name in one or name not in known}
+        )
+        for law, one in controllers.items()
+    }
 
 
 def check_reference(fields: Fields, base: Base) -> None:
@@ -127,14 +162,15 @@ def check_reference(fields: Fields, base: Base) -> None:
 
 
 def _sets(
-    base: str, folder: Path, kind: type[ControllerParameters]
-) -> tuple[RigParameters, ControllerParameters]:
+    base: str, folder: Path, laws: Sequence[str]
+) -> tuple[RigParameters, dict[str, ControllerParameters]]:
+    kinds = {law: ControllerParameters.for_law(law) for law in laws}
     if base in preset_names():
-        return RigParameters.preset(base), kind.preset(base)
+        return RigParameters.preset(base), {law: kinds[law].preset(base) for law in laws}
     path = folder / base
     if not path.exists():
         raise ParameterError(
             f"{base}: neither a preset ({', '.join(preset_names())}) nor a parameter file in "
             f"{folder}"
         )
-    return RigParameters.from_file(path), kind.from_file(path)
+    return RigParameters.from_file(path), {law: kinds[law].from_file(path) for law in laws}

@@ -8,6 +8,7 @@
 
 """One row of a study run: its figures, and its trace where the study wants one."""
 
+from collections import deque
 from typing import NamedTuple
 
 from rodless_control import ControllerParameters
@@ -16,6 +17,9 @@ from rodless_lab.simulation.ensemble import outcome
 from rodless_lab.simulation.run_metrics import RunMetrics, metrics_of
 from rodless_lab.studies.base import Base
 from rodless_lab.studies.study import Row
+
+# Loops that are kept: one for each law of a study.
+LOOPS = 8
 
 
 class RowResult(NamedTuple):
@@ -34,7 +38,7 @@ class RowRunner:
         """Keep every ``every``-th sample of ``columns`` of each run."""
         self._columns = columns
         self._every = every
-        self._known: tuple[ControllerParameters, Loop] | None = None
+        self._known: deque[tuple[ControllerParameters, Loop]] = deque(maxlen=LOOPS)
 
     def __call__(self, row: Row) -> RowResult:
         """Run a row; one that fails says so in its result."""
@@ -54,10 +58,12 @@ class RowRunner:
         return RowResult(row.number, metrics, failure, traces)
 
     def _loop(self, base: Base) -> Loop:
-        known = self._known
-        if known is None or known[0] is not base.controller:
-            self._known = known = base.controller, base.loop()
-        return known[1]
+        for controller, loop in list(self._known):
+            if controller is base.controller:
+                return loop
+        loop = base.loop()
+        self._known.appendleft((base.controller, loop))
+        return loop
 
     def _decimated(self, run: ClosedLoopTrace) -> dict[str, list[float]]:
         columns = run.columns()

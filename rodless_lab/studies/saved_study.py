@@ -32,6 +32,7 @@ def study_text(study: Study) -> str:
             "name": study.name,
             "rig": dict(base.rig),
             "controller": dict(base.controller),
+            "controllers": {law: dict(one) for law, one in base.controllers.items()},
             "run": [base.duration, base.period, base.since],
             "vary": [[one.name, _axis(one.axis), one.factor] for one in study.dimensions],
             "method": study.method,
@@ -71,13 +72,13 @@ def read_saved_study(folder: Path) -> Study:
 
 
 def _study(found: dict[str, Any]) -> Study:
-    kind = ControllerParameters.for_law(found["controller"][LAW])
     duration, period, since = found["run"]
-    rig, controller = RigParameters(found["rig"]), kind(found["controller"])
+    controllers = {law: _controller(one) for law, one in found["controllers"].items()}
+    rig, controller = RigParameters(found["rig"]), _controller(found["controller"])
     columns, every = found["traces"]
     return Study(
         found["name"],
-        Base(rig, controller, duration, period, since),
+        Base(rig, controller, duration, period, since, controllers),
         tuple(_dimension(*one) for one in found["vary"]),
         found["method"],
         found["count"],
@@ -85,6 +86,10 @@ def _study(found: dict[str, Any]) -> Study:
         tuple(columns),
         every,
     )
+
+
+def _controller(values: dict[str, Any]) -> ControllerParameters:
+    return ControllerParameters.for_law(values[LAW])(values)
 
 
 def _dimension(name: str, axis: dict[str, Any], factor: bool) -> Dimension:

@@ -84,7 +84,8 @@ class Study:
 
     @cached_property
     def _both(self) -> dict[str, Value]:
-        return {**self.base.rig, **self.base.controller}
+        both = {**self.base.rig, **self.base.controller}
+        return {name: both[name] for name in self.base.names}
 
     def __len__(self) -> int:
         return len(self.levels)
@@ -172,8 +173,10 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
         names = one.names(base.names)
         if not names:
             raise fields.error(name, base.unknown(name).partition(": ")[2])
-        if LAW in names or "reference.type" in names:
+        if "reference.type" in names:
             raise fields.error(name, "cannot vary within a study; make one study for each")
+        if LAW in names and name != LAW:
+            raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
         for parameter in names:
             if parameter in owners:
                 raise fields.error(

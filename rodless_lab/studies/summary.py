@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import quantities
+from rodless_lab.simulation.quantile import quantile
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.results import Results
 from rodless_lab.studies.sensitivity import Indices, sobol_indices
@@ -69,16 +70,9 @@ def _line(results: Results, name: str) -> str:
     label = f"{name.replace('_', ' ')}{', size' if name in SIGNED else ''}, {how.unit}"
     if not there.size:
         return f"| {label} | - | - | - | {values.size} |"
-    # A run that has no such figure, because it never settled, is worse than all that have.
-    median, ninety = (
-        _quantile(np.where(np.isnan(values), np.inf, values), share) for share in (0.5, 0.9)
-    )
+    median, ninety = (quantile(values, share) for share in (0.5, 0.9))
     cells = [_cell(one, how.decimals) for one in (median, ninety, float(there.max()))]
     return f"| {label} | {' | '.join(cells)} | {values.size - there.size} |"
-
-
-def _quantile(values: Array, share: float) -> float:
-    return float(np.quantile(values, share, method="higher"))
 
 
 def _cell(value: float, decimals: int) -> str:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from pathlib import Path
 
-from rodless_control import ControllerParameters
 from rodless_lab.simulation.closed_loop import as_law, is_compiled
 from rodless_lab.simulation.in_order import check_workers, in_order
+from rodless_lab.studies.base import Base
 from rodless_lab.studies.results import Results, read_results
 from rodless_lab.studies.row_run import RowResult, RowRunner
 from rodless_lab.studies.store import Store
@@ -119,8 +119,9 @@ def _run(
     def work(row: Row) -> None:
         keep(run(row))
 
-    yield from in_order(work, rows, workers if _is_compiled(study.base.controller) else 1)
+    yield from in_order(work, rows, workers if _is_compiled(study.base) else 1)
 
 
-def _is_compiled(controller: ControllerParameters) -> bool:
-    return is_compiled(as_law(controller))
+def _is_compiled(base: Base) -> bool:
+    controllers = base.controllers.values() or (base.controller,)
+    return all(is_compiled(as_law(one)) for one in controllers)

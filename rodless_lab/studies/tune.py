@@ -17,7 +17,7 @@ them there, and ends where one that was never interrupted does.
 import json
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,10 +28,11 @@ from scipy.optimize import Bounds, differential_evolution
 from rodless_base.kernels import source_digest
 from rodless_base.parameters import ParameterError
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
+from rodless_lab.simulation.quantile import quantile
+from rodless_lab.studies.base import Base
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.journal import add_line, claim, known_lines, locked
 from rodless_lab.studies.saved_study import study_text
-from rodless_lab.studies.study import Study
 from rodless_lab.studies.tuning_task import TuningTask
 from rodless_sim import RigParameters
 
@@ -49,7 +50,7 @@ class Candidate(NamedTuple):
 
     shares: tuple[float, ...]  # of the ranges
     score: float
-    figures: dict[str, float]  # each figure of the score at the score's quantile, in its unit
+    figures: dict[str, float]  # each figure that is scored, at the score's quantile, in its unit
 
 
 class Tuned(NamedTuple):
@@ -68,45 +69,40 @@ class _StoppedError(Exception):
 class Bench:
     """The rigs of a task, on which values of the law are tried."""
 
-    def __init__(self, task: TuningTask, study: Study | None = None) -> None:
-        """Make the rigs, those of ``study`` in place of the task's own."""
-        chosen = study or task.study
+    def __init__(self, task: TuningTask) -> None:
+        """Make the rigs."""
         self._task = task
-        self._base = chosen.base
-        self._rigs: list[RigParameters] = [
-            chosen.row(number).base.rig for number in range(len(chosen))
+        self._trials: list[tuple[Base, list[RigParameters]]] = [
+            (study.base, [study.row(number).base.rig for number in range(len(study))])
+            for study in (trial.study for trial in task.trials)
         ]
 
-    def measured(self, values: dict[str, float]) -> Ensemble:
-        """Return the figures of all rigs with ``values``; raises ParameterError."""
-        base = self._base.with_values(values)
-        return ensemble(
-            self._rigs, base.controller, base.reference, base.duration, base.period,
-            since=base.since,
-        )  # fmt: skip
+    def measured(self, values: dict[str, float]) -> list[Ensemble]:
+        """Return the figures of all rigs with ``values``, by trial; raises ParameterError."""
+        return [_measured(base.with_values(values), rigs) for base, rigs in self._trials]
 
     def candidate(self, shares: Array) -> Candidate:
         """Try the values at shares of their ranges."""
-        score = self._task.score
         key = tuple(map(float, shares))
         try:
             found = self.measured(self._task.values(shares))
         except ParameterError:
             return Candidate(key, IMPOSSIBLE, {})
-        return Candidate(key, score.of(found), figures_at(found, score.figures, score.quantile))
+        return Candidate(key, self._task.score(found), figures_of(self._task, found))
 
 
-def figures_at(found: Ensemble, names: dict[str, float], quantile: float) -> dict[str, float]:
-    """Return figures at a quantile over the rigs; infinite where too many rigs have none."""
+def _measured(base: Base, rigs: list[RigParameters]) -> Ensemble:
+    return ensemble(
+        rigs, base.controller, base.reference, base.duration, base.period, since=base.since
+    )
+
+
+def figures_of(task: TuningTask, found: Sequence[Ensemble]) -> dict[str, float]:
+    """Return all figures that are scored, by their labels, at the quantile of the score."""
     return {
-        name: float(
-            np.quantile(
-                np.where(np.isnan(found[name]), np.inf, np.abs(found[name])),
-                quantile,
-                method="higher",
-            )
-        )
-        for name in names
+        trial.label(name): quantile(np.abs(one[name]), task.quantile)
+        for trial, one in zip(task.trials, found, strict=True)
+        for name in trial.score.figures
     }
 
 
@@ -143,11 +139,14 @@ def task_text(task: TuningTask) -> str:
     return json.dumps(
         {
             "sources": source_digest(),
-            "study": json.loads(study_text(task.study)),
+            "trials": [
+                [one.name, json.loads(study_text(one.study)), one.score.figures]
+                for one in task.trials
+            ],
             "tune": {
                 name: [one.low, one.high, one.logarithmic] for name, one in task.ranges.items()
             },
-            "score": [task.score.figures, task.score.quantile],
+            "quantile": task.quantile,
             "search": [task.generations, task.population, task.seed],
         },
         indent=1,

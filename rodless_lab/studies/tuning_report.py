@@ -8,7 +8,7 @@
 
 """What a search leaves: the parameter file, and a page with the trade-off."""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from rodless_lab.figures.files import write_figure
 from rodless_lab.figures.style import label, panels
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.studies.summary import shown
-from rodless_lab.studies.tune import IMPOSSIBLE, Bench, Candidate, Tuned, figures_at
+from rodless_lab.studies.tune import IMPOSSIBLE, Bench, Candidate, Tuned, figures_of
 from rodless_lab.studies.tuning_task import TuningTask
 
 PARAMETERS = "tuned.yaml"
@@ -33,10 +33,9 @@ def write_tuned(folder: Path, task: TuningTask, found: Tuned) -> str:
     Raises OSError where the folder cannot be written.
     """
     atomic_write(folder / PARAMETERS, parameter_text(task, found))
-    others = replace(task.study, seed=task.study.seed + 1)
-    table = _table(task, found, {"tuned on": Bench(task), "others": Bench(task, others)})
+    table = _table(task, found, {"tuned on": Bench(task), "others": Bench(task.other_rigs())})
     pictures = ""
-    if len(task.score.figures) > 1:
+    if len(labels(task)) > 1:
         write_figure(folder, "trade_off", lambda: draw_trade_off(task, found))
         pictures = "\n![Trade-off between two figures](trade_off.png)\n"
     values = _values_table(task, found)
@@ -44,14 +43,19 @@ def write_tuned(folder: Path, task: TuningTask, found: Tuned) -> str:
     return f"{values}\n{table}"
 
 
+def labels(task: TuningTask) -> dict[str, str]:
+    """Return what each figure that is scored is called, and which one it is."""
+    return {trial.label(figure): figure for trial in task.trials for figure in trial.score.figures}
+
+
 def parameter_text(task: TuningTask, found: Tuned) -> str:
     """Return a parameter file with the values found, for the controller."""
     law = task.study.base.controller.text("controller.law")
-    figures = ", ".join(task.score.figures)
+    figures = ", ".join(labels(task))
     rigs = len(task.study)
     lines = [
         f"# Tuned by `rodless tune {task.name}`: the law {law} over {rigs} rigs, by {figures}",
-        f"# at the {task.score.quantile:g} quantile: score {found.best.score:.6g}.",
+        f"# at the {task.quantile:g} quantile: score {found.best.score:.6g}.",
         "/**/controller:",
         "  ros__parameters:",
         f"    controller.law: {law}",
@@ -76,54 +80,55 @@ def _values_table(task: TuningTask, found: Tuned) -> str:
 
 
 def _table(task: TuningTask, found: Tuned, benches: dict[str, Bench]) -> str:
-    score = task.score
-    heads = [f"{name.replace('_', ' ')}, {shown(name).unit}" for name in score.figures]
+    heads = [
+        f"{label.replace('_', ' ')}, {shown(figure).unit}" for label, figure in labels(task).items()
+    ]
     lines = [f"| rigs | values | score | {' | '.join(heads)} |", "|---" * (len(heads) + 3) + "|"]
     present = {name: float(str(value)) for name, value in task.present().items()}
     for rigs, bench in benches.items():
         for which, values in (("before", present), ("tuned", found.values)):
             lines.append(_line(task, rigs, which, bench.measured(values)))
-    note = f"Figures at the {score.quantile:g} quantile of {len(task.study)} rigs."
+    note = f"Figures at the {task.quantile:g} quantile of {len(task.study)} rigs."
     return "\n".join([*lines, "", note]) + "\n"
 
 
-def _line(task: TuningTask, rigs: str, which: str, measured: Ensemble) -> str:
-    figures = figures_at(measured, task.score.figures, task.score.quantile)
+def _line(task: TuningTask, rigs: str, which: str, measured: Sequence[Ensemble]) -> str:
+    called = labels(task)
     cells = [
-        f"{value * shown(name).scale:.3f}" if np.isfinite(value) else "never"
-        for name, value in figures.items()
+        f"{value * shown(called[label]).scale:.3f}" if np.isfinite(value) else "never"
+        for label, value in figures_of(task, measured).items()
     ]
-    score = task.score.of(measured)
-    return f"| {rigs} | {which} | {score:.4g} | {' | '.join(cells)} |"
+    return f"| {rigs} | {which} | {task.score(measured):.4g} | {' | '.join(cells)} |"
 
 
 def draw_trade_off(task: TuningTask, found: Tuned) -> Figure:
     """Draw all candidates by the first two figures of the score, and those no other one beats."""
-    first, second, *_ = task.score.figures
-    points = [_point(one, first, second) for one in found.candidates if one.score < IMPOSSIBLE]
+    (first, of_first), (second, of_second), *_ = labels(task).items()
+    scales = shown(of_first).scale, shown(of_second).scale
+
+    def point(one: Candidate) -> tuple[float, float]:
+        values = (one.figures.get(label, np.inf) for label in (first, second))
+        x, y = (value * scale for value, scale in zip(values, scales, strict=True))
+        return x, y
+
+    points = [point(one) for one in found.candidates if one.score < IMPOSSIBLE]
     there = np.array([point for point in points if np.isfinite(point).all()]).reshape(-1, 2)
     figure, (panel,) = panels()
     panel.plot(there[:, 0], there[:, 1], ".", color="0.7", label="tried")
     edge = front(there)
     panel.plot(edge[:, 0], edge[:, 1], ".-", label="no other is better in both")
-    chosen = _point(found.best, first, second)
+    chosen = point(found.best)
     panel.plot(chosen[0], chosen[1], "o", color="tab:red", label="best score")
-    quantile = f"at the {task.score.quantile:g} quantile"
+    quantile = f"at the {task.quantile:g} quantile"
     for name, scale in ((first, panel.set_xscale), (second, panel.set_yscale)):
         if len(there) and (there[:, 0 if name == first else 1] > 0.0).all():
             scale("log")
     names = [
-        f"{name.replace('_', ' ')} {quantile} / {shown(name).unit}" for name in (first, second)
+        f"{name.replace('_', ' ')} {quantile} / {shown(figure).unit}"
+        for name, figure in ((first, of_first), (second, of_second))
     ]
     label(panel, names[0], names[1])
     return figure
-
-
-def _point(one: Candidate, first: str, second: str) -> tuple[float, float]:
-    return (
-        one.figures.get(first, np.inf) * shown(first).scale,
-        one.figures.get(second, np.inf) * shown(second).scale,
-    )
 
 
 def front(points: np.ndarray) -> np.ndarray:

@@ -8,7 +8,8 @@
 
 """A tuning task: which parameters of a law to choose, over which rigs, by which score."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ import numpy.typing as npt
 from rodless_base.parameters import Value
 from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
+from rodless_lab.simulation.quantile import quantile
 from rodless_lab.simulation.run_metrics import RunMetrics
+from rodless_lab.studies.base import LAW
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file
@@ -25,21 +28,23 @@ from rodless_lab.studies.study import Study, read_dimension, study_of
 
 Array = npt.NDArray[np.float64]
 
+# What a trial may change of the task's study, and what it has in common with the others.
+CHANGED = ("set", "vary", "run")
+COMMON = ("base", "sensors", "design")
+
 # What a rig costs that a figure has no number for: it never settled, or its run failed.
 NEVER = 10.0
 
 
 @dataclass(frozen=True)
 class Score:
-    """One number for a law over many rigs.
+    """What a rig's figures cost.
 
     A rig costs the sum of its figures, each divided by the size at which it costs 1; a figure that
-    a rig does not have costs ``NEVER``. The score is a quantile of the costs over the rigs: near 1
-    it is the worst rigs that count.
+    a rig does not have costs ``NEVER``.
     """
 
     figures: dict[str, float]  # by name: the size at which it costs 1, in its unit
-    quantile: float
 
     def costs(self, found: Ensemble) -> Array:
         """Return what each rig costs, shape (n,)."""
@@ -49,22 +54,52 @@ class Score:
             total += np.where(np.isnan(share), NEVER, np.minimum(share, NEVER))
         return total
 
-    def of(self, found: Ensemble) -> float:
-        """Return the score of an ensemble."""
-        return float(np.quantile(self.costs(found), self.quantile))
+
+@dataclass(frozen=True)
+class Trial:
+    """One thing that each rig of a task has to do, and what its figures cost."""
+
+    name: str  # empty where a task has no others
+    study: Study  # whose rows are the rigs
+    score: Score
+
+    def label(self, figure: str) -> str:
+        """Return what a figure of this trial is called."""
+        return f"{self.name}: {figure}" if self.name else figure
 
 
 @dataclass(frozen=True)
 class TuningTask:
-    """What a task's file says; :func:`read_task` reads one."""
+    """What a task's file says; :func:`read_task` reads one.
+
+    The score of a law is a quantile, over the rigs, of what they cost in all trials together: near
+    1 it is the worst rigs that count.
+    """
 
     name: str
-    study: Study  # whose rows are the rigs
+    trials: tuple[Trial, ...]  # of the same rigs
     ranges: dict[str, Range]  # of the law's parameters
-    score: Score
+    quantile: float
     generations: int
     population: int  # candidates of a generation for each parameter
     seed: int
+
+    @property
+    def study(self) -> Study:
+        """The study of the first trial."""
+        return self.trials[0].study
+
+    def score(self, found: Sequence[Ensemble]) -> float:
+        """Return the score of what the rigs have done in each trial."""
+        costs = [trial.score.costs(one) for trial, one in zip(self.trials, found, strict=True)]
+        return quantile(np.sum(costs, axis=0), self.quantile)
+
+    def other_rigs(self) -> "TuningTask":
+        """Return the same task with as many rigs that it does not know."""
+        others = (
+            replace(one, study=replace(one.study, seed=one.study.seed + 1)) for one in self.trials
+        )
+        return replace(self, trials=tuple(others))
 
     def values(self, shares: Array) -> dict[str, float]:
         """Return the parameters at shares of their ranges, shape (parameters,)."""
@@ -86,7 +121,10 @@ def read_task(given: str | Path) -> TuningTask:
     path = find_file("tasks", given)
     fields = Fields.of_file(path)
     ranges = _ranges(fields.below("tune"))
-    score = _score(fields.below("score"))
+    score = fields.below("score")
+    share = score.number("quantile", 0.9)
+    if not 0.0 <= share <= 1.0:
+        raise score.error("quantile", f"{share:g} refused, must be from 0 to 1")
     search = fields.below("search")
     sizes = {
         name: search.whole(name, default)
@@ -99,9 +137,10 @@ def read_task(given: str | Path) -> TuningTask:
     if not 0 <= seed <= LARGEST_SEED:
         raise search.error("seed", f"{seed} refused, must be from 0 to {LARGEST_SEED}")
     search.end()
-    study = study_of(fields, path)
+    trials = tuple(_trials(fields, score, path))
+    score.end()
     fields.end()
-    task = TuningTask(path.stem, study, ranges, score, seed=seed, **sizes)
+    task = TuningTask(path.stem, trials, ranges, share, seed=seed, **sizes)
     _check_ranges(task, str(path))
     return task
 
@@ -118,8 +157,29 @@ def _ranges(fields: Fields) -> dict[str, Range]:
     return found
 
 
-def _score(fields: Fields) -> Score:
-    figures = fields.below("figures")
+def _trials(fields: Fields, score: Fields, path: Path) -> Iterator[Trial]:
+    """Yield what a rig has to do: each of ``trials`` changes set, vary and run of the study."""
+    given = fields.below("trials")
+    study = study_of(fields, path)
+    if not given.values:
+        yield Trial("", study, Score(_sizes(score.below("figures"))))
+        return
+    if "figures" in score.values:
+        raise score.error("figures", "refused: each of trials has its own")
+    for name in given.values:
+        own = given.below(name)
+        changed = {
+            part: {**fields.below(part).values, **own.below(part).values} for part in CHANGED
+        }
+        figures = _sizes(own.below("figures"))
+        own.end()
+        common = {part: fields.values[part] for part in COMMON if part in fields.values}
+        yield Trial(
+            name, study_of(Fields.of(own.where, {**common, **changed}), path), Score(figures)
+        )
+
+
+def _sizes(figures: Fields) -> dict[str, float]:
     sizes = {name: figures.number(name, 1.0) for name in figures.values}
     for name, size in sizes.items():
         if name not in RunMetrics._fields:
@@ -128,16 +188,19 @@ def _score(fields: Fields) -> Score:
             raise figures.error(name, f"{size:g} refused, must be the size that costs 1, above 0")
     if not sizes:
         raise figures.error("no figure", "name figures with the size at which each costs 1")
-    quantile = fields.number("quantile", 0.9)
-    if not 0.0 <= quantile <= 1.0:
-        raise fields.error("quantile", f"{quantile:g} refused, must be from 0 to 1")
-    fields.end()
-    return Score(sizes, quantile)
+    return sizes
 
 
 def _check_ranges(task: TuningTask, where: str) -> None:
     controller = task.study.base.controller
-    varied = {name for one in task.study.dimensions for name in one.names(task.study.base.names)}
+    varied = {
+        name
+        for trial in task.trials
+        for one in trial.study.dimensions
+        for name in one.names(trial.study.base.names)
+    }
+    if LAW in varied:
+        raise StudyError(f"{where}: vary: {LAW}: refused, a task tunes one law; give it in set")
     for name, one in task.ranges.items():
         declared = controller.LAW_CLASS.PARAMETERS.get(name)
         if declared is None:

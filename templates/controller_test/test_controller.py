@@ -15,18 +15,26 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-CONTROLLER = [sys.executable, str(Path(__file__).with_name("example_controller.py"))]
+HERE = Path(__file__).parent
+CONTROLLER = [sys.executable, str(HERE / "example_controller.py")]
 # An installed node, whatever it is written in, with parameters of its own:
 # CONTROLLER = ["ros2", "run", "my_package", "my_controller", "--ros-args", "-p", "gain:=100.0"]
+
+# One that reads the pressures too.
+PRESSURE_CONTROLLER = [sys.executable, str(HERE / "pressure_controller.py")]
 
 PERIOD = 0.005  # s, of samples and commands
 TARGET = 0.02  # m
 
 
-def test_reaches_the_set_point(rig_session):
+@pytest.mark.parametrize(
+    "controller", [CONTROLLER, PRESSURE_CONTROLLER], ids=["plain", "pressures"]
+)
+def test_reaches_the_set_point(rig_session, controller):
     """Within 6 s of plant time the carriage comes within 3 mm of the target, and stays there."""
-    rig = rig_session("lockstep", controller=CONTROLLER, plant={"time.period": PERIOD})
+    rig = rig_session("lockstep", controller=controller, plant={"time.period": PERIOD})
     rig.setpoint(TARGET)
     rig.run_for(6.0)
     end = rig.samples().position[-100:]

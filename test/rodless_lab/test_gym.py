@@ -116,6 +116,36 @@ def test_a_motion_that_leaves_the_rig_ends_the_episode(monkeypatch: pytest.Monke
     assert info["failure"] == "no rig does that"
 
 
+def test_past_its_end_an_episode_says_what_to_do() -> None:
+    """A step before the first reset too; after a reset it goes on."""
+    env = RigEnv(duration=0.002)
+    for _ in range(2):
+        with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\)"):
+            env.step([5.0])
+        env.reset(seed=1)
+        assert [env.step([5.0])[3] for _ in range(2)] == [False, True]
+
+
+def test_several_rigs_side_by_side_are_those_alone() -> None:
+    """Each of a vector has the readings of its seed; an episode that ends is begun anew."""
+    ranges = {"cylinder.moving_mass": (0.7, 2.0)}
+    several = gymnasium.make_vec(
+        "Rodless-v0", 3, "sync", rig=NOISY, reference=STEP, duration=0.02, ranges=ranges
+    )
+    found = [several.reset(seed=4)[0]]
+    for _ in range(20):
+        observations, _, _, truncated, _ = several.step(np.full((3, 1), 6.0))
+        found.append(observations)
+    assert truncated.all()
+    several.step(np.full((3, 1), 6.0))
+    assert not several.step(np.full((3, 1), 6.0))[3].any()
+    several.close()
+    for place in range(3):
+        env = RigEnv(NOISY, STEP, duration=0.02, ranges=ranges)
+        alone = [env.reset(seed=4 + place)[0], *(env.step([6.0])[0] for _ in range(20))]
+        assert np.array_equal([one[place] for one in found], alone)
+
+
 def test_it_is_made_by_its_name() -> None:
     """As other environments are, several at once too."""
     env = gymnasium.make("Rodless-v0", duration=0.05)

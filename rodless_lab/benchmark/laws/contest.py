@@ -10,15 +10,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_lab.benchmark.laws.entries import Entry
-from rodless_lab.benchmark.laws.stepped import stepped
 from rodless_lab.benchmark.laws.tasks import Task
-from rodless_lab.simulation.ensemble import Ensemble, ensemble, outcome
+from rodless_lab.simulation.ensemble import Ensemble, ensemble
+from rodless_lab.simulation.quantile import quantile
 from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
@@ -38,9 +37,7 @@ class Score:
     def quantiles(self, figure: str, scale: float = 1.0) -> tuple[float, float, float]:
         """Median, 90 % and worst of the size of a figure; a run without it counts as infinite."""
         values = np.abs(self.runs[figure]) * scale
-        values = np.sort(np.where(np.isnan(values), np.inf, values))
-        median, high, worst = (values[round(q * (len(values) - 1))] for q in (0.5, 0.9, 1.0))
-        return float(median), float(high), float(worst)
+        return quantile(values, 0.5), quantile(values, 0.9), quantile(values, 1.0)
 
     def count(self, figure: str, beyond: float) -> int:
         """How many runs are beyond a size of a figure, or have none."""
@@ -49,24 +46,20 @@ class Score:
 
 def score(entry: Entry, task: Task, drawn: Sequence[RigParameters]) -> Score:
     """Let one law do one task on all rigs."""
-    if not task.stepped:
-        rigs = (task.rig(rig) for rig in drawn)
-        return Score(
-            entry,
-            task,
-            ensemble(
-                rigs,
-                entry.law,
-                task.reference,
-                task.duration,
-                task.period,
-                position=task.position,
-                since=task.since,
-            ),
-        )
-    found = [outcome(partial(stepped, rig, entry.law, task)) for rig in drawn]
-    failures = {place: why for place, (_, why) in enumerate(found) if why}
-    return Score(entry, task, Ensemble((one for one, _ in found), failures))
+    return Score(
+        entry,
+        task,
+        ensemble(
+            map(task.rig, drawn),
+            entry.law,
+            task.reference,
+            task.duration,
+            task.period,
+            position=task.position,
+            since=task.since,
+            scenario=task.scenario,
+        ),
+    )
 
 
 def contest(

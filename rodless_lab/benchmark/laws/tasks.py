@@ -16,7 +16,7 @@ import numpy as np
 from rodless_control import references
 from rodless_control.references import Reference
 from rodless_lab.simulation.draw import draw
-from rodless_sim import RigParameters
+from rodless_sim import RigParameters, Scenario
 from rodless_sim.instruments.instruments import DATA_SHEET, IDEAL
 
 FRICTION = tuple(
@@ -31,7 +31,6 @@ FRICTION = tuple(
         "high_speed_viscous",
     )
 )
-
 
 @dataclass(frozen=True)
 class Steps:
@@ -51,8 +50,8 @@ class Steps:
 class Task:
     """A reference, and what the rig is like on the way; at 1 kHz with the instruments of the paper.
 
-    ``factors`` multiply parameters of the rig from ``at`` (s) on. ``delay`` is in samples, between
-    a reading and the law. Peak and RMS count from ``since`` (s). ``cycles`` are those of a sine in
+    ``factors`` multiply parameters of the rig from ``at`` (s) on. ``delay`` is that of all readings
+    (``sensors.delay``). Peak and RMS count from ``since`` (s). ``cycles`` are those of a sine in
     the whole run; a task without is a move, whose last step is judged.
     """
 
@@ -62,23 +61,23 @@ class Task:
     period: float = 1e-3  # s
     position: float = 0.0  # m
     ideal: bool = False  # instruments without noise, lag and bias
-    delay: int = 0
+    delay: float = 0.0  # s
     factors: Mapping[str, float] = field(default_factory=dict)
     at: float = 0.0  # s
     since: float = 0.0  # s
     cycles: float = 0.0
 
-    @property
-    def stepped(self) -> bool:
-        """Whether it needs a loop that changes the rig or holds readings back."""
-        return self.delay > 0 or self.at > 0.0
-
     def rig(self, drawn: RigParameters) -> RigParameters:
         """Return a drawn rig as this task begins with it."""
-        values: dict[str, object] = dict(IDEAL if self.ideal else DATA_SHEET)
+        values: dict[str, object] = {**(IDEAL if self.ideal else DATA_SHEET)}
+        values["sensors.delay"] = self.delay
         if self.at == 0.0:
             values |= self.changed(drawn)
         return drawn.with_values(values)
+
+    def scenario(self, rig: RigParameters) -> Scenario | None:
+        """Return what happens to ``rig`` on the way."""
+        return Scenario([(self.at, self.changed(rig))], self.name) if self.at > 0.0 else None
 
     def changed(self, rig: RigParameters) -> dict[str, object]:
         """Return the values that ``factors`` give ``rig``."""
@@ -127,8 +126,8 @@ def tasks(seed: int) -> list[Task]:
             factors={"supply.pressure": 0.8},
             at=1.0,
         ),
-        Task("58 mm step, 1 ms delay", step, 2.1, delay=1),
-        Task("58 mm step, 5 ms delay", step, 2.1, delay=5),
+        Task("58 mm step, 1 ms delay", step, 2.1, delay=1e-3),
+        Task("58 mm step, 5 ms delay", step, 2.1, delay=5e-3),
         Task("58 mm step at 100 Hz", step, 2.1, period=1e-2),
         sine("20 mm sine, 0.381 Hz", 0.381),
         sine("20 mm sine, 0.5 Hz", 0.5),

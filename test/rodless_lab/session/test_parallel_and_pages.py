@@ -89,7 +89,7 @@ def test_the_template_test_can_fail(tmp_path: Path, run_pytest: RunPytest) -> No
     text = controller.read_text(encoding="utf-8")
     assert "CLOSED_VOLTAGE + self.gain" in text
     controller.write_text(text.replace("CLOSED_VOLTAGE + self", "CLOSED_VOLTAGE - self"))
-    process = run_pytest("mine", "-k", "reaches_the_set_point")
+    process = run_pytest("mine", "-k", "reaches_the_set_point and plain")
     output = process.communicate(timeout=TIMEOUT)[0]
     assert process.returncode == 1, output
     assert "output of rig 0: controller" in output

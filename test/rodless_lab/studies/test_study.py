@@ -49,6 +49,25 @@ def test_a_grid_has_every_combination_once(tmp_path: Path) -> None:
         assert last.number(name) == base.number(name) * 1.2
 
 
+def test_the_law_varies_within_a_study(tmp_path: Path) -> None:
+    """Each row has its law as the base tunes it, and of `set` what is its own; saved and read."""
+    text = """
+set: {reference.target: 0.03, controller.kp: 500.0, adrc.filter_bandwidth: 300.0}
+vary:
+  controller.law: [pid, adrc]
+  controller.neutral_voltage: [5.0, 5.1]
+"""
+    study = read_study(written(tmp_path, text))
+    (tmp_path / "study.json").write_text(study_text(study), encoding="utf-8")
+    for one in (study, read_saved_study(tmp_path)):
+        found = [one.row(number).base.controller for number in range(len(one))]
+        assert [row["controller.law"] for row in found] == ["pid", "pid", "adrc", "adrc"]
+        assert [row["controller.neutral_voltage"] for row in found] == [5.0, 5.1, 5.0, 5.1]
+        assert {row["reference.target"] for row in found} == {0.03}
+        assert found[0]["controller.kp"] == 500.0
+        assert found[2]["adrc.filter_bandwidth"] == 300.0
+
+
 def test_a_logarithmic_axis_is_even_in_its_logarithm(tmp_path: Path) -> None:
     """Five values over four decades are decades apart."""
     text = "vary: {friction.capture_velocity: {from: 1.0e-8, to: 1.0e-4, count: 5, "
@@ -139,7 +158,23 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
             "vary: {friction.*.static: [1.0], friction.forward.static: [30.0]}",
             "friction.forward.static is varied by friction.*.static too",
         ),
-        ("vary: {controller.law: [pid]}", "vary: controller.law: cannot vary within a study"),
+        ("vary: {reference.type: [sine]}", "vary: reference.type: cannot vary within a study"),
+        ("vary: {controller.l*: [pid]}", "controller.law cannot vary with others"),
+        ("vary: {controller.law: pid}", "vary: controller.law: must be a list of laws"),
+        ("vary: {controller.law: [pd]}", "base: controller.law: 'pd' refused: must be pid"),
+        (
+            "{set: {controller.law: pid}, vary: {controller.law: [pid]}}",
+            "set: controller.law refused: it varies",
+        ),
+        (
+            "vary: {controller.law: [pid, adrc], controller.kp: [100.0]}",
+            "vary: controller.kp: adrc has no such parameter; vary it in another study",
+        ),
+        (
+            "{set: {cascade.mass: 1.0}, vary: {controller.law: [pid, adrc]}}",
+            "set: cascade.mass: belongs to the law cascade, which controller.law chooses",
+        ),
+        ("set: {cascade.mas: 1.0}", "no such parameter; did you mean cascade.mass of cascade?"),
         (
             "vary: {friction.form: {from: 1, to: 2, count: 2, factor: true}}",
             "row 0 of 2: friction.form: 'saturating' times 1.0 refused: no numbers",

@@ -22,7 +22,7 @@ from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
 from rodless_lab.studies.tune import Bench, Candidate, Journal, search
 from rodless_lab.studies.tuning_report import front, write_tuned
-from rodless_lab.studies.tuning_task import NEVER, Score, read_task
+from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
 TASK = """
 base: calibrated
@@ -36,6 +36,16 @@ tune:
 score: {{quantile: 1.0, figures: {{mean_error: 1.0e-3, overshoot: 1.0e-3{more}}}}}
 search: {{generations: 2, population: 4, seed: 5}}
 {extra}
+"""
+
+
+TRIALS = """
+trials:
+  step: {figures: {mean_error: 1.0e-3}}
+  sine:
+    set: {reference.type: sine, cylinder.initial_position: 0.1}
+    run: {duration: 0.3}
+    figures: {peak_error: 1.0e-3}
 """
 
 
@@ -53,9 +63,9 @@ def test_the_values_found_score_better_than_those_before(tmp_path: Path) -> None
     before = Bench(task).measured({"controller.kp": 120.0, "controller.kd": 25.0})
     after = Bench(task).measured(found.values)
     assert found.complete
-    assert found.best.score == task.score.of(after) < task.score.of(before)
+    assert found.best.score == task.score(after) < task.score(before)
     assert min(one.score for one in found.candidates) == found.best.score
-    assert any(task.score.of(before) == pytest.approx(one.score) for one in found.candidates[:8])
+    assert any(task.score(before) == pytest.approx(one.score) for one in found.candidates[:8])
 
 
 def test_a_search_that_goes_on_ends_where_one_in_one_go_does(tmp_path: Path) -> None:
@@ -95,9 +105,42 @@ def test_the_score_is_a_quantile_of_what_the_rigs_cost() -> None:
         for value, time in ((-1e-4, 1.0), (2e-4, 0.5), (1.0, np.nan))
     ]
     found = Ensemble(rows, {})
-    score = Score({"mean_error": 1e-4, "settling_time": 1.0}, 0.5)
+    score = Score({"mean_error": 1e-4, "settling_time": 1.0})
     assert score.costs(found) == pytest.approx([2.0, 2.5, 2.0 * NEVER])
-    assert score.of(found) == pytest.approx(2.5)
+    task = TuningTask("both", (Trial("a", None, score),) * 2, {}, 0.5, 1, 1, 1)  # type: ignore[arg-type]
+    assert task.score([found, found]) == pytest.approx(5.0)
+
+
+def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
+    """A trial changes what the file says of all; rigs and noise stay; its figures have its name."""
+    path = written(tmp_path, extra=TRIALS)
+    text = path.read_text(encoding="utf-8").replace(
+        "score: {quantile: 1.0, figures: {mean_error: 1.0e-3, overshoot: 1.0e-3}}", "score: {}"
+    )
+    path.write_text(text, encoding="utf-8")
+    task = read_task(path)
+    rigs = [[dict(one.study.row(k).base.rig) for k in range(3)] for one in task.trials]
+    for step, sine in zip(*rigs, strict=True):
+        assert sine["cylinder.initial_position"] == 0.1
+        assert step == {**sine, "cylinder.initial_position": step["cylinder.initial_position"]}
+    assert [one.study.base.duration for one in task.trials] == [0.6, 0.3]
+    found = Bench(task).candidate(np.array([0.5, 0.5]))
+    assert set(found.figures) == {"step: mean_error", "sine: peak_error"}
+    alone = [
+        trial.score.costs(one)
+        for trial, one in zip(
+            task.trials, Bench(task).measured(task.values(np.array([0.5, 0.5]))), strict=True
+        )
+    ]
+    assert found.score == sorted(alone[0] + alone[1])[2]
+    text = write_tuned(tmp_path / "out", task, search(task, tmp_path / "out"))
+    assert "| sine: peak error, mm |" in text
+
+
+def test_figures_stand_in_one_place(tmp_path: Path) -> None:
+    """Those of the score are refused where trials have their own."""
+    with pytest.raises(StudyError, match="score: figures: refused: each of trials has its own"):
+        read_task(written(tmp_path, extra=TRIALS))
 
 
 def test_the_front_is_what_no_other_point_beats() -> None:
@@ -114,7 +157,8 @@ def test_the_tasks_that_ship_can_be_done(name: str) -> None:
     """By name; the figures they score are there."""
     task = read_task(name)
     assert len(task.study) >= 16
-    assert task.score.figures.keys() <= set(RunMetrics._fields)
+    for trial in task.trials:
+        assert trial.score.figures.keys() <= set(RunMetrics._fields)
 
 
 @pytest.mark.parametrize(

@@ -29,11 +29,25 @@ def test_the_crossing_of_the_dead_zone() -> None:
 
 def test_friction_is_overcome_in_the_direction_that_is_wanted() -> None:
     """At rest the error decides, in a move the reference; 3 N + 2 N + 5 N·s/m at 0.1 m/s."""
-    friction = Friction(static=3.0, static_width=1e-4, coulomb=2.0, viscous=5.0)
-    assert compensation(friction, 0.0, 0.0) == 0.0
-    assert compensation(friction, 1e-4, 0.0) == pytest.approx(3.0 * math.tanh(1.0), rel=1e-15)
-    assert compensation(friction, 1.0, 0.1) == pytest.approx(3.0 + 2.0 + 0.5, rel=1e-15)
-    assert compensation(friction, -1.0, -0.1) == -compensation(friction, 1.0, 0.1)
+    friction = Friction(
+        3.0, static_width=1e-4, coulomb=2.0, coulomb_width=1e-3, viscous=5.0, lead=0.0
+    )
+    assert compensation(friction, 0.0, 0.0, 0.0) == 0.0
+    assert compensation(friction, 1e-4, 0.0, 0.0) == pytest.approx(3.0 * math.tanh(1.0), rel=1e-15)
+    assert compensation(friction, 0.0, 1e-3, 0.0) == pytest.approx(2.0 * math.tanh(1.0) + 5e-3)
+    assert compensation(friction, 1.0, 0.1, 0.0) == pytest.approx(3.0 + 2.0 + 0.5, rel=1e-15)
+    assert compensation(friction, -1.0, -0.1, 0.0) == -compensation(friction, 1.0, 0.1, 0.0)
+
+
+def test_friction_is_overcome_ahead_of_the_reference() -> None:
+    """20 ms before a sine reverses it is that of the other side; at rest there is none."""
+    friction = Friction(
+        0.0, static_width=1e-4, coulomb=2.0, coulomb_width=1e-3, viscous=5.0, lead=0.04
+    )
+    ahead = compensation(friction, 0.0, -0.1 * 0.02, 0.1)
+    assert ahead == pytest.approx(compensation(friction._replace(lead=0.0), 0.0, 0.1 * 0.02, 0.0))
+    assert ahead > 0.0
+    assert compensation(friction, 0.0, 0.0, 50.0) == 0.0
 
 
 def test_the_acceleration_of_a_steady_change_of_velocity_is_exact() -> None:

@@ -17,10 +17,8 @@ import pytest
 from quiet_stop import Quiet
 
 from rodless_control import Law, ParameterError, references
-from rodless_lab import ensemble
-from rodless_lab.benchmark.laws.contest import Score, contest
+from rodless_lab.benchmark.laws.contest import Score, contest, score
 from rodless_lab.benchmark.laws.entries import Entry, entry, of_package, users
-from rodless_lab.benchmark.laws.stepped import stepped
 from rodless_lab.benchmark.laws.tables import markdown
 from rodless_lab.benchmark.laws.tasks import FRICTION, Steps, Task, random_steps, rigs, tasks
 from rodless_lab.cli.laws import main
@@ -44,28 +42,19 @@ class Watching(Law):
         return 5.08
 
 
-@pytest.mark.parametrize("ideal", [True, False])
-def test_sample_by_sample_gives_the_figures_of_the_compiled_loop(ideal: bool) -> None:
-    """Without delay or change both loops are the same run, with noisy instruments too."""
-    task = Task("short", SHORT.reference, 0.3, position=0.02, ideal=ideal)
-    (rig,) = rigs(1, 7)
-    law = entry("pid").law
-    expected = ensemble([task.rig(rig)], law, task.reference, 0.3, 1e-3, position=0.02)
-    found = stepped(rig, law, task)
-    for name, value in found._asdict().items():
-        if name != "air":
-            assert np.array_equal(value, expected[name][0], equal_nan=True), name
-    assert math.isnan(found.air)
-    assert found.valve_travel > 1.0
-
-
 def test_readings_come_late_and_the_rig_changes_on_the_way() -> None:
     """5 samples late, the first one until then; the supply falls at 0.1 s to four fifths."""
     law, (rig,) = Watching(), rigs(1, 1)
     task = Task(
-        "late", SHORT.reference, 0.2, ideal=True, delay=5, factors={"supply.pressure": 0.8}, at=0.1
+        "late",
+        SHORT.reference,
+        0.2,
+        ideal=True,
+        delay=5e-3,
+        factors={"supply.pressure": 0.8},
+        at=0.1,
     )
-    stepped(rig, law, task)
+    score(Entry("watching", law), task, [rig])
     stamps, supply = (np.array(column) for column in zip(*law.read, strict=True))
     assert stamps.tolist() == [max(k - 5, 0) * 1_000_000 for k in range(201)]
     full = rig.number("supply.pressure")

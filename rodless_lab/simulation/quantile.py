@@ -1,0 +1,23 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""One rule for "90 % of the rigs": the least value of a rig that so many of them do not exceed."""
+
+import numpy as np
+import numpy.typing as npt
+
+
+def quantile(values: npt.ArrayLike, share: float) -> float:
+    """Return the ``share`` quantile of ``values``, shape (n,): one of them, not between two.
+
+    A rig that does not have the figure (NaN), because it never settled or its run failed, is worse
+    than all that have: it counts as infinite.
+    """
+    found = np.asarray(values, dtype=np.float64)
+    there = np.where(np.isnan(found), np.inf, found)
+    return float(np.quantile(there, share, method="higher"))
