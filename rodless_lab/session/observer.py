@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterValue
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -237,8 +238,7 @@ class Observer(Closing):
             unknown = [name for name in names if name not in has] or names
             raise RefusedError(f"{', '.join(unknown)}: no such parameter on {node}")
         return {
-            name: parameter_value_to_python(value)
-            for name, value in zip(names, values, strict=True)
+            name: python_value(value) for name, value in zip(names, values, strict=True)
         }
 
     def set_parameters(
@@ -293,6 +293,14 @@ class Observer(Closing):
             self.diagnostics[status.name] = Diagnostic(
                 status.level, status.message, values, time.monotonic()
             )
+
+
+def python_value(value: ParameterValue) -> object:
+    """Return what a message holds; None where nothing is set, or its type is none of ROS's."""
+    try:
+        return parameter_value_to_python(value)
+    except RuntimeError:
+        return None
 
 
 @contextmanager
