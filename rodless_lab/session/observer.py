@@ -237,9 +237,7 @@ class Observer(Closing):
             has = self.parameter_names(node)
             unknown = [name for name in names if name not in has] or names
             raise RefusedError(f"{', '.join(unknown)}: no such parameter on {node}")
-        return {
-            name: python_value(value) for name, value in zip(names, values, strict=True)
-        }
+        return {name: python_value(value) for name, value in zip(names, values, strict=True)}
 
     def set_parameters(
         self, node: str, values: Mapping[str, object], timeout: float | None = None

@@ -51,7 +51,8 @@ class Fields:
     def below(self, name: str) -> "Fields":
         """Return the mapping at a field, empty where it is left out."""
         self._taken.add(name)
-        return Fields.of(f"{self.where}: {name}", self.values.get(name) or {})
+        value = self.values.get(name)
+        return Fields.of(f"{self.where}: {name}", {} if value is None else value)
 
     def text(self, name: str, default: str) -> str:
         """Return a text."""

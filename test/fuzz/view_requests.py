@@ -257,7 +257,5 @@ class _TopicsAlone(LiveRig):
             JOINT_STATES: self._take_joint,
             VALVE_STATE: self._take_valve,
             REFERENCE: self._value("reference", "data"),
-            **{
-                topic: self._value(field, "fluid_pressure") for field, topic in PRESSURES.items()
-            },
+            **{topic: self._value(field, "fluid_pressure") for field, topic in PRESSURES.items()},
         }

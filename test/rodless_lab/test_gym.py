@@ -13,6 +13,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -114,6 +115,40 @@ def test_a_motion_that_leaves_the_rig_ends_the_episode(monkeypatch: pytest.Monke
     _, gained, terminated, truncated, info = env.step([6.0])
     assert (gained, terminated, truncated) == (FAILURE, True, False)
     assert info["failure"] == "no rig does that"
+
+
+@pytest.mark.parametrize(
+    "action", [[1.0, 2.0], [], [float("nan")], None, "6", [[]], {"a": 1.0}], ids=repr
+)
+def test_what_is_not_one_voltage_is_refused_and_changes_nothing(action: object) -> None:
+    """In one line; the episode goes on with a voltage."""
+    env = RigEnv(reference=STEP, duration=0.01)
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match=r"refused|no voltages given") as refusal:
+        env.step(action)
+    assert "\n" not in str(refusal.value)
+    assert env.step([6.0])[4]["time"] == 1e-3
+
+
+def test_a_step_without_an_episode_is_refused() -> None:
+    """Before the first reset, and after the last sample."""
+    env = RigEnv(reference=STEP, duration=0.002)
+    for _ in range(2):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="call reset"):
+            env.step([6.0])
+        env.reset(seed=1)
+        assert not env.step([6.0])[3]
+        assert env.step([6.0])[3]
+
+
+@pytest.mark.parametrize(
+    "given", [{"ranges": 3.0}, {"factors": [1]}, {"reference": 0.1}, {"rig": {}}], ids=repr
+)
+def test_arguments_of_another_kind_are_refused(given: dict[str, Any]) -> None:
+    """In one line that shows them."""
+    (odd,) = given.values()
+    with pytest.raises((TypeError, ValueError), match=re.escape(repr(odd))):
+        RigEnv(**given)
 
 
 def test_it_is_made_by_its_name() -> None:
