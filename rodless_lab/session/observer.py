@@ -267,7 +267,7 @@ class Observer(Closing):
         """What has come on ``/diagnostics`` since this was first asked for, by full node name."""
         if self._diagnostics is None:
             self._diagnostics = {}
-            self.subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
+            self._reports = self.subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
         return self._diagnostics
 
     def diagnostic(self, node: str, fresh: bool = False) -> Diagnostic:
@@ -277,9 +277,17 @@ class Observer(Closing):
         """
         name = self.node.resolve_topic_name(node)
         if fresh:
-            self.diagnostics.pop(name, None)
+            self.forget_diagnostic(name)
         self.wait(lambda: name in self.diagnostics, f"a diagnostic of {name}")
         return self.diagnostics[name]
+
+    def forget_diagnostic(self, node: str) -> None:
+        """Forget what ``node`` has said, and what of it has come but waits to be looked at."""
+        known = self.diagnostics
+        with self._reports.handle as waiting:
+            while (taken := waiting.take_message(DiagnosticArray, False)) is not None:
+                self._take_diagnostics(taken[0])
+        known.pop(self.node.resolve_topic_name(node), None)
 
     def counter(self, node: str, name: str, fresh: bool = False) -> float:
         """Return a number from :meth:`diagnostic`; raises KeyError for one that is not there."""

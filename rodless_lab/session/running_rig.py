@@ -168,7 +168,7 @@ class RunningRig(Closing):
 
     def next_diagnostic(self, node: str, timeout: float) -> Diagnostic | None:
         """Wait for the next report of a node; return None where none comes within ``timeout`` s."""
-        self._diagnostics.pop(self.name(node), None)
+        self.observer.forget_diagnostic(node)
         self.wait_for(lambda: self.diagnostic(node), timeout)
         return self.diagnostic(node)
 

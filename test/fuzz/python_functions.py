@@ -118,8 +118,8 @@ def loop_sample(
     law: str, name: str, value: object, stamp: int, position: float, pressure: float
 ) -> object:
     """Give the loop of a law, changed in one value, an odd sample: the commands are safe."""
-    controller = CONTROLLERS.get(law, CONTROLLER)
-    if name:
+    controller = CONTROLLERS[law]
+    if name != "":
         controller = controller.with_values({name: value})
     loop = ControlLoop(controller)
     odd = Measurement(stamp, position, pressure, pressure, pressure)
@@ -229,7 +229,10 @@ def calls(folder: Path) -> dict[str, Call]:
         ),
         "rodless_sim.simulate with a scenario": Call(
             lambda scenario, at, value: simulate(
-                RIG, [6.0] * 9, 1e-3, scenario=scenario or Scenario([(at, value)])
+                RIG,
+                [6.0] * 9,
+                1e-3,
+                scenario=Scenario([(at, value)]) if scenario is None else scenario,
             ).columns(),
             given(scenario=None, at=2e-3, value={"fault.valve.offset": 0.1}),
         ),
@@ -444,6 +447,8 @@ class PythonFunctions(Target):
             return number if argument != "time" or abs(number) < 1e10 else 0.0
         if argument == "law":
             return draw.choice(list(LAWS))
+        if (call, argument) == ("control loop", "name"):
+            return draw.text(self._names)
         own: dict[str, Callable[[], object]] = {
             "path": lambda: draw.text([str(self.folder), "run.csv", "run.parquet"]),
             "text": lambda: draw.text(self._names),

@@ -26,13 +26,16 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from target import Change, Target
 
+from rodless_base.parameters import ParameterError
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_STATE
 from rodless_control import ControllerParameters
 from rodless_lab.runs.measured_run import run_of_trace
+from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.running_rig import RunningRig
 from rodless_lab.session.set_parameters import typed_value
 from rodless_lab.view import frames
+from rodless_lab.view.errors import ViewError
 from rodless_lab.view.origins import OwnPagesOnly
 from rodless_lab.view.panels import REFERENCES
 from rodless_lab.view.requests import Requests
@@ -88,8 +91,8 @@ class Nodes:
                 if share:
                     self._state.take_parameters(node, dict(kind({**values, **share})))
             answer.set_result(None)
-        except Exception as error:
-            answer.set_exception(error)
+        except (HarnessError, ParameterError) as error:
+            answer.set_exception(ViewError(str(error)))
         return answer
 
     def call(self, services: Mapping[str, bool | None], times: int = 1) -> "Future[None]":
@@ -170,24 +173,30 @@ class ViewRequests(Target):
         """Let it all happen to a view of its own; refusals are lines, and pages are fed on."""
         view = _View(self.folder)
         for what, name, content in changes:
-            if what == "page":
-                self._ask(view, name, content)
-            elif what == "topic":
-                view.live._takers[name](content)
-                view.live._add_row()
-            elif what == "nodes":
-                view.take(name, content)
-            else:
-                self._connect(content)
-            view.feed_page()
+            try:
+                self._happen(view, what, name, content)
+                view.feed_page()
+            except Exception as error:  # who would hear of it?
+                raise FoundError(f"{what} {name} ends in {type(error).__name__}") from error
         return None
+
+    def _happen(self, view: "_View", what: str, name: str, content: Any) -> None:
+        if what == "page":
+            self._ask(view, name, content)
+        elif what == "topic":
+            view.live._takers[name](content)
+            view.live._add_row()
+        elif what == "nodes":
+            view.take(name, content)
+        else:
+            self._connect(content)
 
     def _ask(self, view: "_View", name: str, arguments: tuple[object, ...]) -> None:
         try:
             answer = getattr(view.requests, name)(*arguments)
             if asyncio.iscoroutine(answer):
                 self._loop.run_until_complete(answer)
-        except ValueError as error:  # of which all refusals are
+        except ViewError as error:
             text = str(error)
             if not text or "\n" in text or len(text) > 1500:
                 raise FoundError(f"{name} refused with {text!r}") from error
