@@ -22,16 +22,19 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.extras import missing_extra
 from rodless_base.measurement import Measurement
+from rodless_base.one_line import shown
 from rodless_control import references
 from rodless_control.references import Reference, sampled
 from rodless_lab.simulation.closed_loop import sample_count
 from rodless_lab.simulation.design import LARGEST_SEED
 from rodless_lab.simulation.draw import draw
 from rodless_sim import Rig, RigParameters, SimulationError
+from rodless_sim.rig import applied_voltages
 from rodless_sim.timing import nanoseconds, sample_times
 
 try:
     import gymnasium
+    from gymnasium.error import ResetNeeded
     from gymnasium.spaces import Box
 except ModuleNotFoundError as error:
     raise missing_extra("the Gymnasium environment", error.name, "gym") from error
@@ -105,8 +108,13 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
     ) -> None:
         """Make the environment; raises as :func:`rodless_lab.draw` and ``closed_loop``."""
         self._base = RigParameters.preset("calibrated") if rig is None else rig
+        if not (reference is None or callable(reference) or hasattr(reference, "sample")):
+            raise TypeError(
+                f"{shown(reference)} is no reference: give one, or a function that draws one"
+            )
         self._reference = reference
-        self._ranges, self._factors = dict(ranges or {}), dict(factors or {})
+        self._ranges = {} if ranges is None else ranges
+        self._factors = {} if factors is None else factors
         self._reward = reward
         span = nanoseconds(period, "period")
         self._period = span * SECONDS_PER_NANOSECOND
@@ -149,13 +157,16 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         """Apply a voltage, shape (1,), for one period.
 
         An episode is truncated at its last sample, and terminated where the motion leaves what a
-        rig can do; ``info["failure"]`` says how. Raises gymnasium's ResetNeeded after that,
-        and before the first reset.
+        rig can do; ``info["failure"]`` says how.
+
+        Raises ValueError for what is not one voltage, ResetNeeded where no episode is under way.
         """
         if self._over:
-            raise gymnasium.error.ResetNeeded("the episode is over: call reset()")
-        (given,) = np.asarray(action, dtype=np.float64).reshape(1)
-        voltage = float(np.clip(given, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE))
+            raise ResetNeeded("no episode is under way: call reset() first")
+        given = applied_voltages(action)
+        if given.size != 1:
+            raise ValueError(f"action {shown(action)} refused: must be one voltage, shape (1,)")
+        voltage = float(given[0])
         jump, self._voltage = voltage - self._voltage, voltage
         failure = ""
         try:

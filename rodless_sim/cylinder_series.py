@@ -22,6 +22,7 @@ import re
 from collections.abc import Collection
 from typing import NamedTuple
 
+from rodless_base.one_line import shown
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
 from rodless_sim.physics import cylinder, friction
 
@@ -115,8 +116,8 @@ def sizes(model: str) -> Sizes:
     found = _MODEL.fullmatch(model)
     if found is None:
         raise ParameterError(
-            f"cylinder.model: {model!r} refused, must be {OTHER} or CY3R<bore>-<stroke> in mm, "
-            "such as CY3R32-500"
+            f"cylinder.model: {shown(model)} refused, must be {OTHER} or CY3R<bore>-<stroke> in "
+            "mm, such as CY3R32-500"
         )
     bore, stroke = int(found[1]), int(found[2])
     if bore not in BORES:

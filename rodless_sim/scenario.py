@@ -160,9 +160,13 @@ class Scenario:
 
 
 def _listed(entries: Iterable[object], name: str) -> list[object]:
+    refusal = ScenarioError(f"{name}: {shown(entries)} refused: must be a list of entries")
     if not isinstance(entries, Iterable) or isinstance(entries, str | bytes | Mapping):
-        raise ScenarioError(f"{name}: {shown(entries)} refused: must be a list of entries")
-    found = list(islice(entries, MOST_ENTRIES + 1))
+        raise refusal
+    try:
+        found = list(islice(entries, MOST_ENTRIES + 1))
+    except TypeError as error:  # of an array that is one number
+        raise refusal from error
     if len(found) > MOST_ENTRIES:
         raise ScenarioError(f"{name}: more than {MOST_ENTRIES} entries refused; leave some out")
     return found

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterValue
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -236,10 +237,7 @@ class Observer(Closing):
             has = self.parameter_names(node)
             unknown = [name for name in names if name not in has] or names
             raise RefusedError(f"{', '.join(unknown)}: no such parameter on {node}")
-        return {
-            name: parameter_value_to_python(value)
-            for name, value in zip(names, values, strict=True)
-        }
+        return {name: python_value(value) for name, value in zip(names, values, strict=True)}
 
     def set_parameters(
         self, node: str, values: Mapping[str, object], timeout: float | None = None
@@ -269,7 +267,7 @@ class Observer(Closing):
         """What has come on ``/diagnostics`` since this was first asked for, by full node name."""
         if self._diagnostics is None:
             self._diagnostics = {}
-            self.subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
+            self._reports = self.subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
         return self._diagnostics
 
     def diagnostic(self, node: str, fresh: bool = False) -> Diagnostic:
@@ -279,9 +277,17 @@ class Observer(Closing):
         """
         name = self.node.resolve_topic_name(node)
         if fresh:
-            self.diagnostics.pop(name, None)
+            self.forget_diagnostic(name)
         self.wait(lambda: name in self.diagnostics, f"a diagnostic of {name}")
         return self.diagnostics[name]
+
+    def forget_diagnostic(self, node: str) -> None:
+        """Forget what ``node`` has said, and what of it has come but waits to be looked at."""
+        known = self.diagnostics
+        with self._reports.handle as waiting:
+            while (taken := waiting.take_message(DiagnosticArray, False)) is not None:
+                self._take_diagnostics(taken[0])
+        known.pop(self.node.resolve_topic_name(node), None)
 
     def counter(self, node: str, name: str, fresh: bool = False) -> float:
         """Return a number from :meth:`diagnostic`; raises KeyError for one that is not there."""
@@ -293,6 +299,14 @@ class Observer(Closing):
             self.diagnostics[status.name] = Diagnostic(
                 status.level, status.message, values, time.monotonic()
             )
+
+
+def python_value(value: ParameterValue) -> object:
+    """Return what a message holds; None where nothing is set, or its type is none of ROS's."""
+    try:
+        return parameter_value_to_python(value)
+    except RuntimeError:
+        return None
 
 
 @contextmanager

@@ -121,7 +121,9 @@ class RunningRig(Closing):
     def _reported_namesakes(self, node: str) -> int:
         """How many nodes ``node`` says there are of its name, itself included; 0 while unknown."""
         said = self.diagnostic(node)
-        return int(said.values.get(NAMESAKES, "0")) if said is not None else 0
+        count = said.values.get(NAMESAKES, "") if said is not None else ""
+        # Whoever publishes diagnostics may write there what it likes.
+        return int(count) if count.isdecimal() and len(count) < 10 else 0
 
     def namesakes(self, node: str) -> str | None:
         """Say that several nodes are called ``node`` here, as of two rigs; None where one is."""
@@ -166,7 +168,7 @@ class RunningRig(Closing):
 
     def next_diagnostic(self, node: str, timeout: float) -> Diagnostic | None:
         """Wait for the next report of a node; return None where none comes within ``timeout`` s."""
-        self._diagnostics.pop(self.name(node), None)
+        self.observer.forget_diagnostic(node)
         self.wait_for(lambda: self.diagnostic(node), timeout)
         return self.diagnostic(node)
 

@@ -17,6 +17,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterType
 
+from rodless_base.one_line import shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_control.laws import LAWS, of_other_law
 from rodless_lab.session.dry_run import check_change
@@ -156,7 +157,7 @@ def typed_value(name: str, text: str, kind: int) -> object:
     try:
         return convert(text)
     except (ValueError, yaml.YAMLError) as error:
-        raise RigError(f"{name}: {text!r} refused, must be {wanted}") from error
+        raise RigError(f"{name}: {shown(text)} refused, must be {wanted}") from error
 
 
 def _boolean(text: str) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rodless_base.one_line import described
+from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
@@ -89,7 +89,7 @@ def read_base(fields: Fields, folder: Path) -> Base:
     sensors = fields.text("sensors", "base")
     changes = dict(fields.below("set").values)
     if sensors not in ("base", "data-sheet"):
-        raise fields.error("sensors", f"{sensors!r} refused, must be base or data-sheet")
+        raise fields.error("sensors", f"{shown(sensors)} refused, must be base or data-sheet")
     if SEED in changes:
         raise fields.error(
             "set", f"{SEED} refused: each row has a seed of its own, which design.seed draws"
@@ -168,9 +168,16 @@ def _sets(
     if base in preset_names():
         return RigParameters.preset(base), {law: kinds[law].preset(base) for law in laws}
     path = folder / base
-    if not path.exists():
+    if not _exists(path):
         raise ParameterError(
-            f"{base}: neither a preset ({', '.join(preset_names())}) nor a parameter file in "
-            f"{folder}"
+            f"{in_one_line(base)}: neither a preset ({', '.join(preset_names())}) nor a parameter "
+            f"file in {folder}"
         )
     return RigParameters.from_file(path), {law: kinds[law].from_file(path) for law in laws}
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # no file can have this name
+        return False

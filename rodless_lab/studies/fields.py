@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rodless_base.one_line import shown
+from rodless_base.one_line import in_one_line, shown
 from rodless_base.yaml_file import read_yaml
 from rodless_lab.studies.errors import StudyError
 
@@ -46,12 +46,13 @@ class Fields:
 
     def error(self, name: str, what: str) -> StudyError:
         """Return the error that ``what`` is wrong with a field."""
-        return StudyError(f"{self.where}: {name}: {what}")
+        return StudyError(f"{self.where}: {in_one_line(name)}: {what}")
 
     def below(self, name: str) -> "Fields":
         """Return the mapping at a field, empty where it is left out."""
         self._taken.add(name)
-        return Fields.of(f"{self.where}: {name}", self.values.get(name) or {})
+        value = self.values.get(name)
+        return Fields.of(f"{self.where}: {in_one_line(name)}", {} if value is None else value)
 
     def text(self, name: str, default: str) -> str:
         """Return a text."""

@@ -16,7 +16,7 @@ from math import prod
 from pathlib import Path
 
 from rodless_base.columns import quantities
-from rodless_base.one_line import described, shown
+from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.design import (
@@ -141,7 +141,7 @@ def study_of(fields: Fields, path: Path) -> Study:
     design = fields.below("design")
     method = design.text("method", GRID)
     if method not in DESIGNS:
-        raise design.error("method", f"{method!r} refused, must be {', '.join(DESIGNS)}")
+        raise design.error("method", f"{shown(method)} refused, must be {', '.join(DESIGNS)}")
     if method == GRID and "rows" in design.values:
         raise design.error("rows", "refused: the rows of a grid follow from the counts in vary")
     count, seed = design.whole("rows", 1), design.whole("seed", 1)
@@ -179,9 +179,8 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
             raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
         for parameter in names:
             if parameter in owners:
-                raise fields.error(
-                    name, f"{parameter} is varied by {owners[parameter]} too; keep one"
-                )
+                other = in_one_line(owners[parameter])
+                raise fields.error(name, f"{parameter} is varied by {other} too; keep one")
             owners[parameter] = name
         found.append(one)
     return tuple(found)
@@ -197,7 +196,7 @@ def read_dimension(fields: Fields, name: str) -> Dimension:
         own = fields.below(name)
         scale = own.text("scale", "linear")
         if scale not in ("linear", "logarithmic"):
-            raise own.error("scale", f"{scale!r} refused, must be linear or logarithmic")
+            raise own.error("scale", f"{shown(scale)} refused, must be linear or logarithmic")
         for end in ("from", "to"):
             if end not in own.values:
                 raise own.error(end, "missing; give from and to, or a list of values")

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.one_line import in_one_line
 from rodless_base.parameters import Value
 from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
@@ -205,7 +206,9 @@ def _check_ranges(task: TuningTask, where: str) -> None:
         declared = controller.LAW_CLASS.PARAMETERS.get(name)
         if declared is None:
             law = controller["controller.law"]
-            raise StudyError(f"{where}: tune: {name}: no such parameter of the law {law}")
+            raise StudyError(
+                f"{where}: tune: {in_one_line(name)}: no such parameter of the law {law}"
+            )
         if name in varied:
             raise StudyError(f"{where}: tune: {name}: is varied over the rigs too; keep one")
         if not isinstance(declared.default, float):

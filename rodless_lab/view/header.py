@@ -55,8 +55,8 @@ class Header:
                 chip.props(f"title={json.dumps(text)}")
             chip.classes(add=_CLASSES.get(said.level, "error"), remove="ok warn error")
         self._time.set_text("– s" if state.time is None else f"{state.time:.2f} s")
-        factor = state.nodes[PLANT].values.get("speed factor")
-        self._factor.set_text("" if factor is None else f"× {float(factor):.2f} real time")
+        factor = state.speed_factor
+        self._factor.set_text("" if factor is None else f"× {factor:.2f} real time")
 
 
 class Run:

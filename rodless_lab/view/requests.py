@@ -14,6 +14,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Protocol
 
+from rodless_base.one_line import shown
 from rodless_lab.bags.writer import default_bag
 from rodless_lab.view import inputs
 from rodless_lab.view.errors import ViewError
@@ -87,7 +88,9 @@ class Requests:
     async def set_reference(self, kind: object, values: Mapping[str, object]) -> None:
         """Follow set-points, or a ramp, move, step or sine with these parameters."""
         if not isinstance(kind, str) or kind not in REFERENCES:
-            raise ViewError(f"reference.type: {kind!r} refused, must be {', '.join(REFERENCES)}")
+            raise ViewError(
+                f"reference.type: {shown(kind)} refused, must be {', '.join(REFERENCES)}"
+            )
         given: dict[str, object] = {"reference.type": kind, **values}
         if kind in TIMED:
             given["reference.at"] = round((self.state.time or 0.0) + LEAD, 3)

@@ -8,6 +8,7 @@
 
 """What pages show: one state in this process, whoever changes it and however many look."""
 
+import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -101,6 +102,11 @@ class ViewState:
         row = self.history.last
         return None if row is None else row[0]
 
+    @property
+    def speed_factor(self) -> float | None:
+        """Plant s per wall-clock s, as far as the plant says."""
+        return number_in(self.nodes[PLANT].values.get("speed factor"))
+
     def flows(self) -> EdgeFlows | None:
         """Return what flows past the valve's edges now, None where that is not known."""
         row = self.history.last
@@ -117,3 +123,12 @@ def _valve_flows(parameters: Mapping[str, object]) -> ValveFlows | None:
         return ValveFlows(parameters)
     except (KeyError, ParameterError):  # a plant of another kind, or half of one's parameters
         return None
+
+
+def number_in(text: str | None) -> float | None:
+    """Return the finite number that a node gives in a text, None where it is none."""
+    try:
+        number = float(text) if text is not None else math.nan
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None

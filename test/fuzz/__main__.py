@@ -25,16 +25,21 @@ import worker
 
 # Shares of the time; over DDS comes last.
 SHARES = {
-    "python": 0.3,
+    "python": 0.25,
     "files": 0.1,
     "scenarios": 0.05,
-    "bags": 0.2,
-    "nodes": 0.3,
+    "studies": 0.05,
+    "bags": 0.15,
+    "view": 0.1,
+    "nodes": 0.25,
     "dds": 0.05,
 }
 
 # How many inputs --smoke takes of each: the same in each run, within a minute.
-SMOKE = {"python": 3000, "files": 200, "scenarios": 100, "bags": 100, "nodes": 100, "dds": 40}
+SMOKE = {
+    "python": 3000, "files": 200, "scenarios": 100, "studies": 100, "bags": 100, "view": 100,
+    "nodes": 100, "dds": 40,
+}  # fmt: skip
 
 # Wall-clock s that a process may take beyond its time: importing, compiling, one last input.
 ALLOWANCE = 1800.0

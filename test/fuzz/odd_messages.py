@@ -10,14 +10,18 @@
 
 import re
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from draw import Draw
 
-from rodless_lab.bags.message_definition import message_class
+from rodless_lab.bags import message_definition
 
 _SEQUENCE = re.compile(r"(?:sequence<(?P<many>[^,>]+).*>|(?P<some>[^\[]+)\[(?P<count>\d+)\])")
 _INTEGER = re.compile(r"(?P<sign>u?)int(?P<bits>\d+)")
+
+# Which looks for the type's file each time.
+message_class = cache(message_definition.message_class)
 
 
 def odd_message(draw: Draw, kind: Any, texts: Sequence[str]) -> Any:

@@ -9,8 +9,9 @@
 """Every public function and class of the packages, given odd arguments."""
 
 import copy
+import math
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -23,7 +24,7 @@ import rodless_control
 import rodless_lab
 import rodless_sim
 from rodless_base.parameter_file import number_meant
-from rodless_base.parameters import ParameterSet
+from rodless_base.parameters import Parameter, ParameterSet
 from rodless_control import (
     ControllerParameters,
     Measurement,
@@ -33,6 +34,7 @@ from rodless_control import (
     references,
 )
 from rodless_control.controller_parameters import ControllerParameters as Controller
+from rodless_control.laws import LAWS
 from rodless_control.loop import ControlLoop
 from rodless_control.setpoint import SetpointFollower
 from rodless_control.trajectory import Trajectory, Waypoint
@@ -48,6 +50,7 @@ from rodless_lab import (
     run_metrics,
     sweep,
 )
+from rodless_lab.gym import RigEnv
 from rodless_lab.runs.measured_run import MeasuredRun, run_of_trace
 from rodless_lab.runs.step_metrics import step_metrics
 from rodless_sim import Rig, RigParameters, Scenario, simulate
@@ -55,6 +58,7 @@ from rodless_sim.scenario import shipped_scenario
 
 RIG = RigParameters.preset("paper")
 CONTROLLER = ControllerParameters.preset("paper")
+CONTROLLERS = {law: ControllerParameters.for_law(law).preset("paper") for law in LAWS}
 RUN = simulate(RIG, [6.0] * 30 + [5.08] * 30, 1e-3)
 MEASURED = run_of_trace(RUN, RIG.number("supply.pressure"))
 
@@ -110,14 +114,36 @@ def pid_update(position: float, reference: float, velocity: float, interval: flo
     return tuple(pid.update(Measurement(2_000_000, 0.05), ReferencePoint(0.06), 1e-3))
 
 
-def loop_sample(stamp: int, position: float, pressure: float) -> object:
-    """Give a control loop an odd sample; whatever it is, the command is safe."""
-    loop = ControlLoop(CONTROLLER)
-    loop.sample(Measurement(0, 0.05))
-    answer = loop.sample(Measurement(stamp, position, pressure, pressure, pressure))
-    assert answer is None or 0.0 <= answer.voltage <= 10.0
+def loop_sample(
+    law: str, name: str, value: object, stamp: int, position: float, pressure: float
+) -> object:
+    """Give the loop of a law, changed in one value, an odd sample: the commands are safe."""
+    controller = CONTROLLERS[law]
+    if name != "":
+        controller = controller.with_values({name: value})
+    loop = ControlLoop(controller)
+    odd = Measurement(stamp, position, pressure, pressure, pressure)
+    answers = [loop.sample(one) for one in (Measurement(0, 0.05), odd, Measurement(2**40, 0.06))]
+    assert all(answer is None or 0.0 <= answer.voltage <= 10.0 for answer in answers)
     assert loop.failure is None
-    return answer
+    return answers[1]
+
+
+def any_rig(values: dict[str, object], voltage: float, duration: float) -> object:
+    """Let a rig with odd values move, as far as it can."""
+    rig = Rig(RIG.with_values(values))
+    for _ in range(3):
+        rig.advance(voltage, duration)
+    return rig.state, rig.read()
+
+
+def environment(actions: object, **arguments: object) -> object:
+    """Make an environment and let it live for a few steps."""
+    made = RigEnv(**arguments)  # type: ignore[arg-type]
+    seen = [made.reset(seed=1)[0]]
+    # A failure ends the episode, and what is read then is what was read before.
+    seen += [made.step(actions)[0] for _ in range(3)]
+    return seen
 
 
 def setpoint(target: float, position: float, velocity: float, time: float) -> object:
@@ -189,6 +215,10 @@ def calls(folder: Path) -> dict[str, Call]:
             lambda name, value: change_set(PidParameters, name, value),
             given(name="controller.kp", value=600.0),
         ),
+        "change of another controller": Call(
+            lambda law, name, value: change_set(type(CONTROLLERS[law]), name, value),
+            given(law="adrc", name="reference.start", value=0.05),
+        ),
         "rodless_sim.Rig": Call(Rig, given(parameters=RIG)),
         "rodless_sim.Rig.advance": Call(rig_after("advance"), given(voltage=6.0, duration=1e-3)),
         "rodless_sim.Rig.reset": Call(rig_after("reset"), given(position=0.1, pressures=None)),
@@ -199,7 +229,10 @@ def calls(folder: Path) -> dict[str, Call]:
         ),
         "rodless_sim.simulate with a scenario": Call(
             lambda scenario, at, value: simulate(
-                RIG, [6.0] * 9, 1e-3, scenario=scenario or Scenario([(at, value)])
+                RIG,
+                [6.0] * 9,
+                1e-3,
+                scenario=Scenario([(at, value)]) if scenario is None else scenario,
             ).columns(),
             given(scenario=None, at=2e-3, value={"fault.valve.offset": 0.1}),
         ),
@@ -219,7 +252,15 @@ def calls(folder: Path) -> dict[str, Call]:
         "rodless_control.Pid.update": Call(
             pid_update, given(position=0.05, reference=0.06, velocity=0.0, interval=1e-3)
         ),
-        "control loop": Call(loop_sample, given(stamp=1_000_000, position=0.05, pressure=3e5)),
+        "any rig": Call(any_rig, given(values={}, voltage=6.0, duration=1e-3)),
+        "rodless_lab.gym.RigEnv": Call(
+            environment,
+            given(rig=RIG, reference=step, duration=0.01, period=1e-3, ranges={}, actions=[6.0]),
+        ),
+        "control loop": Call(
+            loop_sample,
+            given(law="pid", name="", value=None, stamp=1_000_000, position=0.05, pressure=3e5),
+        ),
         "set-point": Call(setpoint, given(target=0.05, position=0.06, velocity=0.0, time=0.1)),
         "trajectory": Call(
             trajectory, given(time=1.0, position=0.1, velocity=0.0, acceleration=0.0)
@@ -323,6 +364,7 @@ NUMBERS_ONLY = {
     *(("trajectory", name) for name in ("time", "position", "velocity", "acceleration")),
     *(("set-point", name) for name in ("target", "position", "velocity", "time")),
     *(("control loop", name) for name in ("position", "pressure")),
+    ("any rig", "voltage"),
     ("step metrics", "start"),
     ("step metrics", "target"),
     ("step metrics", "at"),
@@ -357,6 +399,18 @@ def uncalled() -> set[str]:
     }
 
 
+def _good(declared: Parameter) -> Sequence[object]:
+    """Return values that one parameter takes: its default, its ends, its choices."""
+    if declared.name == "cylinder.model":
+        return "other", "CY3R25-200", "CY3R6-50", "CY3R63-1000", "CY3R25-0", "CY3R25-2001", "CY1"
+    if isinstance(declared.default, bool):
+        return True, False
+    if isinstance(declared.default, float):
+        middle = math.sqrt(abs(declared.minimum * declared.maximum))
+        return declared.default, declared.minimum, declared.maximum, middle
+    return (declared.default, *declared.choices)
+
+
 def _time(draw: Draw) -> object:
     """Return a time in s; days, or a second in steps of 1 ns, would take hours."""
     number = draw.float()
@@ -372,7 +426,13 @@ class PythonFunctions(Target):
         """List what is called."""
         super().__init__(folder)
         self._calls = calls(folder)
-        self._names = [*RigParameters(), *PidParameters()]
+        laws = {name for one in CONTROLLERS.values() for name in one}
+        self._names = [*RigParameters(), *sorted(laws)]
+        # Values that a parameter takes, whatever stands beside it.
+        declared = {**RigParameters.DECLARATIONS}
+        for one in CONTROLLERS.values():
+            declared |= type(one).DECLARATIONS
+        self._good = {name: _good(one) for name, one in declared.items()}
 
     def draw(self, draw: Draw) -> list[Change]:
         """Return a call, and odd arguments."""
@@ -385,6 +445,10 @@ class PythonFunctions(Target):
             number = draw.float()
             # Time is counted in ns, in 64 bits: 292 years.
             return number if argument != "time" or abs(number) < 1e10 else 0.0
+        if argument == "law":
+            return draw.choice(list(LAWS))
+        if (call, argument) == ("control loop", "name"):
+            return draw.text(self._names)
         own: dict[str, Callable[[], object]] = {
             "path": lambda: draw.text([str(self.folder), "run.csv", "run.parquet"]),
             "text": lambda: draw.text(self._names),
@@ -402,7 +466,11 @@ class PythonFunctions(Target):
         return draw.float() if draw.random() < 0.5 else draw.value()
 
     def _values(self, draw: Draw) -> dict[str, object]:
-        return {draw.text(self._names): draw.value() for _ in range(draw.choice((1, 1, 2, 5)))}
+        if draw.random() < 0.5:
+            return {draw.text(self._names): draw.value() for _ in range(draw.choice((1, 1, 2, 5)))}
+        # What could be: many at once.
+        names = draw.sample(self._names, draw.choice((1, 2, 5, 20)))
+        return {name: draw.choice(self._good[name]) for name in names}
 
     def run(self, changes: list[Change]) -> object:
         """Call it. One without changes is good."""

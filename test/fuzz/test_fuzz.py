@@ -54,7 +54,9 @@ def test_odd_inputs_end_in_success_or_in_a_refusal_of_our_own() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.splitlines()[-1] == "nothing found"
     counts = {line.split()[0]: int(line.split()[1]) for line in done.stdout.splitlines()[:-1]}
-    assert set(counts) == {"python", "files", "scenarios", "bags", "nodes", "dds"}
+    assert set(counts) == {
+        "python", "files", "scenarios", "studies", "bags", "view", "nodes", "dds",
+    }  # fmt: skip
     assert min(counts.values()) >= 100
 
 

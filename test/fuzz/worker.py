@@ -34,7 +34,9 @@ TARGETS = {
     "python": "python_functions:PythonFunctions",
     "files": "parameter_files:ParameterFiles",
     "scenarios": "scenario_files:ScenarioFiles",
+    "studies": "study_files:StudyFiles",
     "bags": "bag_files:BagFiles",
+    "view": "view_requests:ViewRequests",
     "nodes": "node_callbacks:NodeCallbacks",
     "dds": "over_dds:OverDds",
 }
@@ -82,7 +84,8 @@ class Work:
                 written = now
                 self._report["next"] = number
                 self._write()
-            faulthandler.dump_traceback_later(HANG, exit=True)
+                # Not for each input, as it starts a thread.
+                faulthandler.dump_traceback_later(HANG, exit=True)
             self._one(number)
             number += 1
             if len(self._report["failures"]) >= MOST_FAILURES:

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -144,6 +145,29 @@ def test_several_rigs_side_by_side_are_those_alone() -> None:
         env = RigEnv(NOISY, STEP, duration=0.02, ranges=ranges)
         alone = [env.reset(seed=4 + place)[0], *(env.step([6.0])[0] for _ in range(20))]
         assert np.array_equal([one[place] for one in found], alone)
+
+
+@pytest.mark.parametrize(
+    "action", [[1.0, 2.0], [], [float("nan")], None, "6", [[]], {"a": 1.0}], ids=repr
+)
+def test_what_is_not_one_voltage_is_refused_and_changes_nothing(action: object) -> None:
+    """In one line; the episode goes on with a voltage."""
+    env = RigEnv(reference=STEP, duration=0.01)
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match=r"refused|no voltages given") as refusal:
+        env.step(action)
+    assert "\n" not in str(refusal.value)
+    assert env.step([6.0])[4]["time"] == 1e-3
+
+
+@pytest.mark.parametrize(
+    "given", [{"ranges": 3.0}, {"factors": [1]}, {"reference": 0.1}, {"rig": {}}], ids=repr
+)
+def test_arguments_of_another_kind_are_refused(given: dict[str, Any]) -> None:
+    """In one line that shows them."""
+    (odd,) = given.values()
+    with pytest.raises((TypeError, ValueError), match=re.escape(repr(odd))):
+        RigEnv(**given)
 
 
 def test_it_is_made_by_its_name() -> None:

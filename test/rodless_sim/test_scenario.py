@@ -103,6 +103,12 @@ def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
         scenario_file("none")
 
 
+def test_an_array_that_is_one_number_is_no_list_of_entries() -> None:
+    """Though numpy says that it can be iterated over."""
+    with pytest.raises(ScenarioError, match=r"array\(0\.1\) refused: must be a list of entries"):
+        Scenario(np.array(0.1))
+
+
 def test_what_a_rig_would_refuse_later_is_refused_at_its_start() -> None:
     """An entry is checked with what those before it leave."""
     entries = [(1.0, {"atmosphere.pressure": 1.1e5}), (2.0, {"supply.pressure": 1.05e5})]

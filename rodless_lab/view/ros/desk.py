@@ -15,17 +15,17 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterEvent
-from rclpy.parameter import parameter_value_to_python
 
 from rodless_base.one_line import traced
 from rodless_base.start import Stop
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
+from rodless_lab.session.observer import python_value
 from rodless_lab.session.running_rig import NODES, RunningRig
 from rodless_lab.session.services import ask_each
 from rodless_lab.session.set_parameters import change_parameters, failed_law
 from rodless_lab.session.status import LEVELS
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.state import CONTROLLER, PLANT, NodeState, ViewState
+from rodless_lab.view.state import CONTROLLER, PLANT, NodeState, ViewState, number_in
 
 # For each answer of a node, in wall-clock s.
 ANSWER_TIMEOUT = 5.0
@@ -149,7 +149,7 @@ class Desk:
         level = LEVELS.get(said.level, LEVELS[DiagnosticStatus.ERROR])
         self._state.nodes[node] = NodeState(level, said.message, said.values)
         if node == CONTROLLER and said.arrived > self._state.target_heard + REPORT_SECONDS:
-            self._state.target = _number(said.values.get("set-point (m)"))
+            self._state.target = number_in(said.values.get("set-point (m)"))
         if node in self._stale:
             self._read_parameters(node)
 
@@ -170,14 +170,7 @@ class Desk:
         for node in (PLANT, CONTROLLER):
             if event.node == self._rig.name(node):
                 values = {
-                    one.name: parameter_value_to_python(one.value)
+                    one.name: python_value(one.value)
                     for one in (*event.new_parameters, *event.changed_parameters)
                 }
                 self._state.take_parameters(node, values)
-
-
-def _number(text: str | None) -> float | None:
-    try:
-        return float(text) if text is not None else None
-    except ValueError:
-        return None

@@ -199,6 +199,9 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("sensors: perfect", "sensors: 'perfect' refused, must be base or data-sheet"),
         ("vry: {}", "vry: no such field; did you mean vary?"),
         ("[1, 2]", "[1, 2] refused, must be names and values"),
+        ("run: 0", "run: 0 refused, must be names and values"),
+        ("vary: []", "vary: [] refused, must be names and values"),
+        ("set: false", "set: False refused, must be names and values"),
         ("vary: {a: [1], a: [2]}", "line 1: 'a' stands twice"),
         ("vary: {", "not YAML"),
     ],
@@ -214,6 +217,27 @@ def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
     assert message.startswith(f"{path}: ")
     assert expected in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "vary: {%s: [1]}",
+        "%s: 1",
+        "vary: {supply.pressure: {from: 1, to: 2, %s: 3}}",
+        "vary: {supply.pressure: {from: 1, to: 2, scale: %s}}",
+        "set: {%s: 1}",
+        "set: {cylinder.model: %s}",
+        "base: %s",
+        "sensors: %s",
+        "design: {method: %s}",
+    ],
+)
+def test_a_long_text_is_refused_in_a_line_that_can_be_read(tmp_path: Path, text: str) -> None:
+    """What is longer than a line is cut in its middle, wherever it stands."""
+    with pytest.raises(StudyError, match=r"xxx\.\.\.xxx") as refusal:
+        read_study(written(tmp_path, text % ("x" * 900)))
+    assert len(str(refusal.value)) < 850
 
 
 def test_a_study_that_is_not_there_is_refused_with_those_there_are(tmp_path: Path) -> None:
