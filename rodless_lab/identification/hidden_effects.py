@@ -44,6 +44,14 @@ EFFECTS: dict[str, Draw] = {
     "leak b": _between("leak.b", 2e-9, 2e-8),
     "iso_6358": _between("valve.sonic_conductance", 3.5e-9, 4.3e-9, valve__flow_law="iso_6358"),
     "discharge": _between("valve.discharge_coefficient", 0.85, 0.95, valve__discharge="constant"),
+    "spool": _between(
+        "valve.natural_frequency",
+        80.0,
+        150.0,
+        valve__dynamics="second_order",
+    ),
+    "hysteresis": _between("valve.hysteresis", 1e-3, 4e-3),
+    "dead time": _between("valve.dead_time", 5e-4, 5e-3),
     "saturating": _between("friction.high_speed_viscous", 40.0, 160.0, friction__form="saturating"),
     "tilt": _between("rail.tilt", 0.005, 0.05),
 }

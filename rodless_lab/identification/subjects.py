@@ -15,19 +15,26 @@ from matplotlib.figure import Figure
 
 from rodless_base.parameter_file import preset_names
 from rodless_lab.figures.identification import draw_friction, draw_pressures
+from rodless_lab.identification.friction import validation as friction_validation
 from rodless_lab.identification.friction.causes import with_form
 from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.pressures import validation as pressure_validation
 from rodless_lab.identification.pressures.causes import with_cause
 from rodless_lab.identification.pressures.chambers import (
     chambers_findings,
     identify_chambers,
 )
+from rodless_lab.identification.pressures.fit import PressureFit
+from rodless_lab.identification.pressures.heat import heat_findings, identify_heat
+from rodless_lab.identification.pressures.leaks import identify_leaks, leak_findings
+from rodless_lab.identification.pressures.spool import identify_spool, spool_findings
 from rodless_lab.identification.pressures.valve import (
     identify_valve,
     valve_findings,
 )
+from rodless_lab.identification.validation import Selection
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import ParameterError, RigParameters
@@ -36,35 +43,53 @@ from rodless_sim.instruments.instruments import DATA_SHEET
 
 @dataclass(frozen=True)
 class Identified:
-    """What a run says of the parameters, whether the model fits it, and the picture of both."""
+    """What a run says of the parameters, whether the model fits it, and the picture of both.
+
+    ``select`` judges the model, and it with each effect that it lacks, on a second run.
+    """
 
     findings: list[Finding]
     verdict: Verdict
     draw: Callable[[], Figure]
+    select: Callable[[MeasuredRun], Selection]
+
+
+Identify = Callable[[MeasuredRun, RigParameters], Identified]
 
 
 def _friction(run: MeasuredRun, parameters: RigParameters) -> Identified:
     fit = identify_friction(run, parameters)
-    verdict = with_form(fit, run, parameters)
-    return Identified(friction_findings(fit), verdict, lambda: draw_friction(fit))
-
-
-def _chambers(run: MeasuredRun, parameters: RigParameters) -> Identified:
-    fit = with_cause(run, parameters, identify_chambers(run, parameters))
-    return Identified(chambers_findings(fit), fit.verdict, lambda: draw_pressures(run, fit))
-
-
-def _valve(run: MeasuredRun, parameters: RigParameters) -> Identified:
-    fit = with_cause(run, parameters, identify_valve(run, parameters))
     return Identified(
-        valve_findings(fit, parameters), fit.verdict, lambda: draw_pressures(run, fit)
+        friction_findings(fit),
+        with_form(fit, run, parameters),
+        lambda: draw_friction(fit),
+        lambda second: friction_validation.select(run, second, parameters, fit),
     )
 
 
-SUBJECTS: dict[str, Callable[[MeasuredRun, RigParameters], Identified]] = {
-    "chambers": _chambers,
+def _of_pressures(
+    identify: Callable[[MeasuredRun, RigParameters], PressureFit],
+    findings: Callable[[PressureFit], list[Finding]],
+) -> Identify:
+    def found(run: MeasuredRun, parameters: RigParameters) -> Identified:
+        fit = with_cause(run, identify(run, parameters))
+        return Identified(
+            findings(fit),
+            fit.verdict,
+            lambda: draw_pressures(run, fit),
+            lambda second: pressure_validation.select(run, second, fit.solution),
+        )
+
+    return found
+
+
+SUBJECTS: dict[str, Identify] = {
+    "chambers": _of_pressures(identify_chambers, chambers_findings),
     "friction": _friction,
-    "valve": _valve,
+    "heat": _of_pressures(identify_heat, heat_findings),
+    "leak": _of_pressures(identify_leaks, leak_findings),
+    "spool": _of_pressures(identify_spool, spool_findings),
+    "valve": _of_pressures(identify_valve, valve_findings),
 }
 
 

@@ -15,29 +15,22 @@ from scipy import stats
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.identification.friction.uniform_motion import position_noise
 from rodless_lab.identification.pressures.fit import PressureFit, Solution, fit_pressures, solve
-from rodless_lab.identification.pressures.problem import Model, Unknown
+from rodless_lab.identification.pressures.problem import Unknown
 from rodless_lab.identification.pressures.unknowns import (
+    SPOOL_START,
     area_factor,
     closed_voltage,
+    dead_time,
     dead_volumes,
     heat_transfer,
+    hysteresis,
     leak,
     polytropic_index,
+    spool_dynamics,
 )
 from rodless_lab.identification.verdict import FALSE_ALARM
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
-
-VALVE_LAG = "lag of the valve"
-
-
-def valve_lag(parameters: RigParameters) -> list[Unknown]:  # noqa: ARG001
-    """Return a first-order lag of the valve, which stands for its dynamics or dead time."""
-
-    def apply(model: Model, value: float) -> Model:
-        return model._replace(valve_lag=value)
-
-    return [Unknown(VALVE_LAG, "s", 1e-3, 1e-3, 0.0, 0.1, apply)]
 
 
 def nothing(parameters: RigParameters) -> list[Unknown]:  # noqa: ARG001
@@ -68,9 +61,9 @@ EFFECTS = (
     _choice("heat to the walls", "chambers.thermodynamics", "energy_balance", heat_transfer),
     _choice("polytropic chambers", "chambers.thermodynamics", "polytropic", polytropic_index),
     _choice("adiabatic chambers", "chambers.thermodynamics", "adiabatic", nothing),
-    Effect("a leak past the piston", lambda parameters: [leak(parameters, "across")]),
-    Effect("a leak of chamber A", lambda parameters: [leak(parameters, "a")]),
-    Effect("a leak of chamber B", lambda parameters: [leak(parameters, "b")]),
+    Effect("a leak past the piston", lambda parameters: [leak("leak.across", parameters)]),
+    Effect("a leak of chamber A", lambda parameters: [leak("leak.a", parameters)]),
+    Effect("a leak of chamber B", lambda parameters: [leak("leak.b", parameters)]),
     _choice("another flow law", "valve.flow_law", "iso_6358", area_factor),
     _choice("another flow law", "valve.flow_law", "nozzle", area_factor),
     _choice("another flow coefficient", "valve.discharge", "constant", area_factor),
@@ -78,20 +71,42 @@ EFFECTS = (
     Effect("a valve of another size", area_factor),
     Effect("another closed position of the valve", closed_voltage),
     Effect("other dead volumes", dead_volumes),
-    Effect("dynamics or dead time of the valve", valve_lag),
+    _choice("dynamics of the valve", "valve.dynamics", "second_order", spool_dynamics),
+    Effect("dead time of the valve", lambda parameters: [dead_time(parameters)]),
+    Effect("hysteresis of the valve", hysteresis),
 )
 
 
 @dataclass(frozen=True)
-class _Trial:
-    effect: Effect
-    parameters: RigParameters
+class Trial:
+    """An effect fitted beside what was: what of it was fitted, and how likely the gain is chance.
+
+    ``name`` is the effect's.
+    """
+
+    name: str
     added: Sequence[Unknown]
     solution: Solution
     p_value: float
 
+    @property
+    def sizes(self) -> str:
+        """What was fitted of the effect, for people."""
+        found = self.solution.found
+        return ", ".join(
+            f"{unknown.name} {found[unknown.name]:.3g} {unknown.unit}".rstrip()
+            for unknown in self.added
+            if unknown.name != SPOOL_START
+        )
 
-def with_cause(run: MeasuredRun, parameters: RigParameters, fit: PressureFit) -> PressureFit:
+
+def trials(run: MeasuredRun, without: Solution) -> list[Trial]:
+    """Fit each of EFFECTS that the model ``without`` lacks beside what it has."""
+    found = (_tried(effect, run, without) for effect in EFFECTS)
+    return [trial for trial in found if trial is not None]
+
+
+def with_cause(run: MeasuredRun, fit: PressureFit) -> PressureFit:
     """Return ``fit``; where it does not fit, its verdict says what the model likely lacks.
 
     Each of EFFECTS is fitted beside what was. The one that leaves least is named, if the gain
@@ -103,22 +118,16 @@ def with_cause(run: MeasuredRun, parameters: RigParameters, fit: PressureFit) ->
     worst = min(fit.verdict.checks, key=lambda check: check.p_value)
     if "supply" in worst.name:
         return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
-    trials = [
-        trial
-        for effect in EFFECTS
-        for trial in [_tried(effect, run, parameters, fit.solution)]
-        if trial is not None
-    ]
-    significant = [trial for trial in trials if trial.p_value * len(trials) < FALSE_ALARM]
+    tried = trials(run, fit.solution)
+    significant = [trial for trial in tried if trial.p_value * len(tried) < FALSE_ALARM]
     best = min(significant, key=lambda trial: trial.solution.cost, default=None)
     cause = _noise(run) if best is None else _said(best, run)
     return replace(fit, verdict=fit.verdict.blaming(cause))
 
 
-def _tried(
-    effect: Effect, run: MeasuredRun, parameters: RigParameters, without: Solution
-) -> _Trial | None:
+def _tried(effect: Effect, run: MeasuredRun, without: Solution) -> Trial | None:
     """Fit with the effect, from where the fit without it ended; None where it adds nothing."""
+    parameters, known = without.parameters, without.found
     values = {name: value for name, value in effect.values if parameters[name] != value}
     if effect.values and not values:
         return None
@@ -126,7 +135,6 @@ def _tried(
         with_effect = parameters.with_values(values)
     except ParameterError:
         return None
-    known = without.found
     added = [found for found in effect.unknowns(with_effect) if found.name not in known]
     if not added and not values:
         return None
@@ -139,18 +147,14 @@ def _tried(
     size = max(len(added), 1)
     statistic = (without.cost - found.cost) / size / found.spread
     p_value = float(stats.f.sf(statistic, size, found.freedom))
-    return _Trial(effect, with_effect, added, found, p_value)
+    return Trial(effect.name, added, found, p_value)
 
 
-def _said(trial: _Trial, run: MeasuredRun) -> str:
-    fit = fit_pressures(run, trial.parameters, trial.solution.unknowns)
-    sizes = [
-        f"{unknown.name} {fit.solution.found[unknown.name]:.3g} {unknown.unit}".rstrip()
-        for unknown in trial.added
-    ]
-    size = f", {', '.join(sizes)}" if sizes else ""
+def _said(trial: Trial, run: MeasuredRun) -> str:
+    fit = fit_pressures(run, trial.solution.parameters, trial.solution.unknowns)
+    named = ", ".join(filter(None, (trial.name, trial.sizes)))
     enough = "the model then fits" if fit.verdict.fits else "not by itself"
-    return f"{trial.effect.name}{size}; it leaves {fit.scatter:.3g} Pa, {enough}"
+    return f"{named}; it leaves {fit.scatter:.3g} Pa, {enough}"
 
 
 def _noise(run: MeasuredRun) -> str:

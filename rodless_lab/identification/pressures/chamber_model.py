@@ -12,28 +12,21 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import savgol_filter
 
 from rodless_base.kernels import kernel
-from rodless_lab.identification.friction.uniform_motion import position_noise
 from rodless_sim.physics import heated  # noqa: F401  versions of the equations used here
 from rodless_sim.physics.equations import inflows, motion_rate, pressure_rates
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
+from rodless_sim.physics.spool import Drive, Spool, calmed, sent, spool_voltage, swung
 from rodless_sim.physics.state import AnyMotion, carried, moved
 
 Array = npt.NDArray[np.float64]
 
-# Longest step of the chambers' equations in s. They are far slower than the carriage's.
-LONGEST_STEP = 5e-4
-
-# Stretch in s over which position is smoothed to get speed, and slower than which all is noise.
-SMOOTHING = 0.02
-
-
-# A valve this close (V) to its command has arrived.
-ARRIVED = 1e-6
+# Longest step of the chambers' equations in s: they are far slower than the carriage's. A spool of
+# 115 Hz turns by 0.2 rad meanwhile.
+LONGEST_STEP = 2.5e-4
 
 
 @kernel
@@ -44,57 +37,55 @@ def rates_along(plant: Plant, lands: Lands, state: AnyMotion) -> AnyMotion:
 
 
 @kernel
+def midpoint(plant: Plant, lands: Lands, state: AnyMotion, step: float) -> AnyMotion:
+    """Return both chambers a ``step`` (s) later; the carriage is taken to stay where it is."""
+    half = moved(state, rates_along(plant, lands, state), 0.5 * step)
+    half = carried(half, state.position, state.velocity)
+    return moved(state, rates_along(plant, lands, half), step)
+
+
+@kernel
 def chamber_pressures(
     plant: Plant,
+    drive: Drive,
+    dead_time: float,
+    first: float,
     voltage: Array,
     position: Array,
-    velocity: Array,
     start: AnyMotion,
     period: float,
-    steps: int,
-    lag: float,
 ) -> Array:
     """Integrate P_a and P_b (Pa) from ``start`` along a given motion; returns shape (n, 2).
 
-    ``voltage[k]`` (V), ``position[k]`` (m) and ``velocity[k]`` (m/s), shape (n,), hold from sample
-    k to k+1, the position moving at the mean of its velocities; ``steps`` midpoint steps each. The
-    valve follows the voltage with a first-order ``lag`` (s).
+    ``voltage[k]`` (V, shape (n,)) is commanded from sample k to k+1, while the carriage moves
+    evenly from ``position[k]`` (m) to ``position[k + 1]``: so the air is compressed by as much as
+    the position shows, however noisy its speed would be. A command arrives ``dead_time`` (s) late.
+    The spool, which rests where ``first`` (V) holds it, follows as ``drive`` says, whose own dead
+    time does not count.
     """
     pressures = np.empty((voltage.size, 2))
-    step = period / steps
-    keep = math.exp(-0.5 * step / lag) if lag > 0.0 else 0.0
-    spool = voltage[0]
-    lands = openings(plant, spool)
-    state = start
+    whole = int(dead_time // period)
+    late = dead_time - whole * period
+    spool, state = Spool(first, first, 0.0), start
+    placed = spool_voltage(spool)
+    lands = openings(plant, placed)
     for k in range(voltage.size):
         pressures[k, 0] = state.pressure_a
         pressures[k, 1] = state.pressure_b
-        following = min(k + 1, voltage.size - 1)
-        speed = 0.5 * (velocity[k] + velocity[following])
-        for i in range(steps):
-            if spool != voltage[k]:
-                middle = voltage[k] + keep * (spool - voltage[k])
-                spool = voltage[k] + keep * (middle - voltage[k])
-                if abs(spool - voltage[k]) < ARRIVED:
-                    spool = voltage[k]
-                lands = openings(plant, middle)
-            where = position[k] + speed * step * (i + 0.5)
-            state = carried(state, where, speed)
-            half = moved(state, rates_along(plant, lands, state), 0.5 * step)
-            state = moved(state, rates_along(plant, lands, carried(half, where, speed)), step)
+        speed = (position[min(k + 1, voltage.size - 1)] - position[k]) / period
+        passed = 0.0
+        for piece in range(2):
+            span = late if piece == 0 else period - late
+            spool = sent(drive, spool, voltage[max(k - whole - 1 + piece, 0)])
+            count = math.ceil(span / LONGEST_STEP - 1e-9)
+            step = span / max(count, 1)
+            for _ in range(count):
+                spool = swung(drive, spool, 0.5 * step)
+                if spool_voltage(spool) != placed:
+                    placed = spool_voltage(spool)
+                    lands = openings(plant, placed)
+                where = position[k] + speed * (passed + 0.5 * step)
+                state = midpoint(plant, lands, carried(state, where, speed), step)
+                spool = calmed(drive, swung(drive, spool, 0.5 * step))
+                passed += step
     return pressures
-
-
-def smoothed_motion(position: Array, period: float) -> tuple[Array, Array]:
-    """Position (m) and velocity (m/s) of the carriage from its noisy ``position``, shapes (n,).
-
-    A local parabola; where the whole run moves no further than its noise, it stands still.
-    """
-    if float(np.ptp(position)) < 12.0 * position_noise(position):
-        return np.full(position.shape, position.mean()), np.zeros(position.shape)
-    width = 2 * max(round(0.5 * SMOOTHING / period), 2) + 1
-    if width > len(position):
-        width = len(position) - 1 + len(position) % 2
-    smooth = savgol_filter(position, width, 2)
-    velocity = savgol_filter(position, width, 2, deriv=1, delta=period)
-    return np.asarray(smooth), np.asarray(velocity)

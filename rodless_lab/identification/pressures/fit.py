@@ -15,14 +15,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize
 
-from rodless_base.parameters import ParameterError
 from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.problem import Problem, Unknown
+from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_START, spool_start
 from rodless_lab.identification.verdict import Verdict, check_power, power
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
-from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -54,12 +53,14 @@ SPANS = (0.0, 0.01, 0.1)
 class Solution:
     """What least squares found, before it is judged.
 
-    ``values``, shape (p,), are those of the problem; ``residuals``, shape (2 m,), and ``jacobian``
-    are over the standard errors. ``cost`` is the robust sum of squares left, ``spread`` what one of
-    ``freedom`` degrees of freedom has of it.
+    The model is that of ``parameters`` with ``unknowns`` fitted. ``values``, shape (p,), are those
+    of the problem; ``residuals``, shape (2 m,), and ``jacobian`` are over the standard errors.
+    ``cost`` is the robust sum of squares left, ``spread`` what one of ``freedom`` degrees of
+    freedom has of it.
     """
 
     problem: Problem
+    parameters: RigParameters
     unknowns: Sequence[Unknown]
     values: Array
     residuals: Array
@@ -84,10 +85,14 @@ class Solution:
         return (self.problem.readings - len(self.values)) / self.inflation
 
     @property
+    def sizes(self) -> list[tuple[Unknown, float]]:
+        """The unknowns, each with its value."""
+        return list(zip(self.unknowns, self.values.tolist(), strict=False))
+
+    @property
     def found(self) -> dict[str, float]:
         """The unknowns by name."""
-        names = (unknown.name for unknown in self.unknowns)
-        return dict(zip(names, self.values.tolist(), strict=False))
+        return {unknown.name: value for unknown, value in self.sizes}
 
 
 @dataclass(frozen=True)
@@ -115,8 +120,7 @@ def fit_pressures(
 
     Intervals come from the Jacobian and the scatter of the residuals, widened by how far these are
     correlated in time, and by the bias of the sensors as ``parameters`` state it. Raises
-    :class:`UninformativeRunError` where no pressure changes, ParameterError for a spool that does
-    not follow at once.
+    :class:`UninformativeRunError` where no pressure changes.
     """
     solution = solve(run, parameters, unknowns)
     problem, values = solution.problem, solution.values
@@ -137,17 +141,17 @@ def solve(
     parameters: RigParameters,
     unknowns: Sequence[Unknown],
     rest: Array | None = None,
+    known: Sequence[tuple[Unknown, float]] = (),
 ) -> Solution:
     """Minimise the residuals; raises as :func:`fit_pressures`.
 
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
+    What is ``known`` is not fitted.
     """
-    if Plant.of(parameters).drive:
-        raise ParameterError(
-            "valve.dynamics, valve.hysteresis, valve.dead_time: refused, the fit takes the spool "
-            "to be where the command says; identify without, and expect other curves near closed"
-        )
-    problem = Problem(run, parameters, unknowns)
+    has_play = parameters.number(HYSTERESIS) > 0.0 or HYSTERESIS in {of.name for of, _ in known}
+    if has_play and SPOOL_START not in {unknown.name for unknown in unknowns}:
+        unknowns = [*unknowns, spool_start()]
+    problem = Problem(run, parameters, unknowns, known)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:
         raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")
@@ -177,7 +181,7 @@ def solve(
     inflation = _correlation(residuals.reshape(2, -1))
     jacobian = np.asarray(found.jac) / scale
     cost = 2.0 * float(found.cost)
-    return Solution(problem, unknowns, values, residuals, jacobian, cost, inflation)
+    return Solution(problem, parameters, unknowns, values, residuals, jacobian, cost, inflation)
 
 
 def _estimates(solution: Solution) -> dict[str, Estimate]:
@@ -187,19 +191,21 @@ def _estimates(solution: Solution) -> dict[str, Estimate]:
     jacobian[: problem.readings] /= math.sqrt(solution.spread)
     errors = MARGIN * np.sqrt(np.diag(covariance(jacobian, 1.0)))
     estimates = {
-        unknown.name: within(
-            judged(
-                symmetric(float(value), float(error), solution.freedom, unknown.unit),
-                "the run leaves it open within half its value",
-            ),
-            unknown.low,
-            unknown.high,
-        )
+        unknown.name: _estimate(unknown, float(value), float(error), solution.freedom)
         for unknown, value, error in zip(solution.unknowns, values, errors, strict=False)
     }
     pressure = problem.supply - float(values[-1])
     estimates[SUPPLY] = symmetric(pressure, float(errors[-1]), solution.freedom, "Pa")
     return estimates
+
+
+def _estimate(unknown: Unknown, value: float, error: float, freedom: float) -> Estimate:
+    """Return the interval of an unknown within its range; of a small one how large it may be."""
+    found = symmetric(value, error, freedom, unknown.unit)
+    note = "the run leaves it open within half its value"
+    if unknown.low == 0.0 and found.low <= 0.0 and math.isfinite(found.high):
+        note = f"not told from 0, and at most {found.high:.3g} {unknown.unit}".rstrip()
+    return within(judged(found, note), unknown.low, unknown.high)
 
 
 def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array) -> Verdict:

@@ -14,23 +14,21 @@ which are known beforehand to be within the sensors' accuracy.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_lab.identification.pressures.chamber_model import (
-    LONGEST_STEP,
-    chamber_pressures,
-    smoothed_motion,
-)
+from rodless_lab.identification.pressures.chamber_model import chamber_pressures
+from rodless_lab.identification.pressures.course import smoothed
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import PRESSURE_RANGE, Instruments, position_range
 from rodless_sim.instruments.transmitter import lagged
 from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.spool import Drive
 from rodless_sim.physics.state import HeatedMotion, Motion
 
 Array = npt.NDArray[np.float64]
@@ -41,7 +39,7 @@ WITHIN_BOUND = 0.7
 
 # Pressures are compared at this many instants at most, evenly spread: more cost time, and say
 # little more, since the model carries one sample into the next.
-MOST_INSTANTS = 3000
+MOST_INSTANTS = 6000
 
 # No pressure is known better than this (Pa): a perfect sensor still meets a model that is not.
 FINEST_PRESSURE = 20.0
@@ -63,10 +61,20 @@ CONSTANT_ERRORS = (
 
 
 class Model(NamedTuple):
-    """What a fit changes: the plant, and a first-order lag (s) of its valve."""
+    """What a fit changes. The plant has no drive: a fit's dead time is no whole number of ns."""
 
     plant: Plant
-    valve_lag: float
+    drive: Drive
+    dead_time: float  # s
+    spool_start: float  # V, from where the first command would hold the spool
+
+    @classmethod
+    def of(cls, parameters: RigParameters) -> "Model":
+        """Return the model of a rig with ``parameters``."""
+        plant = Plant.of(parameters)
+        drive = plant.drive or Drive(0, 0.0, 0.0, parameters.number("valve.damping"))
+        dead_time = parameters.number("valve.dead_time")
+        return cls(plant._replace(drive=()), drive, dead_time, 0.0)
 
 
 @dataclass(frozen=True)
@@ -90,12 +98,12 @@ class Unknown:
         name: str,
         parameters: RigParameters,
         scale: float,
-        apply: Callable[[Plant, float], Plant],
+        apply: Callable[[Model, float], Model],
     ) -> "Unknown":
         """Return a parameter of the rig as an unknown, within the range it is declared with."""
         declared = RigParameters.DECLARATIONS[name]
         start, low, high = parameters.number(name), declared.minimum, declared.maximum
-        return cls(name, declared.unit, start, scale, low, high, of_plant(apply))
+        return cls(name, declared.unit, start, scale, low, high, apply)
 
 
 def of_plant(apply: Callable[[Plant, float], Plant]) -> Callable[[Model, float], Model]:
@@ -103,19 +111,24 @@ def of_plant(apply: Callable[[Plant, float], Plant]) -> Callable[[Model, float],
     return lambda model, value: model._replace(plant=apply(model.plant, value))
 
 
-def position_errors(position: Array, reach: float) -> tuple[Array, Array]:
-    """Shapes a position sensor's error may have, shape (n, ERRORS), and their slopes by position.
+def applied(model: Model, sizes: Iterable[tuple[Unknown, float]]) -> Model:
+    """Return ``model`` with each unknown at its size."""
+    for unknown, size in sizes:
+        model = unknown.apply(model, size)
+    return model
+
+
+def position_errors(position: Array, reach: float) -> Array:
+    """Shapes a position sensor's error may have, shape (n, ERRORS).
 
     An offset, and two waves along its range of ``reach`` (m) with either phase: what a nonlinear
     scale looks like.
     """
     angle = 2.0 * math.pi / reach * position
-    shapes, slopes = [np.ones(position.shape)], [np.zeros(position.shape)]
+    shapes = [np.ones(position.shape)]
     for wave in (1.0, 2.0):
-        rate = 2.0 * math.pi / reach * wave
         shapes += [np.sin(wave * angle), np.cos(wave * angle)]
-        slopes += [rate * np.cos(wave * angle), -rate * np.sin(wave * angle)]
-    return np.stack(shapes, axis=1), np.stack(slopes, axis=1)
+    return np.stack(shapes, axis=1)
 
 
 def position_accuracy(parameters: RigParameters) -> Array:
@@ -126,44 +139,30 @@ def position_accuracy(parameters: RigParameters) -> Array:
     return np.asarray(np.maximum(sizes * WITHIN_BOUND, FINEST_POSITION))
 
 
-class Course(NamedTuple):
-    """Where the carriage was, m and m/s, shapes (n,); the sensor's possible errors, (n, ERRORS)."""
-
-    position: Array
-    velocity: Array
-    errors: Array
-    slopes: Array
-
-    @classmethod
-    def seen(cls, position: Array, period: float, reach: float) -> "Course":
-        """Return the course that readings of the position (m, shape (n,)) show.
-
-        They come ``period`` (s) apart from a sensor with a range of ``reach`` (m).
-        """
-        smooth, velocity = smoothed_motion(position, period)
-        return cls(smooth, velocity, *position_errors(smooth, reach))
-
-
 class Problem:
     """Residuals of a run: readings at chosen instants, then what is known against its accuracy.
 
     Values are the unknowns, then sizes of the position sensor's errors, temperatures (K) at the
     start where there are any, pressures (Pa) at the start, biases (Pa) of A, B and the supply.
+    What is ``known`` changes the model of ``parameters`` once and for all.
     """
 
     def __init__(
-        self, run: MeasuredRun, parameters: RigParameters, unknowns: Sequence[Unknown]
+        self,
+        run: MeasuredRun,
+        parameters: RigParameters,
+        unknowns: Sequence[Unknown],
+        known: Sequence[tuple[Unknown, float]] = (),
     ) -> None:
         self._run = run
         self._unknowns = unknowns
-        self._plant = Plant.of(parameters)
+        self._model = applied(Model.of(parameters), known)
         self._lag = parameters.number("sensors.pressure_lag")
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self.noise = max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
         self._sensors = parameters.with_values(dict.fromkeys(CONSTANT_ERRORS, 0.0))
         self._reach = position_range(parameters)
-        self._course = Course.seen(run.position, run.period, self._reach)
-        self._steps = max(1, math.ceil(run.period / LONGEST_STEP - 1e-9))
+        self._position = smoothed(run.position, run.period)
         stride = max(1, math.ceil(len(run.time) / MOST_INSTANTS))
         self._chosen = slice(None, None, stride)
         self.spacing = stride * run.period
@@ -173,7 +172,8 @@ class Problem:
         first = [run.pressure_a[:count].mean(), run.pressure_b[:count].mean()]
         self.supply = float(run.supply_pressure.mean())
         self._shapes = slice(len(unknowns), len(unknowns) + ERRORS)
-        heat = self._plant.heat if self._plant.heated else ()
+        plant = self._model.plant
+        heat = plant.heat if plant.heated else ()
         warm = [heat.wall_temperature] * 2 if heat else []
         self._temperatures = slice(self._shapes.stop, self._shapes.stop + len(warm))
         expected = [0.0] * ERRORS + warm
@@ -200,7 +200,7 @@ class Problem:
 
     def modelled(self, values: Array) -> Array:
         """What the sensors would read, shape (n, 2), Pa."""
-        return self._shown(self._pressures(values, self._course), values)
+        return self._shown(self._pressures(values, self._position), values)
 
     def draws(self, values: Array, count: int, generator: np.random.Generator) -> Array:
         """Draw residuals that the sensors leave of a rig that is as ``values`` say.
@@ -208,14 +208,14 @@ class Problem:
         Shape (count, 2, m), over the noise: the readings' own, and what the position's does to a
         model that is driven by it.
         """
-        true = self._pressures(values, self._course)
+        true = self._pressures(values, self._position)
         return np.stack([self._drawn(values, true, generator) for _ in range(count)])
 
     def _drawn(self, values: Array, true: Array, generator: np.random.Generator) -> Array:
         tools = Instruments.specimen(self._sensors, generator)
         period = self._run.period
-        position = tools.position.measure(self._course.position, period, generator)
-        again = self._pressures(values, Course.seen(position, period, self._reach))
+        position = tools.position.measure(self._position, period, generator)
+        again = self._pressures(values, smoothed(position, period))
         rows = []
         for side, tool in enumerate((tools.pressure_a, tools.pressure_b)):
             read = tool.measure(true[:, side], period, generator)
@@ -235,22 +235,20 @@ class Problem:
         ]
         return np.stack(seen, axis=1)
 
-    def _pressures(self, values: Array, course: Course) -> Array:
+    def _pressures(self, values: Array, position: Array) -> Array:
         start_a, start_b, bias_a, bias_b, bias_supply = values[-5:].tolist()
-        plant = self._plant._replace(supply_pressure=self.supply - bias_supply)
-        model = Model(plant, 0.0)
-        for unknown, value in zip(self._unknowns, values.tolist(), strict=False):
-            model = unknown.apply(model, value)
-        shape = values[self._shapes]
+        plant = self._model.plant._replace(supply_pressure=self.supply - bias_supply)
+        sizes = zip(self._unknowns, values.tolist(), strict=False)
+        model = applied(self._model._replace(plant=plant), sizes)
         start = (0.0, 0.0, start_a - bias_a, start_b - bias_b)
         warm = values[self._temperatures].tolist()
         return chamber_pressures(
             model.plant,
+            model.drive,
+            model.dead_time,
+            float(self._run.voltage[0]) + model.spool_start,
             self._run.voltage,
-            course.position - course.errors @ shape,
-            course.velocity * (1.0 - course.slopes @ shape),
+            position - position_errors(position, self._reach) @ values[self._shapes],
             HeatedMotion(*start, *warm) if warm else Motion(*start),
             self._run.period,
-            self._steps,
-            model.valve_lag,
         )

@@ -7,9 +7,12 @@
 # language governing permissions and limitations under the License.
 """What a run's pressures can be asked for: parameters of valve, chambers and leaks as unknowns."""
 
+import math
+from dataclasses import replace
 from typing import Any
 
-from rodless_lab.identification.pressures.problem import Unknown, of_plant
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
+from rodless_lab.identification.pressures.problem import Model, Unknown, of_plant
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
 
@@ -19,6 +22,12 @@ CLOSED = "valve.closed_voltage"
 AREA_FACTOR = "area factor"
 HEAT_TRANSFER = "chambers.heat_transfer_coefficient"
 POLYTROPIC = "chambers.polytropic_index"
+LEAKS = ("leak.across", "leak.a", "leak.b")
+FREQUENCY = "valve.natural_frequency"
+DAMPING = "valve.damping"
+HYSTERESIS = "valve.hysteresis"
+DEAD_TIME = "valve.dead_time"
+SPOOL_START = "start of the spool"
 
 
 def _of_part(name: str, parameters: RigParameters, scale: float, part: str, field: str) -> Unknown:
@@ -28,7 +37,7 @@ def _of_part(name: str, parameters: RigParameters, scale: float, part: str, fiel
         changed: Any = getattr(plant, part)._replace(**{field: value})
         return plant._replace(**{part: changed})
 
-    return Unknown.parameter(name, parameters, scale, apply)
+    return Unknown.parameter(name, parameters, scale, of_plant(apply))
 
 
 def dead_volumes(parameters: RigParameters) -> list[Unknown]:
@@ -71,11 +80,56 @@ def polytropic_index(parameters: RigParameters) -> list[Unknown]:
     return [_of_part(POLYTROPIC, parameters, 0.1, "air", "chamber_index")]
 
 
-def leak(parameters: RigParameters, where: str) -> Unknown:
-    """Return the effective area of the leak ``where``: across, a or b."""
+def leak(name: str, parameters: RigParameters) -> Unknown:
+    """Return the effective area of one of LEAKS."""
 
     def apply(plant: Plant, value: float) -> Plant:
-        changed: dict[str, Any] = {"open": True, where: value}
+        changed: dict[str, Any] = {"open": True, name.removeprefix("leak."): value}
         return plant._replace(leak=plant.leak._replace(**changed))
 
-    return Unknown.parameter(f"leak.{where}", parameters, 1e-9, apply)
+    return Unknown.parameter(name, parameters, 1e-9, of_plant(apply))
+
+
+def _of_drive(name: str, parameters: RigParameters, scale: float, field: str, by: float) -> Unknown:
+    """Return the parameter ``name``, which the drive has ``by`` times as ``field``."""
+
+    def apply(model: Model, value: float) -> Model:
+        changed: dict[str, Any] = {field: by * value}
+        return model._replace(drive=model.drive._replace(**changed))
+
+    return Unknown.parameter(name, parameters, scale, apply)
+
+
+def spool_dynamics(parameters: RigParameters) -> list[Unknown]:
+    """Return the natural frequency and the damping ratio of the spool."""
+    return [
+        _of_drive(FREQUENCY, parameters, 10.0, "natural_frequency", 2.0 * math.pi),
+        _of_drive(DAMPING, parameters, 0.1, "damping", 1.0),
+    ]
+
+
+def hysteresis(parameters: RigParameters) -> list[Unknown]:
+    """Return the width of the spool's hysteresis, and where in it the spool is at the start."""
+    by = 0.5 * (MAXIMUM_VOLTAGE - MINIMUM_VOLTAGE)
+    width = _of_drive(HYSTERESIS, parameters, 1e-3, "play", by)
+    # At no hysteresis at all, nothing says where in it the spool is.
+    return [replace(width, start=max(width.start, 1e-3)), spool_start()]
+
+
+def spool_start() -> Unknown:
+    """Return where the spool rests at the start, from where the first command would hold it."""
+
+    def apply(model: Model, value: float) -> Model:
+        return model._replace(spool_start=value)
+
+    return Unknown(SPOOL_START, "V", 0.0, 0.01, -0.2, 0.2, apply)
+
+
+def dead_time(parameters: RigParameters) -> Unknown:
+    """Return how late a command reaches the valve."""
+
+    def apply(model: Model, value: float) -> Model:
+        return model._replace(dead_time=value)
+
+    found = Unknown.parameter(DEAD_TIME, parameters, 1e-3, apply)
+    return replace(found, start=max(found.start, 1e-3))

@@ -56,24 +56,22 @@ def identify_valve(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
     return fit_pressures(run, parameters, unknowns)
 
 
-def valve_findings(fit: PressureFit, parameters: RigParameters) -> list[Finding]:
-    """Return what the fit says of the plant's parameters, which were ``parameters`` before."""
-    factor = fit.estimates[AREA_FACTOR]
+def valve_findings(fit: PressureFit) -> list[Finding]:
+    """Return what the fit says of the plant's parameters, from what they were before."""
+    parameters, factor = fit.solution.parameters, fit.estimates[AREA_FACTOR]
     findings = findings_of(fit, (CLOSED, GAP, SUPPLY))
     if parameters.text("valve.flow_law") == iso_6358.NAME:
-        closed = findings[0].value
+        closed = fit.estimates[CLOSED]
         conductance = _conductance(parameters, factor, closed)
         return [*findings, Finding(CONDUCTANCE, conductance, {AREA_FACTOR: factor})]
     return [*findings, Finding(AREA, _scaled(parameters, factor), {AREA_FACTOR: factor})]
 
 
-def _conductance(
-    parameters: RigParameters, factor: Estimate, closed: float | tuple[float, ...] | None
-) -> float | None:
+def _conductance(parameters: RigParameters, factor: Estimate, closed: Estimate) -> float | None:
     """C with which the valve passes what it was found to pass: the curve only shares C out."""
     if not factor.informed:
         return None
-    found = parameters if closed is None else parameters.with_values({CLOSED: closed})
+    found = parameters.with_values({CLOSED: closed.value}) if closed.informed else parameters
     reach = iso_6358.widest_opening_of(found) / iso_6358.widest_opening_of(parameters)
     return parameters.number(CONDUCTANCE) * factor.value * reach
 

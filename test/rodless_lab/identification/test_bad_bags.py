@@ -11,19 +11,14 @@
 import errno
 import math
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from quiet_stop import Quiet
 
-from rodless_base.parameters import ParameterError
 from rodless_lab.cli import compare, identify
-from rodless_lab.identification.pressures.chambers import identify_chambers
-from rodless_lab.identification.pressures.valve import identify_valve
 from rodless_lab.runs.measured_run import MeasuredRun
-from rodless_sim import RigParameters
 
 
 def a_run(samples: int = 400) -> MeasuredRun:
@@ -51,20 +46,6 @@ def refused(
 def test_missing_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str], subject: str) -> None:
     """There is no such folder, whatever is to be identified."""
     assert "no such bag" in refused(tmp_path / "nothing", tmp_path, capsys, subject)
-
-
-@pytest.mark.parametrize("subject", [identify_chambers, identify_valve])
-@pytest.mark.parametrize(
-    "values",
-    [{"valve.dynamics": "second_order"}, {"valve.hysteresis": 0.004}, {"valve.dead_time": 1e-3}],
-    ids=["dynamics", "hysteresis", "dead time"],
-)
-def test_a_base_whose_spool_is_late_is_refused(
-    subject: Callable[[MeasuredRun, RigParameters], object], values: dict[str, object]
-) -> None:
-    """The fit's spool is where the command says: it would blame the area curve."""
-    with pytest.raises(ParameterError, match="refused, the fit takes the spool to be where"):
-        subject(a_run(), RigParameters(values))
 
 
 def test_bag_without_messages(tmp_path: Path, write_bag, capsys) -> None:

@@ -32,7 +32,7 @@ def test_the_valve_of_a_base_with_iso_6358_gets_its_conductance() -> None:
     rig = base.with_values({"valve.sonic_conductance": 3.3e-9, "valve.closed_voltage": 5.05})
     run = run_of_trace(simulate(rig, VOLTAGES, 1e-3, position=0.06), SUPPLY)
     fit = identify_valve(run, base)
-    found = {finding.name: finding.value for finding in valve_findings(fit, base)}
+    found = {finding.name: finding.value for finding in valve_findings(fit)}
     assert found["valve.sonic_conductance"] == pytest.approx(3.3e-9, rel=0.01)
     assert found["valve.closed_voltage"] == pytest.approx(5.05, abs=2e-3)
     assert "valve.area_coefficients" not in found

@@ -8,8 +8,9 @@
 
 """Rigs with hidden parameters, measured with noise, bias and lag: the intervals must hold.
 
-Each draw hides other parameters behind other sensors. A 95 % interval has to cover the truth in at
-least 95 of 100 draws, and to be of use: what it may be as wide as is stated beside each parameter.
+Each draw hides other parameters behind other sensors. A 95 % interval may miss the truth as often
+as one draw in twenty explains, and has to be of use: as wide as is stated beside each parameter.
+More draws take long: ``python -m rodless_lab.identification.coverage`` does 100 of each.
 """
 
 import numpy as np
@@ -17,17 +18,21 @@ import pytest
 
 from rodless_lab.identification.coverage import (
     KNOWN,
+    LEAST_COVERAGE,
     MOST_FALSE_ALARMS,
     SUBJECTS,
     Coverage,
     Trial,
     coverage_of,
     measured_run,
+    most,
     trials,
 )
 from rodless_lab.identification.friction.run import identify_friction
 
 pytestmark = pytest.mark.slow
+
+DRAWS = 30
 
 # Median half width over the truth. F_s and F_c carry the bias of the pressure sensors: 0.5 % of
 # 1 MPa on each side of the piston is up to 4.9 N, however long one measures.
@@ -44,19 +49,35 @@ PRESSURE_WIDTHS = {
     "area factor": 0.01,
     "valve.gap_height": 0.01,
     "supply.pressure": 0.01,
+    "chambers.heat_transfer_coefficient": 0.1,
+    "leak.across": 0.2,
+    "leak.a": 0.2,
+    "leak.b": 0.2,
+    "valve.natural_frequency": 0.1,
+    "valve.damping": 0.1,
+    "valve.hysteresis": 0.1,
+    "valve.dead_time": 0.2,
 }
 
 
 def check_alarms(found: list[Trial]) -> None:
     """Rigs that are as the model says: hardly one is said not to fit."""
     alarms = sum(not trial.verdict.fits for trial in found)
-    assert alarms <= MOST_FALSE_ALARMS * len(found)
+    assert alarms <= most(MOST_FALSE_ALARMS, len(found))
+
+
+def check_intervals(found: Coverage, width: float, name: str) -> None:
+    """Few miss, hardly any is left open, and half of them are no wider than ``width``."""
+    assert found.draws == DRAWS, name
+    assert found.informed >= 0.9 * DRAWS, name
+    assert found.informed - found.covered <= most(1.0 - LEAST_COVERAGE, found.informed), name
+    assert found.half_width <= width, name
 
 
 @pytest.fixture(scope="module")
 def friction() -> dict[str, Coverage]:
-    """A hundred rigs, both directions each, without false alarms."""
-    found = trials("friction", 100)
+    """Rigs, both directions each, without false alarms."""
+    found = trials("friction", DRAWS)
     check_alarms(found)
     return coverage_of(found)
 
@@ -66,24 +87,17 @@ def friction() -> dict[str, Coverage]:
 def test_friction_intervals_hold_and_are_of_use(
     friction: dict[str, Coverage], side: str, name: str
 ) -> None:
-    """Of 100 rigs at least 95 lie inside, hardly any is left open, and the width is bounded."""
-    found = friction[f"friction.{side}.{name}"]
-    assert found.draws == 100
-    assert found.informed >= 95
-    assert found.covered >= 0.95 * found.informed
-    assert found.half_width <= FRICTION_WIDTHS[name]
+    """The intervals of either direction hold, and their width is bounded."""
+    check_intervals(friction[f"friction.{side}.{name}"], FRICTION_WIDTHS[name], name)
 
 
-@pytest.mark.parametrize("subject", ["chambers", "valve"])
-def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
-    """Of 100 rigs at least 95 lie inside, hardly any is left open, and the width is bounded."""
-    done = trials(subject, 100)
+@pytest.mark.parametrize("subject", ["chambers", "valve", "heat", "leak", "spool"])
+def test_intervals_from_pressures_hold_and_are_of_use(subject: str) -> None:
+    """The intervals of all that is found hold, and their width is bounded."""
+    done = trials(subject, DRAWS)
     check_alarms(done)
     for name, found in coverage_of(done).items():
-        assert found.draws == 100
-        assert found.informed >= 95, name
-        assert found.covered >= 0.95 * found.informed, name
-        assert found.half_width <= PRESSURE_WIDTHS[name], name
+        check_intervals(found, PRESSURE_WIDTHS[name], name)
 
 
 def test_a_bias_of_the_pressure_sensors_is_not_hidden() -> None:
