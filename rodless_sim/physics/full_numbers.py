@@ -23,7 +23,9 @@ POSITION, VELOCITY = map(FullMotion._fields.index, ("position", "velocity"))
 PISTON_POSITION, PISTON_VELOCITY, COUPLED = map(
     FullMotion._fields.index, ("piston_position", "piston_velocity", "coupled")
 )
-COMPRESSOR = FullMotion._fields.index("compressor")
+SUPPLY_PRESSURE, RECEIVER_PRESSURE, COMPRESSOR = map(
+    FullMotion._fields.index, ("supply_pressure", "receiver_pressure", "compressor")
+)
 OF_CARRIAGE = (POSITION, VELOCITY, FullMotion._fields.index("bristle_deflection"))
 OF_PISTON = (
     PISTON_POSITION,

@@ -142,7 +142,14 @@ def solve(
 
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
     """
-    if Plant.of(parameters).drive:
+    plant = Plant.of(parameters)
+    if plant.tubes or plant.ripple or (plant.full and plant.full.supply.acting):
+        raise ParameterError(
+            "tubes.model, supply.ripple_amplitude, supply.droop, supply.kind: refused, the fit "
+            "takes air to arrive at once, and the supply to have the mean of its readings; "
+            "identify without"
+        )
+    if plant.drive:
         raise ParameterError(
             "valve.dynamics, valve.hysteresis, valve.dead_time: refused, the fit takes the spool "
             "to be where the command says; identify without, and expect other curves near closed"

@@ -81,6 +81,10 @@ def test_other_rigs_are_refused(c_file: CFile) -> None:
         ("rail.tilt", 0.1),
         ("chambers.thermodynamics", "polytropic"),
         ("valve.dynamics", "second_order"),
+        ("tubes.model", "delay"),
+        ("supply.ripple_amplitude", 1e3),
+        ("supply.droop", 1.2e7),
+        ("supply.kind", "compressor"),
     ):
         plant = Plant.of(RigParameters({name: value}))
         with pytest.raises(ValueError, match="the C file knows"):
