@@ -25,12 +25,13 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from rodless_base.parameter_file import read_parameter_file
-from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK
+from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.processes import write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes
 from rodless_sim.description import robot_description
+from rodless_sim.physics.heat import ENERGY_BALANCE
 from rodless_sim.scenario import scenario_parameter
 
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
@@ -130,7 +131,9 @@ def further_topics(files: list[str], namespace: str) -> list[str]:
         own = read_parameter_file(file, "plant", RigParameters.foreign, "/" + namespace.strip("/"))
         values.update(own)
     on = {"raw": values.get("sensors.publish_raw"), "truth": values.get("sensors.publish_truth")}
-    return [topic for topic in FURTHER_TOPICS if on[topic.partition("/")[0]]]
+    heated = values.get("chambers.thermodynamics") == ENERGY_BALANCE
+    asked_for = [topic for topic in FURTHER_TOPICS if on[topic.partition("/")[0]]]
+    return [*(TEMPERATURES.values() if heated else ()), *asked_for]
 
 
 def parameter_files(chosen: dict[str, str]) -> list[str]:

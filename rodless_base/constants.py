@@ -16,6 +16,9 @@ SECONDS_PER_NANOSECOND = 1e-9
 # Name of the joint in joint_states.
 CARRIAGE = "carriage"
 
+# Name of the piston's joint there, where it is a mass of its own.
+PISTON = "piston"
+
 # Name of the joint in valve/state.
 SPOOL = "valve_spool"
 

@@ -32,6 +32,12 @@ PRESSURES = {
 # The frame of each: the place that its topic names.
 PRESSURE_FRAMES = {field: topic.partition("/")[0] for field, topic in PRESSURES.items()}
 
+# What a plant publishes whose chambers have temperatures, by field of its state; in °C.
+TEMPERATURES = {
+    "temperature_a": "chamber_a/temperature",
+    "temperature_b": "chamber_b/temperature",
+}
+
 # What the plant publishes where it is asked to: what is true, and the voltages of the instruments.
 TRUTH = "truth/"
 RAW_VOLTAGES = "raw/voltages"
@@ -40,6 +46,9 @@ FURTHER_TOPICS = (
     f"{TRUTH}{JOINT_STATES}",
     *(f"{TRUTH}{topic}" for topic in PRESSURES.values()),
 )
+
+# What not every rig publishes.
+OPTIONAL_TOPICS = (*TEMPERATURES.values(), *FURTHER_TOPICS)
 
 # What a bag of the rig holds. A plant waits for recorders of the other topics, not for one of the
 # faults or the valve's state: subscribed to first, they are heard by then.

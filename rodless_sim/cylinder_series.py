@@ -8,12 +8,12 @@
 
 """The cylinders of the CY3R series: what a model number such as CY3R32-500 says of a rig.
 
-Bore and stroke are the catalogue's. The rest is a judgement that begins at the CY3R25 of the paper:
+Bore, stroke and holding force are the catalogue's. The rest is a judgement that begins at the
+CY3R25 of the paper:
 
 - Friction grows with the area of the piston. The catalogue's minimum operating pressure is much the
   same for all bores, so the force that moves the carriage is in proportion to it. Velocities stay.
-- So does the moving mass, as the holding force of the magnets does within 40 %: 19.6 N at 6 mm,
-  363 N at 25 mm, 2256 N at 63 mm.
+- So does the moving mass, as the holding force of the magnets does within 40 %.
 - Of the dead volume the end cavity grows with the area; tube and fittings stay.
 """
 
@@ -26,7 +26,19 @@ from rodless_base.parameters import Parameter, ParameterError, ParameterSet, dec
 from rodless_sim.physics import cylinder, friction
 
 # SMC catalogue ES20-172C, series CY3R.
-BORES = (6, 10, 15, 20, 25, 32, 40, 50, 63)  # mm
+# Holding force of the magnets in N by bore in mm.
+HOLDING_FORCES = {
+    6: 19.6,
+    10: 53.9,
+    15: 137.0,
+    20: 231.0,
+    25: 363.0,
+    32: 588.0,
+    40: 922.0,
+    50: 1471.0,
+    63: 2256.0,
+}
+BORES = tuple(HOLDING_FORCES)  # mm
 PAPERS_BORE = 0.025  # m
 OTHER = "other"
 
@@ -55,7 +67,8 @@ PARAMETERS = declare(
         "CY3R25-200",
         "",
         "model number, bore and stroke in mm: sets cylinder.bore, .stroke, .moving_mass, "
-        ".dead_volume_* and the forces of friction.* that are not given beside it; other: none",
+        ".dead_volume_*, coupling.holding_force and the forces of friction.* that are not given "
+        "beside it; other: none",
         "SMC CY3R catalogue",
     )
 )
@@ -84,6 +97,7 @@ def values_of(model: str) -> dict[str, float]:
     bore, stroke = sizes(model)
     scale = (bore / PAPERS_BORE) ** 2
     values = {"cylinder.bore": bore, "cylinder.stroke": stroke}
+    values["coupling.holding_force"] = HOLDING_FORCES[round(bore * 1e3)]
     values |= {name: _default(name) * scale for name in GROWING}
     values |= {name: _default(name) + END_CAVITY * (scale - 1.0) for name in DEAD_VOLUMES}
     return values

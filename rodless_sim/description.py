@@ -16,10 +16,11 @@ import math
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from rodless_base.constants import CARRIAGE
+from rodless_base.constants import CARRIAGE, PISTON
 from rodless_base.frames import prefixed
 from rodless_base.topics import PRESSURE_FRAMES
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.coupling import MAGNETIC
 
 BASE = "base_link"
 
@@ -69,6 +70,8 @@ def robot_description(parameters: RigParameters) -> str:
         _shape(cap, "box", size=_box(CAP, bore))
         _colour(cap, "cap")
     _carriage(robot, parameters, frame_prefix)
+    if parameters.text("coupling.kind") == MAGNETIC:
+        _piston(robot, parameters, frame_prefix)
     places = ((-reach, 0.0), (stroke + reach, 0.0), (0.5 * stroke, -2.5 * bore))
     for frame, (x, y) in zip(PRESSURE_FRAMES.values(), places, strict=True):
         SubElement(robot, "link", name=frame_prefix + frame)
@@ -94,7 +97,22 @@ def _carriage(robot: Element, parameters: RigParameters, prefix: str) -> None:
     }
     zero = dict.fromkeys(("ixy", "ixz", "iyz"), 0.0)
     SubElement(inertial, "inertia", {name: _text(v) for name, v in {**moments, **zero}.items()})
-    joint = _joint(robot, "prismatic", prefix, CARRIAGE)
+    _slides(_joint(robot, "prismatic", prefix, CARRIAGE), parameters)
+
+
+def _piston(robot: Element, parameters: RigParameters, prefix: str) -> None:
+    """Add the piston within the tube, where the magnets join it to the carriage."""
+    bore = parameters.number("cylinder.bore")
+    visual = SubElement(SubElement(robot, "link", name=prefix + PISTON), "visual")
+    _origin(visual, pitch=0.5 * math.pi)
+    _shape(visual, "cylinder", radius=_text(0.5 * bore), length=_text(bore))
+    _colour(visual, "cap")
+    _slides(_joint(robot, "prismatic", prefix, PISTON), parameters)
+
+
+def _slides(joint: Element, parameters: RigParameters) -> None:
+    """Let a joint move along the stroke."""
+    bore = parameters.number("cylinder.bore")
     SubElement(joint, "axis", xyz="1 0 0")
     gauge = parameters.number("supply.pressure") - parameters.number("atmosphere.pressure")
     SubElement(

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from rodless_base.constants import CLOSED_VOLTAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
-from rodless_base.parameters import Parameter, ParameterSet, declare
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
 
 if TYPE_CHECKING:
     from rodless_sim.physics.plant import Plant
@@ -116,6 +116,13 @@ PARAMETERS = declare(
     Parameter(
         "fault.carriage.seized", False, "", "the carriage stays where it is at any force", FAULT
     ),
+    Parameter(
+        "fault.carriage.decoupled",
+        False,
+        "",
+        "the magnets hold nothing: the piston leaves the carriage behind (coupling.kind magnetic)",
+        FAULT,
+    ),
     *(parameter for field in READINGS for parameter in _of_sensor(field)),
 )
 
@@ -151,6 +158,15 @@ def cleared() -> dict[str, object]:
     return {name: declared.default for name, declared in PARAMETERS.items()}
 
 
+def check(parameters: ParameterSet) -> None:
+    """Refuse magnets that let go where there are none."""
+    if parameters["fault.carriage.decoupled"] and parameters.text("coupling.kind") != "magnetic":
+        raise ParameterError(
+            "fault.carriage.decoupled: true refused, coupling.kind is "
+            f"{parameters.text('coupling.kind')}; start the rig with magnetic"
+        )
+
+
 def damaged(plant: "Plant", parameters: ParameterSet) -> "Plant":
     """Return ``plant`` with the faults that are in its air and on its carriage."""
     number = parameters.number
@@ -158,11 +174,13 @@ def damaged(plant: "Plant", parameters: ParameterSet) -> "Plant":
         number(f"fault.{name}") for name in ("piston.leak", "tube_a.burst", "tube_b.burst")
     )
     loss, seized = number("fault.supply.loss"), bool(parameters["fault.carriage.seized"])
-    leak, cylinder = plant.leak, plant.cylinder
+    leak, cylinder, full = plant.leak, plant.cylinder, plant.full
+    if parameters["fault.carriage.decoupled"]:
+        full = full._replace(coupling=full.coupling._replace(broken=True))
     supply, ambient = plant.supply_pressure, plant.ambient_pressure
     # Not P_e + (1 - loss)(P_s - P_e): without loss, the supply's pressure has its own bits.
     left = supply - loss * (supply - ambient)
-    full, ripple = plant.full, plant.ripple
+    ripple = plant.ripple
     if full:
         full = full._replace(supply=full.supply._replace(set_pressure=left, loss=loss))
     if ripple:

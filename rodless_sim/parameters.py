@@ -22,6 +22,7 @@ from rodless_sim.physics import (
     bristles,
     coupling,
     cylinder,
+    drift,
     end_stop,
     flow_law,
     forces,
@@ -55,6 +56,7 @@ DECLARATIONS = collect(
     forces.PARAMETERS,
     friction.PARAMETERS,
     bristles.PARAMETERS,
+    drift.PARAMETERS,
     instruments.PARAMETERS,
     acquisition.PARAMETERS,
     faults.PARAMETERS,
@@ -123,6 +125,7 @@ class RigParameters(ParameterSet):
             cylinder_series,
             cylinder,
             coupling,
+            faults,
             frames,
         )
         for thing in (*things, *sockets):

@@ -25,6 +25,7 @@ from rodless_sim.commands import Commands
 from rodless_sim.faults import ValveFault
 from rodless_sim.instruments.sampling import Sampling
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.drift import first_dice
 from rodless_sim.physics.faults import SimulationError, simulation_error
 from rodless_sim.physics.full_rates import full_supply_at_valve
 from rodless_sim.physics.motion import advance_at_voltage
@@ -201,6 +202,11 @@ def full_motion(plant: Plant, motion: AnyMotion) -> FullMotion:
             supply_pressure=plant.supply_pressure,
             receiver_pressure=plant.supply_pressure,
             compressor=0.0,
+            friction_clock=0.0,
+            friction_dice=first_dice(plant.full.drift.seed),
+            static_drift=0.0,
+            coulomb_drift=0.0,
+            viscous_drift=0.0,
         )
     if not plant.heated:
         # The air that flows out is taken to have the supply's temperature.

@@ -97,6 +97,9 @@ class Trace(Columns):
     supply_pressure: Array
     receiver_pressure: Array
     compressor: Array
+    static_drift: Array
+    coulomb_drift: Array
+    viscous_drift: Array
     # That of a rig whose spool does not follow at once.
     spool_voltage: Array
 

@@ -108,8 +108,8 @@ def _plant(plant: Plant) -> _Plant:
     )
     if beyond:
         raise ValueError(
-            "the C file knows no flow law, leak, tilt, exponent, heat, drive, tubes or supply "
-            "beyond the paper"
+            "the C file knows no flow law, leak, tilt, exponent, heat, drive, bristles, magnets, "
+            "drift, tubes or unsteady supply beyond the paper"
         )
     known = {
         **plant.air._asdict(),

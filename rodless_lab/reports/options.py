@@ -60,6 +60,9 @@ OPTIONS = (
     Option("droop", "20 kPa for 100 L/min", {"supply.droop": 1.2e7}),
     Option("compressor", "0.6 to 0.7 MPa", COMPRESSOR),
     Option("discharge", "constant 0.9", {"valve.discharge": "constant"}),
+    Option("lugre", "lugre", {"friction.dynamics": "lugre"}),
+    Option("coupling", "magnetic", {"coupling.kind": "magnetic"}),
+    Option("friction-drift", "0.3 a √s", {"friction.drift": 0.3}),
 )
 
 

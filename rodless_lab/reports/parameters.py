@@ -53,8 +53,9 @@ STATE = """
 What is known of the plant at one instant: fields of `State`, columns of `Trace`. Of these the plant
 integrates {integrated}. Where `chambers.thermodynamics` is `energy_balance` it integrates
 {further} too, and the state is a `HeatedState`. With
-`valve.dynamics`, `valve.hysteresis` or `valve.dead_time` there is `spool_voltage`. Other rigs do
-not have these.
+`valve.dynamics`, `valve.hysteresis` or `valve.dead_time` there is `spool_voltage`, with
+`friction.dynamics` what has `bristle` in it, with `friction.drift` what ends in `drift`, with
+`coupling.kind` what begins with `piston`, and `coupled`. Other rigs do not have these.
 
 | name | unit | meaning |
 |---|---|---|

@@ -11,7 +11,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
+from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.session.observer import Observer
@@ -29,7 +29,7 @@ class SessionBag:
             self._writer,
             # A plant waits for recorders on each of its topics, so all of them are recorded.
             [*RIG_TOPICS, *topics],
-            optional=FURTHER_TOPICS,
+            optional=OPTIONAL_TOPICS,
             context=observer.context,
             use_global_arguments=False,
         )

@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 
 from rodless_base.ros.process import run_nodes
 from rodless_base.start import Stop, split_ros_arguments
-from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, ROS_CLOCK
+from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, ROS_CLOCK
 from rodless_control.node import controller_node
 from rodless_lab.session.network import leave_out_own_endpoints
 from rodless_sim.node import plant_node
@@ -43,7 +43,7 @@ def main(stop: Stop) -> int:
         Path(folder) if folder else default_bag(),
         [ROS_CLOCK, *RIG_TOPICS],
         stop,
-        optional=FURTHER_TOPICS,
+        optional=OPTIONAL_TOPICS,
         beside=[
             partial(plant_node.PlantNode, parameter_overrides=plant),
             partial(controller_node.ControllerNode, parameter_overrides=controller),

@@ -6,42 +6,70 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""What is published on request, beside what the instruments read: the truth, and raw voltages."""
+"""What not every rig publishes: temperatures, and on request the truth and raw voltages."""
 
 from collections.abc import Callable
 
-from sensor_msgs.msg import FluidPressure, JointState
+from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
-from rodless_base.constants import CARRIAGE
+from rodless_base.constants import CARRIAGE, PISTON
 from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.publish import OnDemand
-from rodless_base.topics import JOINT_STATES, PRESSURE_FRAMES, PRESSURES, RAW_VOLTAGES, TRUTH
+from rodless_base.topics import (
+    JOINT_STATES,
+    PRESSURE_FRAMES,
+    PRESSURES,
+    RAW_VOLTAGES,
+    TEMPERATURES,
+    TRUTH,
+)
 from rodless_sim.instruments.instruments import raw_voltages
 from rodless_sim.instruments.sampling import instruments_and_noise
 from rodless_sim.node import messages
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.coupling import MAGNETIC
 from rodless_sim.physics.cylinder import piston_area
-from rodless_sim.physics.state import State
+from rodless_sim.physics.heat import ENERGY_BALANCE
+from rodless_sim.physics.state import State, piston_of
 
 # Makes a publisher of messages of a type on a topic, by a function that packs them.
 Make = Callable[[type, str, Callable[..., bytes]], OnDemand]
 
 
+def joints(values: RigParameters) -> tuple[str, ...]:
+    """Return the joints of ``joint_states``: the piston is one where it is a mass of its own."""
+    names = (CARRIAGE, PISTON) if values.text("coupling.kind") == MAGNETIC else (CARRIAGE,)
+    return tuple(prefixed(values, name) for name in names)
+
+
 class FurtherPublishers:
-    """Publishers of ``sensors.publish_truth`` and ``sensors.publish_raw``; none without them."""
+    """Publishers of ``sensors.publish_truth`` and ``sensors.publish_raw``; none without them.
+
+    And of the temperatures of chambers that have some: the true ones, no instrument reads them.
+    """
 
     def __init__(self, make: Make, values: RigParameters) -> None:
         """Make those that ``values`` ask for."""
         self._raw: list[OnDemand] = []
         self._truth: dict[str, OnDemand] = {}
         self._joint: list[OnDemand] = []
+        self._temperatures: dict[str, OnDemand] = {}
+        if values.text("chambers.thermodynamics") == ENERGY_BALANCE:
+            self._temperatures = {
+                field: make(
+                    Temperature,
+                    topic,
+                    messages.temperatures(prefixed(values, topic.partition("/")[0])),
+                )
+                for field, topic in TEMPERATURES.items()
+            }
         if values["sensors.publish_raw"]:
             self._raw = [
                 make(JointState, RAW_VOLTAGES, messages.voltages(("position", *PRESSURES)))
             ]
         if values["sensors.publish_truth"]:
-            joint = messages.joint_states(prefixed(values, CARRIAGE))
+            joint = messages.joint_states(*joints(values))
             self._joint = [make(JointState, f"{TRUTH}{JOINT_STATES}", joint)]
             self._truth = {
                 field: make(
@@ -61,13 +89,15 @@ class FurtherPublishers:
     @property
     def publishers(self) -> list[OnDemand]:
         """All there are."""
-        return [*self._raw, *self._truth.values(), *self._joint]
+        return [*self._temperatures.values(), *self._raw, *self._truth.values(), *self._joint]
 
     def publish(self, seen: Measurement, state: State, true: Measurement) -> None:
         """Publish a sample: what is read, and what is true."""
+        for field, publisher in self._temperatures.items():
+            publisher.publish(getattr(state, field), seen.stamp)
         for publisher in self._raw:
             publisher.publish(raw_voltages(self._instruments, seen), seen.stamp)
         for field, publisher in self._truth.items():
             publisher.publish(getattr(true, field), 0.0, true.stamp)
         for publisher in self._joint:
-            publisher.publish(true, state.velocity, self._piston_area)
+            publisher.publish(true, state.velocity, self._piston_area, *piston_of(state))

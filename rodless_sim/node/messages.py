@@ -21,6 +21,8 @@ from rodless_sim.physics.valve import spool_displacement
 # Uncompiled: compiling it would hold up the first sample that somebody records.
 _displacement = getattr(spool_displacement, "py_func", spool_displacement)
 
+ZERO_CELSIUS = 273.15  # K
+
 _CLOCK = Layout(Field.STAMP)
 
 
@@ -29,20 +31,23 @@ def clock(nanoseconds: int) -> bytes:
     return _CLOCK.pack(*divmod(nanoseconds, NANOSECONDS_PER_SECOND))
 
 
-def joint_states(joint: str = CARRIAGE) -> Callable[[Measurement, float, float], bytes]:
+def joint_states(joint: str = CARRIAGE, *others: str) -> Callable[..., bytes]:
     """Return what makes a sensor_msgs/JointState of a measurement, velocity and piston area.
 
     Position (m), velocity (m/s) and pneumatic force (N) of the carriage, as ``joint``. The force is
     A (P_a - P_b) of the pressures read. The velocity is the true one: nothing on the rig measures
-    it.
+    it. For each of the joints ``others`` a true position and velocity follow, and it has the same
+    force.
     """
-    number = Field.NUMBER
-    layout = Layout(Field.STAMP, "", 1, joint, 1, number, 1, number, 1, number)
+    count = 1 + len(others)
+    numbers = (count, *(Field.NUMBER for _ in range(count)))
+    layout = Layout(Field.STAMP, "", count, joint, *others, *numbers, *numbers, *numbers)
 
-    def pack(measurement: Measurement, velocity: float, piston_area: float) -> bytes:
+    def pack(measurement: Measurement, velocity: float, piston_area: float, *true: float) -> bytes:
         force = piston_area * (measurement.pressure_a - measurement.pressure_b)
         stamp = divmod(measurement.stamp, NANOSECONDS_PER_SECOND)
-        return layout.pack(*stamp, measurement.position, velocity, force)
+        places, speeds = (measurement.position, *true[::2]), (velocity, *true[1::2])
+        return layout.pack(*stamp, *places, *speeds, *(force for _ in places))
 
     return pack
 
@@ -74,6 +79,20 @@ def voltages(channels: Sequence[str]) -> Callable[[Sequence[float], int], bytes]
 
     def pack(values: Sequence[float], nanoseconds: int) -> bytes:
         return layout.pack(*divmod(nanoseconds, NANOSECONDS_PER_SECOND), *values)
+
+    return pack
+
+
+def temperatures(frame: str) -> Callable[[float, int], bytes]:
+    """Return what makes a sensor_msgs/Temperature of a temperature (K) and plant time (ns).
+
+    The message has °C, by its definition. The variance is 0, unknown: nothing measures it.
+    """
+    layout = Layout(Field.STAMP, frame, Field.NUMBER, Field.NUMBER)
+
+    def pack(value: float, nanoseconds: int) -> bytes:
+        stamp = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
+        return layout.pack(*stamp, value - ZERO_CELSIUS, 0.0)
 
     return pack
 

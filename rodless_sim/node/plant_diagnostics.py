@@ -29,6 +29,7 @@ from rodless_sim.node.ready import preset_text
 from rodless_sim.node.sample_publishers import SamplePublishers
 from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters
+from rodless_sim.physics.state import State, piston_of
 from rodless_sim.timing import nanoseconds
 
 # The share of late periods above which they are a fault: an ordinary machine is late now and then.
@@ -80,8 +81,9 @@ class PlantDiagnostics:
 
         Faults that come and go, too; and a new subscriber of the samples is told.
         """
-        faults = faults_text(self._engine.rig.parameters)
-        state = (self._time.paused, self._time.running, self._publishers.listeners(), faults)
+        rig = self._engine.rig
+        faults, lost = faults_text(rig.parameters), carriage_lost(rig.state) is not None
+        state = (self._time.paused, self._time.running, self._publishers.listeners(), faults, lost)
         if state != self._announced:
             self._announced = state
             self._publish()
@@ -153,6 +155,7 @@ class PlantDiagnostics:
                 self._diagnostics.namesakes.problem,
                 self._publishers.clock.problem,
                 "plant time falls behind" if behind else None,
+                carriage_lost(self._engine.rig.state),
                 lately_text(self._faults_lately()),
             ),
             "running" if self._engine.command.received else "waiting for commands, valve closed",
@@ -164,6 +167,17 @@ class PlantDiagnostics:
         if lately.get(OVERRUNS, 0) <= TOLERATED_OVERRUNS * periods:
             lately.pop(OVERRUNS, None)
         return lately
+
+
+def carriage_lost(state: State) -> str | None:
+    """Say that the piston has left the carriage behind, and where both are; None if it has not."""
+    if getattr(state, "coupled", 1.0) > 0.5:
+        return None
+    piston, _ = piston_of(state)
+    return (
+        f"carriage lost: it is at {state.position * 1e3:.1f} mm, the piston at "
+        f"{piston * 1e3:.1f} mm"
+    )
 
 
 def cylinder_name(values: RigParameters) -> str:

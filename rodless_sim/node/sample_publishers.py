@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 
-from rodless_base.constants import CARRIAGE, SPOOL
+from rodless_base.constants import SPOOL
 from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.publish import OnDemand, Outbox
@@ -23,11 +23,11 @@ from rodless_base.topics import JOINT_STATES, PRESSURE_FRAMES, PRESSURES, VALVE_
 from rodless_sim.node import messages
 from rodless_sim.node.clock_publishers import ClockPublishers
 from rodless_sim.node.fault_publisher import FaultPublisher
-from rodless_sim.node.further_publishers import FurtherPublishers
+from rodless_sim.node.further_publishers import FurtherPublishers, joints
 from rodless_sim.node.ready import all_listen
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.cylinder import piston_area
-from rodless_sim.physics.state import State
+from rodless_sim.physics.state import State, piston_of
 
 
 class SamplePublishers:
@@ -64,7 +64,7 @@ class SamplePublishers:
             lambda topic: OnDemand(publisher(Clock, topic), messages.clock, self.outbox),
             bool(values["time.publish_clock"]),
         )
-        self._joint_message = messages.joint_states(prefixed(values, CARRIAGE))
+        self._joint_message = messages.joint_states(*joints(values))
         self._pressures = list(pressures.items())
         # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
         self._awaited = [*pressures.values(), *self.clock.awaited]
@@ -114,7 +114,9 @@ class SamplePublishers:
         for field, publisher in self._pressures:
             publisher.publish(getattr(measurement, field), self._variances[field], time)
         self._valve_state.publish(state.spool_voltage, state.voltage, time)
-        message = self._joint_message(measurement, state.velocity, self._piston_area)
+        message = self._joint_message(
+            measurement, state.velocity, self._piston_area, *piston_of(state)
+        )
         self.outbox.send(self._joint_states, message)
 
 

@@ -19,9 +19,10 @@ from typing import NamedTuple
 from rodless_base.parameters import ParameterSet
 from rodless_sim.physics.bristles import Bristles
 from rodless_sim.physics.coupling import Coupling
+from rodless_sim.physics.drift import Drift
 from rodless_sim.physics.heat import ENERGY_BALANCE
 from rodless_sim.physics.sagging_supply import Supply
-from rodless_sim.physics.state import FURTHER, TEMPERATURES, FullMotion, Motion
+from rodless_sim.physics.state import DRIFTS, FURTHER, TEMPERATURES, FullMotion, Motion
 
 STATES = FullMotion._fields
 
@@ -33,6 +34,7 @@ class Full(NamedTuple):
     bristles: Bristles
     coupling: Coupling
     supply: Supply
+    drift: Drift
     # Places of states in FullMotion, in its order; what is behind the first ``…_count`` is filler.
     moving: tuple[int, ...]  # those that have a rate
     moving_count: int
@@ -43,28 +45,31 @@ class Full(NamedTuple):
 def of(parameters: ParameterSet) -> Full | tuple[()]:
     """Return the constants for ``parameters``; none where no option needs further states."""
     bristles, coupling = Bristles.of(parameters), Coupling.of(parameters)
-    supply = Supply.of(parameters)
-    if not (bristles.acting or coupling.magnetic or supply.acting):
+    drift, supply = Drift.of(parameters), Supply.of(parameters)
+    if not (bristles.acting or coupling.magnetic or drift.acting or supply.acting):
         return ()
     heated = parameters.text("chambers.thermodynamics") == ENERGY_BALANCE
     moving = [*Motion._fields]
-    flags = []
+    # What is shown, too, though it only changes at instants.
+    stepping: list[str] = []
     if heated:
         moving += TEMPERATURES
     if bristles.acting:
         moving.append("bristle_deflection")
     if coupling.magnetic:
         moving += ["piston_position", "piston_velocity"]
-        flags.append("coupled")
+        stepping.append("coupled")
         if bristles.acting:
             moving.append("piston_bristle_deflection")
+    if drift.acting:
+        stepping += DRIFTS
     if supply.sags:
         moving.append("supply_pressure")
     if supply.compressor:
         moving.append("receiver_pressure")
-        flags.append("compressor")
-    shown = [name for name in (*moving, *flags) if name in FURTHER]
-    return Full(heated, bristles, coupling, supply, *_places(moving), *_places(shown))
+        stepping.append("compressor")
+    shown = [name for name in (*moving, *stepping) if name in FURTHER]
+    return Full(heated, bristles, coupling, supply, drift, *_places(moving), *_places(shown))
 
 
 def _places(names: list[str]) -> tuple[tuple[int, ...], int]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.course import course_after, step_on
+from rodless_sim.physics.drift import ROUNDING, STEP, drifted_friction, stepped
 from rodless_sim.physics.events import (
     MOST_HALVINGS,
     MOST_TRIALS,
@@ -32,11 +33,19 @@ from rodless_sim.physics.full_events import (
     margins,
     resumed,
 )
+from rodless_sim.physics.full_numbers import (
+    CLOCK,
+    DICE,
+    FIRST_DRIFT,
+    LAST_DRIFT,
+    numbers_of,
+    restored,
+)
 from rodless_sim.physics.full_rates import Body, Modes, bodies, body_rates
 from rodless_sim.physics.full_step import full_step
 from rodless_sim.physics.integrator import next_step
 from rodless_sim.physics.lands import AnyCourse
-from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.plant import Plant, with_friction
 from rodless_sim.physics.state import FullMotion
 from rodless_sim.physics.step_control import (
     FALL_ACCURACY,
@@ -183,12 +192,45 @@ def attempt(
     return FullAttempt(after, step, next_step(step, error), False)
 
 
+@kernel
+def time_to_drift(plant: Plant, state: FullMotion, step: float) -> float:
+    """Return the longest step in s, up to ``step``, in which friction does not drift."""
+    if not plant.full.drift.acting:
+        return step
+    return min(step, STEP - state.friction_clock)
+
+
+@kernel
+def drifting(plant: Plant, state: FullMotion, elapsed: float) -> tuple[FullMotion, bool]:
+    """Return the state with its clock ``elapsed`` s on, and whether friction has drifted then."""
+    numbers = numbers_of(state)
+    numbers[CLOCK] += elapsed
+    if numbers[CLOCK] < STEP - ROUNDING:
+        return restored(numbers), False
+    numbers[CLOCK] = 0.0
+    deviations = numbers[FIRST_DRIFT : LAST_DRIFT + 1]
+    numbers[DICE] = stepped(plant.full.drift, numbers[DICE], deviations)
+    return restored(numbers), True
+
+
+@kernel
+def drifted(plant: Plant, state: FullMotion) -> Plant:
+    """Return the plant with the friction that it has by now."""
+    if not plant.full.drift.acting:
+        return plant
+    friction = drifted_friction(
+        plant.friction, state.static_drift, state.coulomb_drift, state.viscous_drift
+    )
+    return with_friction(plant, friction)
+
+
 @outlined_kernel
 def advance_full(
-    plant: Plant, course: AnyCourse, state: FullMotion, period: float, tolerance: float
+    given: Plant, course: AnyCourse, state: FullMotion, period: float, tolerance: float
 ) -> tuple[FullMotion, AnyCourse, int]:
     """Keep the valve on its ``course`` for ``period`` s, as :func:`motion.advance_from` does."""
     left = step = period
+    plant = drifted(given, state)
     state, modes = resumed(plant, consistent(plant, state))
     for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
         step = min(step, LONGEST_STEP)
@@ -196,11 +238,16 @@ def advance_full(
             step = left
         elif step > 0.5 * left:
             step = 0.5 * left
-        step = step_on(plant, course, step)
+        step = time_to_drift(plant, state, step_on(plant, course, step))
         state, elapsed, step, event = attempt(plant, course, state, modes, step, tolerance)
         if elapsed > 0.0:
             left -= elapsed
             course = course_after(plant, course, elapsed, state)
+            if plant.full.drift.acting:
+                state, drifts = drifting(plant, state, elapsed)
+                if drifts:
+                    plant = drifted(given, state)
+                    state, modes = resumed(plant, state)
             if event:
                 state, modes = resumed(plant, after_events(plant, state, modes))
             fault = fault_of(plant, state)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import kernel
-from rodless_sim.physics.state import FullMotion
+from rodless_sim.physics.state import DRIFTS, FullMotion
 
 Array = npt.NDArray[np.float64]
 
@@ -26,6 +26,8 @@ PISTON_POSITION, PISTON_VELOCITY, COUPLED = map(
 SUPPLY_PRESSURE, RECEIVER_PRESSURE, COMPRESSOR = map(
     FullMotion._fields.index, ("supply_pressure", "receiver_pressure", "compressor")
 )
+CLOCK, DICE = map(FullMotion._fields.index, ("friction_clock", "friction_dice"))
+FIRST_DRIFT, LAST_DRIFT = (FullMotion._fields.index(DRIFTS[k]) for k in (0, -1))
 OF_CARRIAGE = (POSITION, VELOCITY, FullMotion._fields.index("bristle_deflection"))
 OF_PISTON = (
     PISTON_POSITION,
@@ -67,4 +69,9 @@ def restored(numbers: Array) -> FullMotion:
         numbers[11],
         numbers[12],
         numbers[13],
+        numbers[14],
+        numbers[15],
+        numbers[16],
+        numbers[17],
+        numbers[18],
     )

@@ -225,6 +225,11 @@ def full_rates(plant: Plant, lands: Lands, state: FullMotion, modes: Modes) -> F
         supply_pressure=supply,
         receiver_pressure=receiver,
         compressor=0.0,
+        friction_clock=0.0,
+        friction_dice=0.0,
+        static_drift=0.0,
+        coulomb_drift=0.0,
+        viscous_drift=0.0,
     )
 
 

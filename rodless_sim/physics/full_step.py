@@ -78,6 +78,11 @@ ERRORS = FullMotion(
     supply_pressure=PRESSURE_ERROR,
     receiver_pressure=PRESSURE_ERROR,
     compressor=1.0,
+    friction_clock=1.0,
+    friction_dice=1.0,
+    static_drift=1.0,
+    coulomb_drift=1.0,
+    viscous_drift=1.0,
 )
 
 # The differences that J is made of, in those units.
@@ -213,7 +218,7 @@ def full_step(
     for i in range(n):
         matrix[i, i] += 1.0 / (GAMMA * step)
     decomposed(matrix, n)
-    u1, u2, u3 = stages
+    u1, u2, u3 = stages[0], stages[1], stages[2]
     change = rates[BESIDE]
     for i in range(n):
         place = rows[i]

@@ -36,6 +36,11 @@ Coupled = Annotated[float, "", "1 while the magnets hold piston and carriage tog
 SupplyPressure = Annotated[float, "Pa", "absolute pressure of the supply at the valve"]
 ReceiverPressure = Annotated[float, "Pa", "absolute pressure in the compressor's receiver"]
 Compressor = Annotated[float, "", "1 while the compressor runs, else 0"]
+FrictionClock = Annotated[float, "s", "time since friction drifted last"]
+FrictionDice = Annotated[float, "", "the dice of the friction's drift"]
+StaticDrift = Annotated[float, "", "ln of what F_s has drifted to, over its value"]
+CoulombDrift = Annotated[float, "", "ln of what F_c has drifted to, over its value"]
+ViscousDrift = Annotated[float, "", "ln of what B has drifted to, over its value"]
 Voltage = Annotated[
     float, "V", "voltage that the valve follows: the command, or what a fault makes of it"
 ]
@@ -99,6 +104,11 @@ class FullMotion(NamedTuple):
     supply_pressure: SupplyPressure
     receiver_pressure: ReceiverPressure
     compressor: Compressor
+    friction_clock: FrictionClock
+    friction_dice: FrictionDice
+    static_drift: StaticDrift
+    coulomb_drift: CoulombDrift
+    viscous_drift: ViscousDrift
 
 
 AnyMotion = Motion | HeatedMotion | FullMotion
@@ -233,13 +243,27 @@ class HeatedState(NamedTuple):
         return self.voltage
 
 
+# Of nobody's interest.
+HIDDEN = ("friction_clock", "friction_dice")
+
 # What a state has behind its other fields where an option makes it a state of its own.
 FURTHER = {
-    **dict(list(FullMotion.__annotations__.items())[len(Motion._fields) :]),
+    **{
+        name: kind
+        for name, kind in FullMotion.__annotations__.items()
+        if name not in (*Motion._fields, *HIDDEN)
+    },
     "spool_voltage": SpoolVoltage,
 }
 TEMPERATURES = ("temperature_a", "temperature_b")
+PISTON = ("piston_position", "piston_velocity")
+DRIFTS = ("static_drift", "coulomb_drift", "viscous_drift")
 SPOOL = ("spool_voltage",)
+
+
+def piston_of(state: State) -> tuple[float, ...]:
+    """Return position (m) and velocity (m/s) of the piston; nothing where it is the carriage."""
+    return tuple(getattr(state, name) for name in PISTON if name in state._fields)
 
 
 @cache

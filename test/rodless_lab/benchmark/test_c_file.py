@@ -85,6 +85,9 @@ def test_other_rigs_are_refused(c_file: CFile) -> None:
         ("supply.ripple_amplitude", 1e3),
         ("supply.droop", 1.2e7),
         ("supply.kind", "compressor"),
+        ("friction.dynamics", "lugre"),
+        ("coupling.kind", "magnetic"),
+        ("friction.drift", 0.01),
     ):
         plant = Plant.of(RigParameters({name: value}))
         with pytest.raises(ValueError, match="the C file knows"):

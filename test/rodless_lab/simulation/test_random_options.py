@@ -52,6 +52,18 @@ def options(draw: np.random.Generator) -> dict[str, dict[str, object]]:
         "hysteresis": {"valve.hysteresis": between(1e-4, 0.1)},
         "dead time": {"valve.dead_time": between(1e-9, 0.05)},
         "friction": {"friction.form": "saturating"},
+        "lugre": {
+            "friction.dynamics": "lugre",
+            "friction.bristle_stiffness": between(2e4, 2e6),
+            "friction.bristle_damping": between(1.0, 3e3),
+        },
+        "coupling": {
+            "coupling.kind": "magnetic",
+            "coupling.holding_force": between(300.0, 3e3),
+            "coupling.damping": between(1.0, 300.0),
+            "coupling.piston_friction": float(draw.random()),
+        },
+        "drift": {"friction.drift": between(1e-3, 0.3)},
     }
 
 
@@ -81,6 +93,6 @@ def test_random_combinations_run_clean() -> None:
         for name in chosen:
             chosen_at_all[name] = chosen_at_all.get(name, 0) + 1
         moved += bool(np.ptp(run.position) > 1e-3)
-    assert len(chosen_at_all) == 10
+    assert len(chosen_at_all) == 13
     assert min(chosen_at_all.values()) > 30
     assert moved > COUNT // 2

@@ -55,6 +55,19 @@ OPTIONS: dict[str, dict[str, tuple[float, float] | str]] = {
         "supply.switch_off_pressure": (8e5, 1e6),
         "supply.delivery": (1e-3, 1e-2),
     },
+    "lugre": {
+        "friction.dynamics": "lugre",
+        "friction.bristle_stiffness": (2e4, 2e6),
+        "friction.bristle_damping": (0.0, 3e3),
+    },
+    "coupling": {
+        "coupling.kind": "magnetic",
+        "coupling.holding_force": (300.0, 3e3),
+        "coupling.damping": (0.0, 300.0),
+        "coupling.piston_mass": (0.2, 0.8),
+        "coupling.piston_friction": (0.0, 1.0),
+    },
+    "drift": {"friction.drift": (0.001, 0.3)},
 }
 # What is compiled anew in each combination is drawn by pairs only.
 BY_PAIRS = {"tubes", "ripple"}
