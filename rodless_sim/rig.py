@@ -32,7 +32,7 @@ from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_motion
-from rodless_sim.physics.spool import AnySpool, place_of, spool_in, with_spool
+from rodless_sim.physics.spool import AnySpool, Memory, place_of, spool_in, with_spool
 from rodless_sim.physics.state import (
     TEMPERATURES,
     AnyMotion,
@@ -559,7 +559,7 @@ class Rig:
         plant, motion = self._plant, self._motion
         plant = at_time(plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
         lands = openings(plant, self.state.spool_voltage)
-        if plant.tubes:
+        if isinstance(self._spool, Memory) and plant.tubes:
             tubes = self._spool.tubes
             supply = supply_at_valve(plant, motion)
             plant = plant._replace(supply_pressure=supply)

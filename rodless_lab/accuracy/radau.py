@@ -74,11 +74,15 @@ def by_radau(
     ``voltages``, shape (n,), V, apply for ``period`` s each. The carriage starts at rest at
     ``position`` (m), the chambers settled. Raises RuntimeError where Radau gives up, and
     TimeoutError where it takes longer than ``timeout`` s. Raises ValueError for a valve whose spool
-    does not follow at once.
+    does not follow at once, and for options with further states.
     """
     plant = Plant.of(parameters)
     if plant.drive:
         raise ValueError("by_radau() keeps the openings constant: it knows no spool that moves")
+    if plant.tubes or plant.ripple:
+        raise ValueError("by_radau() knows neither tubes.model nor supply.ripple_amplitude")
+    if plant.full:
+        raise ValueError("by_radau() knows neither bristles nor a piston of its own nor drift")
     deadline = time.monotonic() + timeout
     state: Array = np.array(starting_motion(plant, parameters, position), dtype=np.float64)
     rows: list[Array] = [state[None]]

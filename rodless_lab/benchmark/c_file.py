@@ -101,13 +101,15 @@ def _plant(plant: Plant) -> _Plant:
         or plant.heat
         or plant.drive
         or plant.full
+        or plant.tubes
+        or plant.ripple
         or plant.air.chamber_index != plant.air.isentropic_index
         or plant.forces != forces.of(RigParameters())
     )
     if beyond:
         raise ValueError(
-            "the C file knows no flow law, leak, tilt, exponent, heat, drive, bristles, magnets or "
-            "drift beyond the paper"
+            "the C file knows no flow law, leak, tilt, exponent, heat, drive, bristles, magnets, "
+            "drift, tubes or unsteady supply beyond the paper"
         )
     known = {
         **plant.air._asdict(),

@@ -37,6 +37,13 @@ class Option(NamedTuple):
     values: Mapping[str, object]
 
 
+# It begins at its highest pressure, and one step takes little of 24 L.
+COMPRESSOR = {
+    "supply.kind": "compressor",
+    "supply.pressure": 0.7e6,
+    "supply.receiver_volume": 1e-3,
+}
+
 OPTIONS = (
     Option("flow-law", "iso_6358", {"valve.flow_law": "iso_6358"}),
     Option("leak", "0.05 mm² across the piston", {"leak.across": 5e-8}),
@@ -49,6 +56,10 @@ OPTIONS = (
     Option("spool", "115 Hz", {"valve.dynamics": "second_order"}),
     Option("hysteresis", "0.4 %", {"valve.hysteresis": 0.004}),
     Option("dead-time", "1 ms", {"valve.dead_time": 1e-3}),
+    Option("tubes", "0.6 m of 4 mm", {"tubes.model": "delay"}),
+    Option("ripple", "20 kPa, 10 Hz", {"supply.ripple_amplitude": 2e4}),
+    Option("droop", "20 kPa for 100 L/min", {"supply.droop": 1.2e7}),
+    Option("compressor", "0.6 to 0.7 MPa", COMPRESSOR),
     Option("discharge", "constant 0.9", {"valve.discharge": "constant"}),
     Option("lugre", "lugre", {"friction.dynamics": "lugre"}),
     Option("coupling", "magnetic", {"coupling.kind": "magnetic"}),

@@ -99,14 +99,14 @@ def linearise(
     for name, without in WITHOUT.items():
         if parameters.text(name) != without:
             raise ValueError(
-                f"{name} {parameters.text(name)} refused: linear models have neither bristles nor "
-                f"magnets that lag; set it to {without}"
+                f"{name} {parameters.text(name)} refused: linear models have no bristles, magnets "
+                f"that lag, tubes or compressor; set it to {without}"
             )
-    for name in ("valve.hysteresis", "valve.dead_time"):
+    for name in NOTHING:
         if parameters.number(name):
             raise ValueError(
-                f"{name}: {parameters.number(name):g} refused, a linear model has neither a play "
-                "nor a delay; set it to 0"
+                f"{name}: {parameters.number(name):g} refused, a linear model has no play, delay "
+                "or unsteady supply; set it to 0"
             )
     point = _operating_point(plant, position, voltage, velocity)
     by_state, by_input, states = (
@@ -130,7 +130,13 @@ def linearise(
 
 
 # Options without which a rig has the states of a linear model.
-WITHOUT = {"friction.dynamics": "static", "coupling.kind": "rigid"}
+WITHOUT = {
+    "friction.dynamics": "static",
+    "coupling.kind": "rigid",
+    "tubes.model": "none",
+    "supply.kind": "regulated",
+}
+NOTHING = ("valve.hysteresis", "valve.dead_time", "supply.ripple_amplitude", "supply.droop")
 
 
 def _behind_the_spool(drive: Drive, by_state: Array, by_input: Array) -> tuple[Array, Array]:

@@ -33,8 +33,8 @@ class Full(NamedTuple):
     heated: bool  # whether the chambers have temperatures of their own
     bristles: Bristles
     coupling: Coupling
-    drift: Drift
     supply: Supply
+    drift: Drift
     # Places of states in FullMotion, in its order; what is behind the first ``…_count`` is filler.
     moving: tuple[int, ...]  # those that have a rate
     moving_count: int
@@ -69,7 +69,7 @@ def of(parameters: ParameterSet) -> Full | tuple[()]:
         moving.append("receiver_pressure")
         stepping.append("compressor")
     shown = [name for name in (*moving, *stepping) if name in FURTHER]
-    return Full(heated, bristles, coupling, drift, supply, *_places(moving), *_places(shown))
+    return Full(heated, bristles, coupling, supply, drift, *_places(moving), *_places(shown))
 
 
 def _places(names: list[str]) -> tuple[tuple[int, ...], int]:

@@ -26,6 +26,8 @@ from rodless_sim.physics.full_numbers import (
     PISTON_POSITION,
     PISTON_VELOCITY,
     POSITION,
+    RECEIVER_PRESSURE,
+    SUPPLY_PRESSURE,
     VELOCITY,
     numbers_of,
     restored,
@@ -243,6 +245,10 @@ def consistent(plant: Plant, state: FullMotion) -> FullMotion:
     """Return the state as the constants, which may have changed, leave it at the start of a run."""
     coupling = plant.full.coupling
     numbers = numbers_of(state)
+    if not plant.full.supply.sags:
+        numbers[SUPPLY_PRESSURE] = plant.supply_pressure
+    if not plant.full.supply.compressor:
+        numbers[RECEIVER_PRESSURE] = plant.supply_pressure
     if compressor_margin(plant, state) < 0.0:
         numbers[COMPRESSOR] = 1.0 - numbers[COMPRESSOR]
     if not coupling.magnetic:

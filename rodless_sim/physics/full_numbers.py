@@ -23,9 +23,11 @@ POSITION, VELOCITY = map(FullMotion._fields.index, ("position", "velocity"))
 PISTON_POSITION, PISTON_VELOCITY, COUPLED = map(
     FullMotion._fields.index, ("piston_position", "piston_velocity", "coupled")
 )
+SUPPLY_PRESSURE, RECEIVER_PRESSURE, COMPRESSOR = map(
+    FullMotion._fields.index, ("supply_pressure", "receiver_pressure", "compressor")
+)
 CLOCK, DICE = map(FullMotion._fields.index, ("friction_clock", "friction_dice"))
 FIRST_DRIFT, LAST_DRIFT = (FullMotion._fields.index(DRIFTS[k]) for k in (0, -1))
-COMPRESSOR = FullMotion._fields.index("compressor")
 OF_CARRIAGE = (POSITION, VELOCITY, FullMotion._fields.index("bristle_deflection"))
 OF_PISTON = (
     PISTON_POSITION,

@@ -99,7 +99,7 @@ def spanned(plant: Plant, course: AnyCourse, step: float) -> Any:  # noqa: ARG00
 
 
 @kernel_by_type
-def openings_after(plant: Plant, course: AnyCourse, elapsed: float) -> Lands:  # noqa: ARG001
+def openings_after(plant: Plant, course: Any, elapsed: float) -> Any:  # noqa: ARG001
     """Return the openings ``elapsed`` s later."""
     return course
 
@@ -112,7 +112,7 @@ def _openings_after(plant: Plant, course: Course, elapsed: float) -> Lands:
 
 
 @kernel_by_type
-def openings_beside(plant: Plant, course: AnyCourse) -> tuple[Lands, float]:  # noqa: ARG001
+def openings_beside(plant: Plant, course: Any) -> tuple[Any, float]:  # noqa: ARG001
     """Return openings near the present ones, and how often (1/s) the change to them happens."""
     return course, 0.0
 
@@ -218,7 +218,7 @@ def full_step(
     for i in range(n):
         matrix[i, i] += 1.0 / (GAMMA * step)
     decomposed(matrix, n)
-    u1, u2, u3 = stages
+    u1, u2, u3 = stages[0], stages[1], stages[2]
     change = rates[BESIDE]
     for i in range(n):
         place = rows[i]

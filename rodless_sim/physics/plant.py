@@ -76,19 +76,20 @@ class Plant(NamedTuple):
 
 
 @kernel
-def with_friction(plant: Plant, friction: Friction) -> Plant:
-    """Return the same plant with another friction."""
-    return _with(plant, friction, plant.supply_pressure)
-
-
-@kernel
 def supplied(plant: Plant, pressure: float) -> Plant:
     """Return the same plant with the supply at ``pressure`` (Pa)."""
-    return _with(plant, plant.friction, pressure)
+    return changed(plant, plant.friction, pressure)
 
 
 @kernel
-def _with(plant: Plant, friction: Friction, supply_pressure: float) -> Plant:
+def with_friction(plant: Plant, friction: Friction) -> Plant:
+    """Return the same plant with another friction."""
+    return changed(plant, friction, plant.supply_pressure)
+
+
+@kernel
+def changed(plant: Plant, friction: Friction, pressure: float) -> Plant:
+    """Return the same plant with another friction, and the supply at ``pressure`` (Pa)."""
     return Plant(
         plant.air,
         plant.valve,
@@ -99,7 +100,7 @@ def _with(plant: Plant, friction: Friction, supply_pressure: float) -> Plant:
         friction,
         plant.end_stop,
         plant.forces,
-        supply_pressure,
+        pressure,
         plant.ambient_pressure,
         plant.heat,
         plant.drive,

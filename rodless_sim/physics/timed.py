@@ -107,7 +107,7 @@ def _fed_by(plant: Plant, after: FullMotion, supply: float, time: float, share: 
 
 
 @kernel_by_type
-def lands_at(plant: Plant, valve: Lands, elapsed: float) -> Lands:  # noqa: ARG001
+def lands_at(plant: Plant, valve: Any, elapsed: float) -> Any:  # noqa: ARG001
     """Return the valve's openings ``elapsed`` s later."""
     return valve
 
@@ -512,7 +512,7 @@ def _openings_after(plant: Plant, course: Spanned, elapsed: float) -> Instant:
 
 
 @version_for(Spanned, full_step.openings_beside)
-def _openings_beside(plant: Plant, course: Spanned) -> tuple[Instant, float]:
+def _openings_beside(plant: Plant, course: Spanned) -> tuple[object, float]:
     near = SMALL * course.step
     return full_step.openings_after(plant, course, near), 1.0 / near
 
@@ -533,7 +533,7 @@ def _drawn_flow(plant: Plant, lands: Instant, state: FullMotion) -> float:
 
 
 @kernel_by_type
-def drawn_through(plant: Plant, inlet: Lands, state: FullMotion, drawn: float) -> float:  # noqa: ARG001
+def drawn_through(plant: Plant, inlet: Any, state: FullMotion, drawn: float) -> float:  # noqa: ARG001
     """Return what the supply gives (kg/s): what passes the valve, which tubes know already."""
     return full_rates.drawn_flow(plant, inlet, state)
 

@@ -148,6 +148,13 @@ def solve(
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
     What is ``known`` is not fitted.
     """
+    plant = Plant.of(parameters)
+    if plant.tubes or plant.ripple or (plant.full and plant.full.supply.acting):
+        raise ParameterError(
+            "tubes.model, supply.ripple_amplitude, supply.droop, supply.kind: refused, the fit "
+            "takes air to arrive at once, and the supply to have the mean of its readings; "
+            "identify without"
+        )
     has_play = parameters.number(HYSTERESIS) > 0.0 or HYSTERESIS in {of.name for of, _ in known}
     if has_play and SPOOL_START not in {unknown.name for unknown in unknowns}:
         unknowns = [*unknowns, spool_start()]

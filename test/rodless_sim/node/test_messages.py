@@ -14,10 +14,14 @@ from typing import Any
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import FluidPressure, JointState
+from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
 from rodless_base.measurement import Measurement
+from rodless_sim import Rig, RigParameters
 from rodless_sim.node import messages
+from rodless_sim.node.further_publishers import joints
+from rodless_sim.node.plant_diagnostics import carriage_lost
+from rodless_sim.physics.state import piston_of
 
 
 def stamped(message: Any, nanoseconds: int) -> Any:
@@ -56,6 +60,42 @@ def test_messages_hold_what_they_are_made_of(prefix: str) -> None:
         pressure.header.frame_id = f"{prefix}chamber_a"
         assert means(pressures(supply, variance, time), stamped(pressure, time))
         assert means(messages.clock(time), stamped(Clock(), time))
+
+
+def test_a_piston_of_its_own_is_a_second_joint() -> None:
+    """Behind the carriage, with its own place and speed and the same force of the air."""
+    joint_states = messages.joint_states("carriage", "piston")
+    read = Measurement(1_500_000_000, 0.1, 4e5, 3e5, 6e5)
+    message = deserialize_message(joint_states(read, 0.02, 5e-4, 0.101, 0.03), JointState)
+    assert list(message.name) == ["carriage", "piston"]
+    assert list(message.position) == [0.1, 0.101]
+    assert list(message.velocity) == [0.02, 0.03]
+    assert list(message.effort) == pytest.approx([50.0, 50.0])
+    magnetic = RigParameters({"coupling.kind": "magnetic", "frame_prefix": "left/"})
+    assert joints(magnetic) == ("left/carriage", "left/piston")
+    assert joints(RigParameters()) == ("carriage",)
+    assert piston_of(Rig(magnetic).state) == (0.0, 0.0)
+    assert piston_of(Rig().state) == ()
+
+
+def test_temperatures_are_in_degrees_celsius() -> None:
+    """As sensor_msgs/Temperature is defined; its variance is 0, unknown."""
+    message = deserialize_message(
+        messages.temperatures("chamber_a")(293.15, 2_000_000_001), Temperature
+    )
+    assert message.temperature == pytest.approx(20.0)
+    assert message.variance == 0.0
+    assert message.header.frame_id == "chamber_a"
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (2, 1)
+
+
+def test_a_lost_carriage_is_said() -> None:
+    """Where both are, once they have parted; nothing of a rig without magnets."""
+    assert carriage_lost(Rig().state) is None
+    rig = Rig(RigParameters({"coupling.kind": "magnetic"}))
+    assert carriage_lost(rig.state) is None
+    lost = rig.state._replace(coupled=0.0, position=0.05, piston_position=0.2)  # type: ignore[call-arg]
+    assert carriage_lost(lost) == "carriage lost: it is at 50.0 mm, the piston at 200.0 mm"
 
 
 def test_the_state_of_the_valve_is_in_metres_and_volts() -> None:

@@ -191,8 +191,8 @@ def content(state: HeatedMotion) -> Array:
 
 def gains(plant: Plant, lands: object, state: HeatedMotion) -> Array:
     """Their rates of change."""
-    a = stream_into_a(plant, lands, state.pressure_a, state.temperature_a)
-    b = stream_into_b(plant, lands, state.pressure_b, state.temperature_b)
+    a = stream_into_a(plant, plant.supply_pressure, lands, state.pressure_a, state.temperature_a)
+    b = stream_into_b(plant, plant.supply_pressure, lands, state.pressure_b, state.temperature_b)
     warmth_a = 80.0 * wall(float(volume_a(state.position))) * (293.15 - state.temperature_a)
     warmth_b = 80.0 * wall(float(volume_b(state.position))) * (293.15 - state.temperature_b)
     work = AREA * state.velocity
@@ -216,8 +216,8 @@ def test_air_has_the_temperature_of_where_it_comes_from(
     plant = Plant.of(RigParameters(HEATED))
     lands = openings(plant, 6.0)
     nothing = lands.closing._replace(orifice_area=0.0, gap=0.0)
-    inward = net_stream(plant, lands.opening, nothing, pressure, 350.0)
-    outward = net_stream(plant, nothing, lands.opening, pressure, 350.0)
+    inward = net_stream(plant, plant.supply_pressure, lands.opening, nothing, pressure, 350.0)
+    outward = net_stream(plant, plant.supply_pressure, nothing, lands.opening, pressure, 350.0)
     for flow, temperature in zip((inward, outward), upstream, strict=True):
         assert abs(flow.mass_flow) > 1e-6
         assert flow.enthalpy_flow == pytest.approx(C_P * temperature * flow.mass_flow, rel=1e-12)

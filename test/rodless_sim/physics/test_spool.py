@@ -229,17 +229,17 @@ def test_a_spool_that_leaves_closed_and_comes_back_is_followed(side: float) -> N
     """Out at 500 V/s, back within the same oscillation: on its own side until it has passed."""
     plant = Plant.of(RigParameters(SECOND_ORDER))
     start = Spool(CLOSED - side * 2.0, CLOSED if side > 0.0 else CLOSED - 1e-15, side * 500.0)
-    course, gone = course_from(plant, start), 0.0
+    course, gone, anywhere = course_from(plant, start), 0.0, Motion(0.1, 0.0, 4e5, 4e5)
     while not course.passes:
         assert course.lands.forward == (side > 0.0)
         assert course.horizon > 0.0
         gone += course.horizon
-        course = course_after(plant, course, course.horizon)
+        course = course_after(plant, course, course.horizon, anywhere)
     gone += course.horizon
     assert swung(plant.drive, start, gone).place == pytest.approx(CLOSED, abs=2e-9)
     assert swung(plant.drive, start, 0.99 * gone).place * side > CLOSED * side
     assert 1e-4 < gone < 1.0 / (2.0 * math.pi * 115.0)
-    after = course_after(plant, course, course.horizon)
+    after = course_after(plant, course, course.horizon, anywhere)
     assert after.lands.forward == (side < 0.0)
 
 
