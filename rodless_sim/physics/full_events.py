@@ -105,7 +105,7 @@ def mode_of(plant: Plant, body: Body, locked: bool) -> int:
         if low + CLEAR <= push <= high - CLEAR:
             return 0
         if speed == 0.0 and not bristles:
-            return 1 if push > high else -1
+            return 1 if push > high - CLEAR else -1
     if bristles:
         return 1
     return 1 if body.velocity > 0.0 else -1
