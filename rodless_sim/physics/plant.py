@@ -10,7 +10,6 @@
 
 from typing import Any, NamedTuple
 
-from rodless_base.kernels import kernel
 from rodless_base.parameters import ParameterSet
 from rodless_sim.faults import damaged
 from rodless_sim.physics import forces, full, heat, spool
@@ -69,24 +68,3 @@ class Plant(NamedTuple):
     def heated(self) -> bool:
         """Whether the chambers have temperatures of their own."""
         return bool(self.full.heated if self.full else self.heat)
-
-
-@kernel
-def with_friction(plant: Plant, friction: Friction) -> Plant:
-    """Return the same plant with another friction."""
-    return Plant(
-        plant.air,
-        plant.valve,
-        plant.assembly,
-        plant.flow_law,
-        plant.cylinder,
-        plant.leak,
-        friction,
-        plant.end_stop,
-        plant.forces,
-        plant.supply_pressure,
-        plant.ambient_pressure,
-        plant.heat,
-        plant.drive,
-        plant.full,
-    )
