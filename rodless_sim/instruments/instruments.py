@@ -11,8 +11,7 @@
 Position KTC-V1-200, pressure MIK-P300, a volume-flow meter for sections 3.2 and 3.5, and the
 16-bit converter all of them are read by: section 2 and Table 1 of the paper. Ideal until the
 ``sensors.*`` parameters say otherwise, each by itself, and then no wider than its range;
-:data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``),
-:data:`IDEAL` the same names for ideal ones.
+:data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``).
 """
 
 import math
@@ -139,7 +138,6 @@ PARAMETERS = declare(
 DATA_SHEET = MappingProxyType(
     read_parameter_file(preset_directory() / "sensors" / "data_sheet.yaml", "plant")
 )
-IDEAL = MappingProxyType({name: PARAMETERS[name].default for name in DATA_SHEET})
 
 
 def position_range(parameters: ParameterSet) -> float:

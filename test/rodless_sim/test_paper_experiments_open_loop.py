@@ -17,27 +17,28 @@ import math
 import numpy as np
 import pytest
 
-from rodless_sim import RigParameters, simulate
+from rodless_lab.bare_rigs import BARE_RIGS, bare_rig
+from rodless_sim import simulate
 
 AMBIENT = 101325.0
 
 
 @pytest.mark.parametrize(
-    ("preset", "voltage", "start", "duration", "speed"),
+    ("name", "voltage", "start", "duration", "speed"),
     [
         ("paper", 5.24, 0.02, 120.0, 0.6e-3),
         ("paper", 5.4, 0.02, 20.0, 7e-3),
         ("paper", 4.395, 0.18, 4.0, -27e-3),
-        ("calibrated", 5.24, 0.02, 120.0, 0.5e-3),
-        ("calibrated", 5.4, 0.02, 20.0, 7.7e-3),
-        ("calibrated", 4.395, 0.18, 3.5, -45e-3),
+        ("saturating", 5.24, 0.02, 120.0, 0.5e-3),
+        ("saturating", 5.4, 0.02, 20.0, 7.7e-3),
+        ("saturating", 4.395, 0.18, 3.5, -45e-3),
     ],
 )
 def test_mean_speed_of_the_friction_runs(
-    preset: str, voltage: float, start: float, duration: float, speed: float
+    name: str, voltage: float, start: float, duration: float, speed: float
 ) -> None:
     """At 0.5 MPa gauge, 5.24 V creeps forward, 5.4 V walks and 4.395 V returns, at known speeds."""
-    parameters = RigParameters.preset(preset).with_values({"supply.pressure": 0.5e6 + AMBIENT})
+    parameters = bare_rig(name).with_values({"supply.pressure": 0.5e6 + AMBIENT})
     trace = simulate(parameters, np.full(round(duration * 1000), voltage), 1e-3, start)
     first = int(np.argmax(trace.velocity != 0.0))
     mean = (trace.position[-1] - start) / (trace.time[-1] - trace.time[first])
@@ -45,8 +46,8 @@ def test_mean_speed_of_the_friction_runs(
     assert 0.0 < trace.position[-1] < 0.2
 
 
-@pytest.mark.parametrize("preset", ["paper", "calibrated"])
-def test_fixed_chambers_vent_and_fill_and_start_higher_with_supply(preset: str) -> None:
+@pytest.mark.parametrize("name", BARE_RIGS)
+def test_fixed_chambers_vent_and_fill_and_start_higher_with_supply(name: str) -> None:
     """Settled at 5.08 V, then 4.4 V: A falls to ambient and B rises to supply within 3 s.
 
     The starts are 0.36, 0.43 and 0.50 MPa, rising with supply as in the paper's Fig. 18. A ends
@@ -54,7 +55,7 @@ def test_fixed_chambers_vent_and_fill_and_start_higher_with_supply(preset: str) 
     """
     starts = []
     for gauge in (0.4e6, 0.5e6, 0.6e6):
-        parameters = RigParameters.preset(preset).with_values(
+        parameters = bare_rig(name).with_values(
             {"supply.pressure": gauge + AMBIENT, "cylinder.locked": True}
         )
         trace = simulate(parameters, np.full(3000, 4.4), 1e-3)

@@ -25,8 +25,8 @@ from rodless_control import (
 from rodless_control.loop import ControlLoop
 from rodless_control.references import Reference
 from rodless_lab import ClosedLoopTrace, closed_loop
+from rodless_lab.bare_rigs import IDEAL
 from rodless_sim import Rig, RigParameters
-from rodless_sim.instruments.instruments import IDEAL
 
 PERIOD = 1e-3
 STEP = references.step(0.0, 0.058, at=0.1)
