@@ -33,17 +33,6 @@ FRICTION = tuple(
 )
 
 
-# Heat, and a valve as its data sheet has it.
-HEAT_AND_VALVE = {
-    "chambers.thermodynamics": "energy_balance",
-    "valve.dynamics": "second_order",
-    "valve.hysteresis": 0.004,
-    "valve.discharge": "constant",
-}
-
-IDEAL = {name: 0 if isinstance(value, int) else 0.0 for name, value in DATA_SHEET.items()}
-
-
 @dataclass(frozen=True)
 class Steps:
     """A reference that jumps to one of ``positions`` (m) at each of ``times`` (s)."""
@@ -81,11 +70,10 @@ class Task:
 
     def rig(self, drawn: RigParameters) -> RigParameters:
         """Return a drawn rig as this task begins with it."""
-        values: dict[str, object] = {**(IDEAL if self.ideal else DATA_SHEET)}
-        values["sensors.delay"] = self.delay
+        values: dict[str, object] = {} if self.ideal else dict(DATA_SHEET)
         if self.at == 0.0:
             values |= self.changed(drawn)
-        return drawn.with_values(values)
+        return drawn.with_values({**values, "sensors.delay": self.delay})
 
     def scenario(self, rig: RigParameters) -> Scenario | None:
         """Return what happens to ``rig`` on the way."""
@@ -147,8 +135,10 @@ def tasks(seed: int) -> list[Task]:
 
 
 def rigs(count: int, seed: int) -> Sequence[RigParameters]:
-    """Draw rigs around ``calibrated``: nobody knows mass, supply, friction and tubes."""
-    base = RigParameters.preset("calibrated").with_values(HEAT_AND_VALVE)
+    """Draw rigs around ``calibrated``, with heat: nobody knows mass, supply, friction and tubes."""
+    base = RigParameters.preset("calibrated").with_values(
+        {"chambers.thermodynamics": "energy_balance"}
+    )
     ranges = {
         "cylinder.moving_mass": (0.7, 2.0),
         "supply.pressure": (501325.0, 701325.0),
