@@ -33,6 +33,7 @@ FRICTION = tuple(
     )
 )
 
+
 @dataclass(frozen=True)
 class Steps:
     """A reference that jumps to one of ``positions`` (m) at each of ``times`` (s)."""
@@ -70,11 +71,10 @@ class Task:
 
     def rig(self, drawn: RigParameters) -> RigParameters:
         """Return a drawn rig as this task begins with it."""
-        values: dict[str, object] = {**(IDEAL if self.ideal else DATA_SHEET)}
-        values["sensors.delay"] = self.delay
+        values: dict[str, object] = {} if self.ideal else dict(DATA_SHEET)
         if self.at == 0.0:
             values |= self.changed(drawn)
-        return drawn.with_values(values)
+        return drawn.with_values({**values, "sensors.delay": self.delay})
 
     def scenario(self, rig: RigParameters) -> Scenario | None:
         """Return what happens to ``rig`` on the way."""

@@ -5,6 +5,7 @@
 # writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
+
 """Grey-box fit of valve and chambers: the rig's own equations against measured pressures."""
 
 import math
@@ -15,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize
 
+from rodless_base.parameters import ParameterError
 from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.problem import Problem, Unknown
@@ -22,6 +24,7 @@ from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_STAR
 from rodless_lab.identification.verdict import Verdict, check_power, power
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 
