@@ -26,5 +26,7 @@ def without_clock_topic(node: Node) -> ROSClock:
 
 
 def tell_time(clock: ROSClock, nanoseconds: int) -> None:
-    """Let ``clock`` show plant time (ns), where ``use_sim_time`` is set."""
-    clock.set_ros_time_override(Time(nanoseconds=nanoseconds, clock_type=clock.clock_type))
+    """Let ``clock`` show plant time (ns), where ``use_sim_time`` is set; 0 for any before that."""
+    # A message may have such a stamp, rclpy's clocks do not.
+    shown = max(nanoseconds, 0)
+    clock.set_ros_time_override(Time(nanoseconds=shown, clock_type=clock.clock_type))

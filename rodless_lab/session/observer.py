@@ -284,7 +284,8 @@ class Observer(Closing):
     def forget_diagnostic(self, node: str) -> None:
         """Forget what ``node`` has said, and what of it has come but waits to be looked at."""
         known = self.diagnostics
-        with self._reports.handle as waiting:
+        waiting = self._reports.handle
+        with waiting:
             while (taken := waiting.take_message(DiagnosticArray, False)) is not None:
                 self._take_diagnostics(taken[0])
         known.pop(self.node.resolve_topic_name(node), None)

@@ -11,6 +11,7 @@
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 
 from rodless_base.one_line import shown
 from rodless_lab.view.errors import ViewError
@@ -77,5 +78,6 @@ def parameter_text(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float | str):
-        return str(value)
+        with suppress(ValueError):  # Python writes no whole number of more than 4300 digits
+            return str(value)
     raise ViewError(f"{shown(value)} refused, must be a number or a text")

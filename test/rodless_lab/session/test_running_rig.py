@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from quiet_stop import Quiet
 from rclpy.node import Node
 
-from rodless_base.ros.diagnostics import diagnostics_publisher
+from rodless_base.ros.diagnostics import NAMESAKES, diagnostics_publisher
 from rodless_lab.session import running_rig
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.running_rig import SILENT, RigError, RunningRig
@@ -64,6 +64,21 @@ def test_a_node_that_reports_no_more_is_silent(observer: Observer) -> None:
         assert rig.wait_for(lambda: rig.is_silent("plant"), 30.0)
         assert rig.state_of("plant") == SILENT
         assert rig.obstacles()[0] == f"plant: {SILENT}"
+    observer.node.destroy_publisher(publisher)
+
+
+@pytest.mark.parametrize("count", ["many", "", "-3", "9" * 5000], ids=["text", "none", "less", "9"])
+def test_a_count_of_namesakes_that_is_none_is_not_believed(observer: Observer, count: str) -> None:
+    """Whatever a node writes there, the rig is found."""
+    publisher = diagnostics_publisher(observer.node)
+    values = [KeyValue(key=NAMESAKES, value=count)]
+    said = DiagnosticStatus(name="/here/plant", message="running", values=values)
+    with RunningRig("here", Quiet()) as rig:
+        rig.wait_for_node("plant", 30.0)
+        assert rig.wait_for(publisher.get_subscription_count, 30.0)
+        publisher.publish(DiagnosticArray(status=[said]))
+        assert rig.wait_for(lambda: rig.diagnostic("plant"), 30.0)
+        assert rig.namesakes("plant") is None
     observer.node.destroy_publisher(publisher)
 
 

@@ -34,6 +34,7 @@ def test_friction_is_overcome_in_the_direction_that_is_wanted() -> None:
     )
     assert compensation(friction, 0.0, 0.0, 0.0) == 0.0
     assert compensation(friction, 1e-4, 0.0, 0.0) == pytest.approx(3.0 * math.tanh(1.0), rel=1e-15)
+    assert compensation(friction, 5e-5, 0.0, 0.0) == pytest.approx(3.0 * math.tanh(0.5), rel=1e-15)
     assert compensation(friction, 0.0, 1e-3, 0.0) == pytest.approx(2.0 * math.tanh(1.0) + 5e-3)
     assert compensation(friction, 1.0, 0.1, 0.0) == pytest.approx(3.0 + 2.0 + 0.5, rel=1e-15)
     assert compensation(friction, -1.0, -0.1, 0.0) == -compensation(friction, 1.0, 0.1, 0.0)

@@ -1,0 +1,44 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What pages show of nodes that say anything."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
+
+from rodless_lab.view.ros.desk import Desk
+from rodless_lab.view.state import PLANT, NodeState, ViewState
+
+
+@pytest.mark.parametrize(
+    ("text", "factor"),
+    [("0.97", 0.97), ("fast", None), ("", None), ("nan", None), ("1e999", None)],
+)
+def test_a_speed_that_is_no_number_is_not_shown(text: str, factor: float | None) -> None:
+    """A plant of another make may say it in words."""
+    state = ViewState()
+    assert state.speed_factor is None
+    state.nodes[PLANT] = NodeState("OK", "running", {"speed factor": text})
+    assert state.speed_factor == factor
+
+
+@pytest.mark.ros
+def test_a_parameter_of_a_type_that_is_none_has_no_value() -> None:
+    """Whoever publishes parameter events: it does not end the view."""
+    state = ViewState()
+    callbacks: list[Any] = []
+    observer = SimpleNamespace(subscribe=lambda _kind, _topic, callback: callbacks.append(callback))
+    Desk(SimpleNamespace(observer=observer, name="/{}".format), state)  # type: ignore[arg-type]
+    odd = Parameter(name="odd", value=ParameterValue(type=77))
+    good = Parameter(name="good", value=ParameterValue(type=3, double_value=0.5))
+    (take,) = callbacks
+    take(ParameterEvent(node="/plant", changed_parameters=[odd, good]))
+    assert state.parameters[PLANT] == {"odd": None, "good": 0.5}
