@@ -177,7 +177,7 @@ class ParameterSet(Mapping[str, Value]):
     def __init__(self, values: Mapping[str, object] | None = None) -> None:
         """Take the defaults with ``values`` on top; raises :class:`ParameterError`."""
         given = self._named({} if values is None else values)
-        self._take(given, given)
+        self._take(given, given, {n: d.default for n, d in self.DECLARATIONS.items()})
 
     @classmethod
     def _named(cls, values: object) -> dict[str, object]:
@@ -189,7 +189,9 @@ class ParameterSet(Mapping[str, Value]):
                 '{"name": value, ...}'
             ) from error
 
-    def _take(self, given: Mapping[str, object], changed: Collection[str]) -> None:
+    def _take(
+        self, given: Mapping[str, object], named: Collection[str], before: Mapping[str, Value]
+    ) -> None:
         unknown = [name for name in given if name not in self.DECLARATIONS]
         if unknown:
             raise ParameterError(self.unknown(unknown[0]))
@@ -197,12 +199,20 @@ class ParameterSet(Mapping[str, Value]):
             name: declared.check(given.get(name, declared.default))
             for name, declared in self.DECLARATIONS.items()
         }
-        self._values.update(self.derived(changed))
+        changed = [name for name in named if self._values[name] != before[name]]
+        self._values.update(self.derived(named, changed))
         self.check_together()
         self._origin: _Origin | None = None
 
-    def derived(self, changed: Collection[str]) -> Mapping[str, Value]:  # noqa: ARG002
-        """Return what follows from the values ``changed`` for others that are not: nothing."""
+    def derived(
+        self,
+        named: Collection[str],  # noqa: ARG002
+        changed: Collection[str],  # noqa: ARG002
+    ) -> Mapping[str, Value]:
+        """Return what follows for others than ``named`` from those of them that ``changed``.
+
+        Nothing here. A value that is given again as it was changes nothing.
+        """
         return {}
 
     @classmethod
@@ -284,7 +294,7 @@ class ParameterSet(Mapping[str, Value]):
         """
         named = self._named(changes)
         changed = object.__new__(type(self))
-        changed._take({**self._values, **named}, named)
+        changed._take({**self._values, **named}, named, self._values)
         changed._origin = self._origin
         return changed
 

@@ -138,14 +138,16 @@ def _fits(parameters: ParameterSet, values: dict[str, float]) -> bool:
     return all(math.isclose(parameters.number(name), values[name]) for name in GIVEN)
 
 
-def derived(parameters: ParameterSet, changed: Collection[str]) -> dict[str, float | str]:
+def derived(
+    parameters: ParameterSet, named: Collection[str], changed: Collection[str]
+) -> dict[str, float | str]:
     """Return what follows from a new model; a new bore or stroke makes it another cylinder."""
     model = parameters.text("cylinder.model")
     if model == OTHER:
         return {}
     values = values_of(model)
     if "cylinder.model" in changed:
-        return {name: value for name, value in values.items() if name not in changed}
+        return {name: value for name, value in values.items() if name not in named}
     return {} if _fits(parameters, values) else {"cylinder.model": OTHER}
 
 

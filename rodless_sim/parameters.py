@@ -104,9 +104,9 @@ class RigParameters(ParameterSet):
         """Whether commands drive plant time, and not the wall clock."""
         return self.text("time.mode") == "lockstep"
 
-    def derived(self, changed: Collection[str]) -> Mapping[str, Value]:
-        """Return what follows from the values ``changed`` for others that are not."""
-        return {**air.derived(self, changed), **cylinder_series.derived(self, changed)}
+    def derived(self, named: Collection[str], changed: Collection[str]) -> Mapping[str, Value]:
+        """Return what follows for others than ``named`` from those of them that ``changed``."""
+        return {**air.derived(self, named), **cylinder_series.derived(self, named, changed)}
 
     def check_together(self) -> None:
         """Refuse combinations that no rig has."""

@@ -113,6 +113,8 @@ class RosParameters(Generic[Set]):
         self._node = node
         self._apply = apply
         self._follows = False
+        # Names that follow from those of the request in hand.
+        self._following: list[str] = []
         with warnings_logged(node):
             known = given_parameters(node, kind.NODE) if given is None else given
             self.values = kind(self._own(node, kind, known))
@@ -161,7 +163,9 @@ class RosParameters(Generic[Set]):
         if self._follows:
             return parameters
         converted = [self._converted(parameter) for parameter in parameters]
-        return converted + self._derived(converted)
+        derived = self._derived(converted)
+        self._following = [parameter.name for parameter in derived]
+        return converted + derived
 
     def _derived(self, parameters: list[RosParameter]) -> list[RosParameter]:
         """Return what follows from these for others, so that the node shows it too."""
@@ -212,7 +216,19 @@ class RosParameters(Generic[Set]):
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self.values = values
+        self._say_what_follows(parameters)
         return SetParametersResult(successful=True)
+
+    def _say_what_follows(self, parameters: list[RosParameter]) -> None:
+        """Log what has changed beside the parameters that were asked for."""
+        if self._following:
+            named = [p.name for p in parameters if p.name not in self._following]
+            also = [self._shown(name) for name in self._following]
+            self._node.get_logger().info(f"{', '.join(named)}: changes also {', '.join(also)}")
+
+    def _shown(self, name: str) -> str:
+        unit = self.values.DECLARATIONS[name].unit
+        return f"{name} {ros_value(self.values[name])} {unit}".rstrip()
 
     def _ours(self, parameters: list[RosParameter]) -> dict[str, object]:
         return {

@@ -78,6 +78,18 @@ def test_new_model_replaces_the_old_ones_values() -> None:
     assert there.with_values({"cylinder.model": "CY3R25-200"}) == RigParameters()
 
 
+def test_the_model_it_has_already_changes_nothing() -> None:
+    """`ros2 param load` gives a dump's values one by one in the order of the alphabet.
+
+    A dead volume of one's own, given before the model, is still there after it.
+    """
+    dump = model(32, 500).with_values({"cylinder.dead_volume_a": 9e-5})
+    rig = dump.with_values({"cylinder.dead_volume_a": 1e-5, "cylinder.moving_mass": 7.0})
+    for name in sorted(dump):
+        rig = rig.with_values({name: dump[name]})
+    assert rig == dump
+
+
 @pytest.mark.parametrize(
     "values", [{"cylinder.bore": 0.024}, {"cylinder.stroke": 0.3}, {"cylinder.model": "other"}]
 )

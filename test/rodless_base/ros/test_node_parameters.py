@@ -17,13 +17,14 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
-from running import StartProcess
+from running import StartProcess, until_it_says
 from sensor_msgs.msg import FluidPressure
 from std_srvs.srv import Trigger
 
 from rodless_base.parameters import ParameterSet
 from rodless_control import ControllerParameters
 from rodless_lab.session.errors import RefusedError
+from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_sim import Rig, RigParameters
 
@@ -37,17 +38,17 @@ PERIOD = 0.01
 
 
 @pytest.fixture(scope="module", autouse=True)
-def nodes(start_node: StartProcess) -> Iterator[None]:
+def plant(start_node: StartProcess) -> Iterator[NodeProcess]:
     """Run both nodes, in namespaces apart, so that the controller does not command the plant."""
     with (
-        start_node("plant", {"time.period": PERIOD, "valve.command_timeout": 60.0}),
+        start_node("plant", {"time.period": PERIOD, "valve.command_timeout": 60.0}) as process,
         start_node("controller", namespace="other"),
     ):
-        yield
+        yield process
 
 
 @pytest.fixture(autouse=True)
-def unchanged(observer: Observer, nodes: None) -> Iterator[None]:  # noqa: ARG001
+def unchanged(observer: Observer, plant: NodeProcess) -> Iterator[None]:  # noqa: ARG001
     """Give each test the parameters as they were."""
     before = {node: observer.get_parameters(node, changeable(node)) for node in SETS}
     yield
@@ -324,9 +325,12 @@ def test_parameters_of_rclpy_itself_stay_its_own(observer: Observer, node: str) 
         assert observer.get_parameters(node, ["use_sim_time"]) == {"use_sim_time": value}
 
 
-def test_what_follows_from_a_change_is_shown_by_the_node_too(observer: Observer) -> None:
-    """With the isentropic index alone the critical ratio changes, and both can be read."""
+def test_what_follows_from_a_change_is_shown_by_the_node_too(
+    observer: Observer, plant: NodeProcess
+) -> None:
+    """With the isentropic index alone the critical ratio changes: it is logged, and can be read."""
     observer.set_parameters("/plant", {"air.isentropic_index": 1.3})
     values = observer.get_parameters("/plant", ["air.isentropic_index", "air.critical_ratio"])
     assert values["air.isentropic_index"] == 1.3
     assert values["air.critical_ratio"] == pytest.approx(0.5457, abs=1e-4)
+    until_it_says(plant, "air.isentropic_index: changes also air.critical_ratio 0.545")
