@@ -34,7 +34,7 @@ from rodless_sim.node.plant_node import PlantNode
 TEXTS = (
     "carriage", "/plant", "plant", "controller", "mode", "realtime", "lockstep", "preset",
     "Target frequency (Hz)", "1000", "use_sim_time", "qos_overrides./x.depth", "supply.pressure",
-    "sine", "pid", "saturating", "sliding_mode",
+    "sine", "pid", "saturating",
 )  # fmt: skip
 
 # Events of one input.

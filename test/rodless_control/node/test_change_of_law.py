@@ -181,7 +181,7 @@ def test_what_is_refused_changes_nothing(
 
 def test_until_pressures_come_positions_are_answered_by_a_closed_valve(bench: Bench) -> None:
     """One command to each position, whatever comes late; then the law's, of whole samples."""
-    assert bench.change({LAW: "cascade"}) is None
+    assert bench.change({LAW: "state_feedback"}) is None
     bench.commands.clear()
     bench.take_position(1, 0.05)
     assert bench.commands == [pack_float64(NEUTRAL)]
@@ -224,7 +224,7 @@ def test_a_law_with_pressures_begins_in_lock_step_with_those_of_its_sample() -> 
     plant = {**DATA_SHEET, "cylinder.initial_position": 0.02}
     with RigSession("lockstep", plant=plant) as rig:
         rig.run_until(0.2)
-        rig.set_parameters("controller", {LAW: "cascade"})
+        rig.set_parameters("controller", {LAW: "state_feedback"})
         asked = len(rig.samples()) - 1
 
         def controls() -> bool:
@@ -237,7 +237,7 @@ def test_a_law_with_pressures_begins_in_lock_step_with_those_of_its_sample() -> 
         run = rig.samples()
         assert not rig.counter("controller", "samples without all pressures") > 0.0
     first = asked + 1 + int(np.argmax(run.voltage[asked + 1 :] != NEUTRAL))
-    law, reference = law_class("cascade")(), ReferencePoint(float(run.position[first]))
+    law, reference = law_class("state_feedback")(), ReferencePoint(float(run.position[first]))
     for k in range(first, len(run) - 1):
         interval = 1e-3 if k > first else 0.0
         read = (run.position[k], run.pressure_a[k], run.pressure_b[k], run.supply_pressure[k])
