@@ -133,6 +133,7 @@ class ChoiceField:
         self._choice = choice
         self._state = state
         self._submit = submit
+        self._asking = False
         self._select = ui.select(dict(choice.options), label=choice.label).props(
             f"dense outlined {tag(choice.name)}"
         )
@@ -143,14 +144,18 @@ class ChoiceField:
         wanted = self._select.value
         if wanted is None or wanted == self._state.parameter(self._choice.name):
             return
-        await self._submit(self._choice.name, wanted)
+        self._asking = True  # until there is an answer, what was chosen stands
+        try:
+            await self._submit(self._choice.name, wanted)
+        finally:
+            self._asking = False
         self.refresh()  # whatever came of it: show what the node has
 
     def refresh(self) -> None:
         """Show what the node has now; nothing where no node has it."""
         value = self._state.parameter(self._choice.name)
         self._select.set_visibility(value is not None)
-        if not isinstance(value, str | bool) or value == self._select.value:
+        if not isinstance(value, str | bool) or self._asking or value == self._select.value:
             return
         if value not in self._select.options:  # such as a law of the user's own
             self._select.set_options({**self._select.options, value: str(value)})
