@@ -95,7 +95,10 @@ def _sections(path: str | Path) -> list[tuple[str, object]]:
     sections = []
     for section, content in document.items():
         if not isinstance(content, dict) or set(content) != {"ros__parameters"}:
-            raise ValueError(f"section {shown(section)} must hold ros__parameters and nothing else")
+            raise ValueError(
+                f"section {shown(section)} must hold ros__parameters and nothing else, as in "
+                "plant: {ros__parameters: {supply.pressure: 6.0e+5}}"
+            )
         sections.append((str(section), content["ros__parameters"] or {}))
     return sections
 

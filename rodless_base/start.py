@@ -14,6 +14,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from types import FrameType
 
 from rodless_base.output import Output
@@ -27,22 +28,30 @@ NO_ROS = (
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
+STANDARD_ERROR = 2
+
 
 class Stop:
     """Whether the process has been asked to stop.
 
     Until :meth:`from_now_on_wait` is called, a request ends the process on the spot with exit
-    code 0: nothing runs yet, and importing and compiling take seconds. From then on it sets
-    ``requested``, however often it comes (``ros2 launch`` delivers SIGINT twice).
+    code 0, or as :meth:`end_with` says: nothing runs yet, and importing and compiling take seconds.
+    From then on it sets ``requested``, however often it comes (``ros2 launch`` delivers SIGINT
+    twice).
     """
 
     def __init__(self) -> None:
         self.requested = False
         self._running = False
+        self._code, self._line = 0, ""
         for number in SIGNALS:
             signal.signal(number, self._handle)
         # On its way out Python gives signals back their deadly default, unless they are ignored.
         atexit.register(self._ignore_from_now_on)
+
+    def end_with(self, code: int, line: str) -> None:
+        """Let a request end the process with this exit code, after a line on standard error."""
+        self._code, self._line = code, f"{line}\n"
 
     def from_now_on_wait(self) -> None:
         """Let the program end itself; requests only set ``requested``."""
@@ -53,7 +62,9 @@ class Stop:
         if not self._running:
             # An exception would get lost, or come out as another one, on its way through compiled
             # code.
-            os._exit(0)
+            with suppress(OSError):
+                os.write(STANDARD_ERROR, self._line.encode())
+            os._exit(self._code)
 
     @staticmethod
     def _ignore_from_now_on() -> None:

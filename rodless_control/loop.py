@@ -57,6 +57,17 @@ class ControlLoop:
         if self.failure is None:
             self._attempt(lambda: self.law.configure(self._given))
 
+    def change_law(self, parameters: ControllerParameters) -> None:
+        """Go on with the law of ``parameters`` as after :meth:`reset`.
+
+        Raises ParameterError where the law cannot be made; then everything is as it was.
+        """
+        given = parameters.of_law()
+        self.law = make_law(parameters.LAW_CLASS, given)
+        self.failure, self._given, self._limits = None, given, output_limits(given)
+        self.setpoints.configure(parameters)
+        self.reset()
+
     def reset(self) -> None:
         """Forget the run so far: a failure too, and the set-point, so that nothing moves."""
         self.setpoints.forget()

@@ -57,9 +57,9 @@ NODE_PARAMETERS = declare(
         "controller.law",
         "pid",
         "",
-        "control law: one of this package by name, or a Law of your own as package.module:Class",
+        "control law: one of this package by name, or a Law of your own as package.module:Class; "
+        "while the node runs, one of this package, or the one that it was started with",
         "interface",
-        fixed=True,
     ),
     Parameter(
         "controller.position_timeout",

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 # A test that uses one of these has nodes or a DDS domain.
 ROS_FIXTURES = {"domain", "rig_session", "compiled"}
 
+# For processes to end by themselves on a crowded machine, in wall-clock s.
+STOP_TIMEOUT = 120.0
+
 # What running processes have printed, by their name, so that a failing test can show it.
 _outputs: dict[str, Callable[[], str]] = {}
 _numbers = itertools.count()
@@ -112,7 +115,7 @@ def start_process(domain: dict[str, str], tmp_path_factory: pytest.TempPathFacto
     ) -> Iterator[NodeProcess]:
         everything = {**domain, **(environment or {})}
         folder = tmp_path_factory.mktemp(name)
-        processes = SessionProcesses({name: command}, everything, folder)
+        processes = SessionProcesses({name: command}, everything, folder, stop_timeout=STOP_TIMEOUT)
         with _shown({name: processes[name]}), processes:
             yield processes[name]
 
@@ -157,7 +160,7 @@ def start_rig(domain: dict[str, str], tmp_path_factory: pytest.TempPathFactory) 
     def running(**options: object) -> Iterator[SessionProcesses]:
         folder = tmp_path_factory.mktemp("rig")
         with (
-            run_rig(ProcessPlan(**options), domain, folder) as processes,
+            run_rig(ProcessPlan(**options), domain, folder, STOP_TIMEOUT) as processes,
             _shown({name: processes[name] for name in processes.names}),
         ):
             yield processes

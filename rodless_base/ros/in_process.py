@@ -193,6 +193,10 @@ class DirectDelivery:
         for publisher in self._publishers:
             publisher.readers = tuple(one for one in publisher.readers if one in self._readers)
 
+    def remove_publisher(self, publisher: Publisher) -> None:
+        """Connect a publisher with nobody any more."""
+        self._publishers = [one for one in self._publishers if one is not publisher]
+
     def _is_ready(self, reader: Reader) -> None:
         self._ready.append(reader)
         if not self._has_a_turn:
@@ -249,6 +253,13 @@ class DirectNode(GuardedNode):
         delivery = _deliveries.get(self.context)
         if delivery is not None:
             delivery.deliver_waiting(subscription)
+
+    def destroy_publisher(self, publisher: Publisher) -> bool:
+        """As rclpy's."""
+        delivery = _deliveries.get(self.context)
+        if delivery is not None:
+            delivery.remove_publisher(publisher)
+        return bool(super().destroy_publisher(publisher))
 
     def destroy_subscription(self, subscription: Subscription) -> bool:
         """As rclpy's."""

@@ -11,6 +11,7 @@
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Generic, TypeVar
 
 from rcl_interfaces.msg import (
@@ -35,6 +36,9 @@ from rodless_base.parameters import (
 from rodless_base.ros.given import given_parameters
 
 Set = TypeVar("Set", bound=ParameterSet)
+
+# Returns the whole set of another kind that changes ask for, given what is in force; else None.
+Successor = Callable[[Set, Mapping[str, object]], Set | None]
 
 
 class Refusal(ParameterNotDeclaredException):  # type: ignore[misc]
@@ -102,6 +106,7 @@ class RosParameters(Generic[Set]):
         kind: type[Set],
         apply: Callable[[Set], None],
         given: Mapping[str, object] | None = None,
+        successor: Successor[Set] = lambda _values, _changes: None,
     ) -> None:
         """Declare all of ``kind``; call ``apply`` with the new values at each change.
 
@@ -109,18 +114,25 @@ class RosParameters(Generic[Set]):
         ``apply`` raises :class:`ParameterError` for what cannot be in the present state. It is
         called while the change can still be refused: looked at before and applied after, the state
         could have moved on in between. rclpy has checked types and ranges by then.
+
+        Where ``successor`` returns a set of another kind, or refuses by :class:`ParameterError`,
+        the node has that set's parameters from then on in place of its own.
         """
         self._node = node
         self._apply = apply
+        self._successor = successor
+        self._next: Set | None = None
         self._follows = False
         # Names that follow from those of the request in hand.
         self._following: list[str] = []
         with warnings_logged(node):
             known = given_parameters(node, kind.NODE) if given is None else given
             self.values = kind(self._own(node, kind, known))
-        self._declare()
+        self._declared = self.values.DECLARATIONS
+        self._declare(self._declared)
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._change)
+        node.add_post_set_parameters_callback(self._redeclare)
 
     @staticmethod
     def _own(node: Node, kind: type[Set], given: Mapping[str, object]) -> Mapping[str, object]:
@@ -132,16 +144,27 @@ class RosParameters(Generic[Set]):
             node.get_logger().info(f"leaving out parameters of other nodes: {', '.join(foreign)}")
         return kind.own({name: value for name, value in given.items() if name not in foreign})
 
-    def _declare(self) -> None:
-        for name, value in self.values.items():
+    def _declare(self, wanted: Mapping[str, Parameter]) -> None:
+        for name, declared in wanted.items():
             if self._node.has_parameter(name):
                 self._node.undeclare_parameter(name)
             self._node.declare_parameter(
-                name,
-                ros_value(value),
-                descriptor(self.values.DECLARATIONS[name]),
-                ignore_override=True,
+                name, ros_value(self.values[name]), descriptor(declared), ignore_override=True
             )
+
+    def _redeclare(self, _parameters: list[RosParameter]) -> None:
+        """Declare what another kind of set has, once a change to it is in force."""
+        before, now = self._declared, self.values.DECLARATIONS
+        if before is now:
+            return
+        self._declared = now
+        self._follows = True
+        try:
+            for name in before.keys() - now.keys():
+                self._node.undeclare_parameter(name)
+            self._declare({n: one for n, one in now.items() if not _stays(n, before, now)})
+        finally:
+            self._follows = False
 
     def follow(self, values: Set) -> None:
         """Show ``values``, which the node itself has chosen and has in force already."""
@@ -160,12 +183,33 @@ class RosParameters(Generic[Set]):
 
         Name unknown names and wrong types, which rclpy does not.
         """
+        self._next = None
         if self._follows:
             return parameters
+        try:
+            self._next = self._successor(self.values, self._ours(parameters))
+        except ParameterError as error:
+            raise Refusal(str(error)) from error
+        if self._next is not None:
+            return self._leading_to(self._next, parameters)
         converted = [self._converted(parameter) for parameter in parameters]
         derived = self._derived(converted)
         self._following = [parameter.name for parameter in derived]
         return converted + derived
+
+    def _leading_to(self, values: Set, parameters: list[RosParameter]) -> list[RosParameter]:
+        """Return those changes to ``values`` that rclpy can make; the rest is declared anew."""
+        before, now = self._declared, values.DECLARATIONS
+        for name, declared in before.items():
+            same = _stays(name, before, now) and values[name] == self.values[name]
+            if declared.fixed and not same:
+                raise Refusal(self._fixed(declared, values.get(name)))
+        changes = [
+            RosParameter(name, value=ros_value(value))
+            for name, value in values.items()
+            if _stays(name, before, now) and value != self.values[name]
+        ]
+        return [one for one in parameters if is_of_rclpy(one.name)] + changes
 
     def _derived(self, parameters: list[RosParameter]) -> list[RosParameter]:
         """Return what follows from these for others, so that the node shows it too."""
@@ -211,7 +255,7 @@ class RosParameters(Generic[Set]):
         if self._follows:
             return SetParametersResult(successful=True)
         try:
-            values = self.values.with_values(self._ours(parameters))
+            values = self._next or self.values.with_values(self._ours(parameters))
             self._apply(values)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -236,3 +280,10 @@ class RosParameters(Generic[Set]):
             for parameter in parameters
             if not is_of_rclpy(parameter.name)
         }
+
+
+def _stays(name: str, before: Mapping[str, Parameter], now: Mapping[str, Parameter]) -> bool:
+    """Whether a parameter is declared alike in both, but for its default."""
+    if name not in before or name not in now:
+        return False
+    return replace(before[name], default=now[name].default) == now[name]

@@ -65,6 +65,10 @@ class Outbox:
         self._waiting.clear()
         return waited
 
+    def forget(self, publisher: Publisher) -> None:
+        """Leave out what waits for one publisher, which ends."""
+        self._waiting = deque(one for one in self._waiting if one[0] is not publisher)
+
     @property
     def obstacle(self) -> str | None:
         """Say whom the messages wait for, if any do."""
@@ -111,6 +115,11 @@ class OnDemand:
         """Look up and return the number of subscribers."""
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
+
+    def close(self, node: Node) -> None:
+        """End the publisher, which is ``node``'s, and forget what waits for it."""
+        self._outbox.forget(self._publisher)
+        node.destroy_publisher(self._publisher)
 
     def publish(self, *values: object) -> None:
         """Send the message of ``values`` to the subscribers of the last poll, if any."""

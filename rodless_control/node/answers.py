@@ -52,7 +52,7 @@ class Answers:
         self._neutral_voltage = neutral_voltage
         self._voltage = node.create_publisher(Float64, VALVE_VOLTAGE, qos)
         self._outbox = Outbox(node)
-        self._telemetry = Telemetry(node, loop.law, qos)
+        self.telemetry = Telemetry(node, loop.law, qos)
         self._reported: str | None = None
         self.pace = LawPace()
         self.enabled = True
@@ -68,7 +68,7 @@ class Answers:
     @property
     def lost(self) -> int:
         """Messages lost to a stopped subscriber."""
-        return self._outbox.lost + self._telemetry.lost
+        return self._outbox.lost + self.telemetry.lost
 
     @property
     def obstacle(self) -> str | None:
@@ -78,7 +78,7 @@ class Answers:
     def poll(self) -> None:
         """Send what was held back; look up who listens to telemetry."""
         self._outbox.flush()
-        self._telemetry.poll()
+        self.telemetry.poll()
 
     def take(self, measurement: Measurement, info: Info) -> None:
         """Answer a sample, of whose message ``info`` is."""
@@ -93,8 +93,13 @@ class Answers:
             self._report_refusal()
         else:
             self._command(output.voltage)
-            self._telemetry.publish(output)
+            self.telemetry.publish(output)
             self.any = True
+
+    def take_position(self, stamp: int) -> None:
+        """Answer a position (stamp in ns) for which the law lacks pressures yet."""
+        self.stamp = stamp
+        self.close_valve()
 
     def _must_skip(self, info: Info) -> bool:
         sent = info["source_timestamp"]

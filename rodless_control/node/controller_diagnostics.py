@@ -79,7 +79,7 @@ class ControllerDiagnostics:
             LOST: self._answers.lost,
             "samples skipped": self._answers.pace.skipped,
         }
-        if loop.law.USES_PRESSURES:
+        if loop.law.USES_PRESSURES or inputs.incomplete:
             faults["samples without all pressures"] = inputs.incomplete
         return faults
 

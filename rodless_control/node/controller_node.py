@@ -31,7 +31,7 @@ from rodless_control.loop import ControlLoop
 from rodless_control.node.answers import Answers
 from rodless_control.node.controller_diagnostics import ControllerDiagnostics
 from rodless_control.node.inputs import Inputs
-from rodless_control.node.law_parameters import parameters_of_law
+from rodless_control.node.law_parameters import LAW, LawChoice, parameters_of_law
 from rodless_control.node.position_watch import WATCH_PERIOD
 from rodless_control.node.ready import Readiness, started_line
 from rodless_control.node.reference_inputs import ReferenceInputs
@@ -51,14 +51,19 @@ class ControllerNode:
         )
         self._clock = without_clock_topic(self.node)
         kind, given = parameters_of_law(self.node)
-        self._parameters = RosParameters(self.node, kind, self._configure, given)
+        choice = LawChoice(given, kind.DECLARATIONS[LAW].default)
+        self._parameters = RosParameters(self.node, kind, self._configure, given, choice.next)
         self._loop = ControlLoop(self._parameters.values)
         qos = LOSSLESS if self._number("controller.recorders") > 0 else QUEUE_DEPTH
         self._answers = Answers(
             self.node, self._loop, qos, lambda: self._number("controller.neutral_voltage")
         )
         self._inputs = Inputs(
-            self.node, self._loop.law.USES_PRESSURES, self._joint, self._take_sample
+            self.node,
+            self._loop.law.USES_PRESSURES,
+            self._joint,
+            self._take_sample,
+            self._answers.take_position,
         )
         self._references = ReferenceInputs(self.node, self._loop.setpoints, self._joint)
         self._watchdog = Watchdog(
@@ -93,8 +98,26 @@ class ControllerNode:
 
     def _configure(self, values: ControllerParameters) -> None:
         self._loop.setpoints.check(values)
-        self._loop.configure(values)
+        if values.text(LAW) != self._parameters.values.text(LAW):
+            self._change_law(values)
+        else:
+            self._loop.configure(values)
         self._answers.report_failure()
+
+    def _change_law(self, values: ControllerParameters) -> None:
+        """Make another law, which may take seconds: meanwhile the valve is closed."""
+        if self._inputs.subscribed and not self._watchdog.in_lockstep:
+            self._answers.close_valve()
+        telemetry = self._answers.telemetry
+        try:
+            telemetry.offer(values.LAW_CLASS.TERMS)
+            self._loop.change_law(values)
+        finally:
+            # Of the law that is in force now, whichever that is.
+            telemetry.keep_only(self._loop.law.TERMS)
+        self._inputs.use_pressures(self._loop.law.USES_PRESSURES)
+        before = self._parameters.values.text(LAW)
+        self.node.get_logger().info(f"law {values.text(LAW)} in place of {before}: {HOLDS}")
 
     def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._watchdog.arrive()

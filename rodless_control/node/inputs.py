@@ -11,6 +11,7 @@
 from collections.abc import Callable
 
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.measurement import Measurement
@@ -25,43 +26,74 @@ class Inputs:
     """Subscriptions that end in one call of ``take`` per complete measurement."""
 
     def __init__(
-        self, node: Node, pressures: bool, joint: Callable[[], str], take: Callable[..., None]
+        self,
+        node: Node,
+        pressures: bool,
+        joint: Callable[[], str],
+        take: Callable[..., None],
+        take_position: Callable[[int], None],
     ) -> None:
         """Prepare; ``joint`` tells the joint's name.
 
-        ``take`` gets a measurement, and the information of the message that completed it.
+        ``take`` gets a measurement, and the information of the message that completed it;
+        ``take_position`` the stamp (ns) of a position while the pressures of :meth:`use_pressures`
+        have not come yet: in lock-step nothing would come without an answer.
         """
         self._node = node
         self._joint = joint
         self._take = take
-        self._pressures = PRESSURES if pressures else {}
-        self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
+        self._take_position = take_position
+        self._pressures: dict[str, Subscription | None] = {}
         self._position_reader = PositionReader()
+        self._awaited = False  # pressures, which are subscribed to while positions come
+        self._incomplete = 0
         self.without_joint = 0
         self.subscribed = False
+        self._expect(pressures)
+
+    def _expect(self, pressures: bool) -> None:
+        self._pressures = dict.fromkeys(PRESSURES if pressures else ())
+        self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
 
     @property
     def incomplete(self) -> int:
         """Samples dropped because a message of theirs never came."""
-        return self._synchronizer.incomplete
+        return self._incomplete + (0 if self._awaited else self._synchronizer.incomplete)
+
+    def use_pressures(self, pressures: bool) -> None:
+        """Complete measurements by pressures from now on, or by none."""
+        if pressures == bool(self._pressures):
+            return
+        self._incomplete = self.incomplete
+        for subscription in filter(None, self._pressures.values()):
+            self._node.destroy_subscription(subscription)
+        self._expect(pressures)
+        self._awaited = pressures and self.subscribed
+        if self.subscribed:
+            self._subscribe_to_pressures()
 
     def subscribe(self) -> None:
         """Subscribe, to positions last: a plant that starts with them has then seen the others."""
         self.subscribed = True
-        for field, topic in self._pressures.items():
-            self._node.create_subscription(
-                FluidPressure, topic, self._pressure_taker(field), QUEUE_DEPTH, raw=True
-            )
+        self._subscribe_to_pressures()
         self._node.create_subscription(
             JointState, JOINT_STATES, with_info(self._take_joint), QUEUE_DEPTH, raw=True
         )
+
+    def _subscribe_to_pressures(self) -> None:
+        for field in self._pressures:
+            self._pressures[field] = self._node.create_subscription(
+                FluidPressure, PRESSURES[field], self._pressure_taker(field), QUEUE_DEPTH, raw=True
+            )
 
     def _pressure_taker(self, field: str) -> Callable[..., None]:
         reader = PressureReader()
 
         def take(message: bytes, info: Info) -> None:
             reading = reader.read(message)
-            if reading is not None:  # else the sample stays incomplete, and is counted as that
+            # Without a reading the sample stays incomplete, and is counted as that. What was on its
+            # way when pressures were given up is nobody's.
+            if reading is not None and field in self._pressures:
                 self._put(field, reading, info)
 
         return with_info(take)
@@ -71,12 +103,25 @@ class Inputs:
         position = self._position_reader.read(message, self._joint())
         if position is None:
             self.without_joint += 1
+        elif self._awaited:
+            self._await_pressures(position, info)
         elif self._pressures:
             self._put("position", position, info)
         else:
             self._take(Measurement(*position), info)
 
+    def _await_pressures(self, position: Reading, info: Info) -> None:
+        """Take the first measurement that its position completes; until then positions alone."""
+        measurement = self._synchronizer.put("position", *position)
+        if measurement is None:
+            self._take_position(position[0])
+            return
+        self._awaited = False
+        self._incomplete -= self._synchronizer.incomplete  # those were answered
+        self._take(measurement, info)
+
     def _put(self, field: str, reading: Reading, info: Info) -> None:
         measurement: Measurement | None = self._synchronizer.put(field, *reading)
-        if measurement is not None:
+        # While pressures are awaited, a position that they complete has been answered.
+        if measurement is not None and not self._awaited:
             self._take(measurement, info)

@@ -8,11 +8,17 @@
 
 """Which parameters the controller node has: those of the law that it is given."""
 
+from collections.abc import Mapping
+
 from rclpy.node import Node
 
+from rodless_base.parameters import ParameterError
 from rodless_base.ros.given import given_parameters
 from rodless_control.controller_parameters import ControllerParameters
+from rodless_control.laws import LAWS
 from rodless_control.parameters import NODE_PARAMETERS
+
+LAW = "controller.law"
 
 
 def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str, object]]:
@@ -20,7 +26,7 @@ def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str,
 
     What other laws are given is left out of the node.
     """
-    declared = NODE_PARAMETERS["controller.law"]
+    declared = NODE_PARAMETERS[LAW]
     given = given_parameters(node, ControllerParameters.NODE)
     name = declared.check(given.get(declared.name, declared.default))
     kind = ControllerParameters.for_law(str(name))
@@ -29,7 +35,37 @@ def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str,
         node.undeclare_parameter(other)
     if others:
         node.get_logger().info(
-            f"controller.law {name}: leaving out parameters of other laws: "
-            + ", ".join(sorted(others))
+            f"{LAW} {name}: leaving out parameters of other laws: " + ", ".join(sorted(others))
         )
     return kind, given
+
+
+class LawChoice:
+    """Which laws a running node can have, each with the values it had last, or was given."""
+
+    def __init__(self, given: Mapping[str, object], law: object) -> None:
+        """Take all that the node was ``given`` at its start, to other laws too, and its ``law``."""
+        self._known = dict(given)
+        # No message is to make a node import a module.
+        self._laws = [*LAWS, *({str(law)} - LAWS.keys())]
+
+    def next(
+        self, values: ControllerParameters, changes: Mapping[str, object]
+    ) -> ControllerParameters | None:
+        """Return the node's set with another law, None where ``changes`` do not ask for one.
+
+        What both laws have stays as it is in ``values``. Raises ParameterError for a law that is
+        not to be had, and for values that it cannot have.
+        """
+        law = changes.get(LAW, values[LAW])
+        if law == values[LAW]:
+            return None
+        if law not in self._laws:
+            raise ParameterError(
+                f"{LAW}: {law!r} refused, must be {', '.join(self._laws)} while the node runs; "
+                "start it with another law"
+            )
+        kind = ControllerParameters.for_law(str(law))
+        self._known.update(values)
+        known = {name: self._known[name] for name in kind.DECLARATIONS.keys() & self._known.keys()}
+        return kind({**known, **changes})

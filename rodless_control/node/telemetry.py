@@ -8,10 +8,15 @@
 
 """Internal signals of the controller as topics, for plotting."""
 
+from collections.abc import Iterable
+
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
+from rodless_base.one_line import described
+from rodless_base.parameters import ParameterError
 from rodless_base.ros.cdr import pack_float64
 from rodless_base.ros.publish import OnDemand, Outbox
 from rodless_control.controller import Law
@@ -25,13 +30,27 @@ class Telemetry:
 
     def __init__(self, node: Node, law: Law, qos: QoSProfile | int) -> None:
         """Make the publishers, with the quality of service of the commands."""
+        self._node = node
+        self._qos = qos
         self._outbox = Outbox(node)
-        self._publishers = {
-            name: OnDemand(
-                node.create_publisher(Float64, f"~/{name}", qos), pack_float64, self._outbox
-            )
-            for name in (REFERENCE, *law.TERMS)
-        }
+        self._publishers: dict[str, OnDemand] = {}
+        self.offer((REFERENCE, *law.TERMS))
+
+    def offer(self, names: Iterable[str]) -> None:
+        """Make the publishers that are missing; raises ParameterError where one cannot be."""
+        for name in names:
+            if name in self._publishers:
+                continue
+            try:
+                publisher = self._node.create_publisher(Float64, f"~/{name}", self._qos)
+            except rclpy_implementation.RCLError as error:  # such as by a security policy
+                raise ParameterError(f"~/{name} cannot be published: {described(error)}") from error
+            self._publishers[name] = OnDemand(publisher, pack_float64, self._outbox)
+
+    def keep_only(self, terms: Iterable[str]) -> None:
+        """Leave out all but the reference and these ``terms``."""
+        for name in self._publishers.keys() - {REFERENCE, *terms}:
+            self._publishers.pop(name).close(self._node)
 
     def poll(self) -> None:
         """Look up which signals have subscribers, and send what was held back."""

@@ -63,7 +63,7 @@ class Watchdog:
 
         A simulated plant that has not begun waits for nobody's command.
         """
-        commands = self._timeout() > 0.0 and not self._in_lockstep
+        commands = self._timeout() > 0.0 and not self.in_lockstep
         return commands and (self._lost or not self.simulated)
 
     @property
@@ -71,7 +71,7 @@ class Watchdog:
         """That no positions come now, if so, and what has been done about it."""
         if self._following or self._arrived:
             return None
-        safe = "plant stands still" if self._in_lockstep and self._lost else "valve closed"
+        safe = "plant stands still" if self.in_lockstep and self._lost else "valve closed"
         return f"no position{self._with_pressures}: {safe}"
 
     def poll(self) -> None:
@@ -86,7 +86,7 @@ class Watchdog:
             self._lose()
 
     @property
-    def _in_lockstep(self) -> bool:
+    def in_lockstep(self) -> bool:
         """Whether the plant may count commands: one that nobody has asked for is then too many."""
         report = self.report
         return self.simulated if report is None else report.mode == "lockstep"
@@ -110,7 +110,7 @@ class Watchdog:
 
     def _lose(self) -> None:
         self._following, self._lost = False, True
-        if self._in_lockstep:
+        if self.in_lockstep:
             # The plant stands still without a command. A run must not depend on the wall clock.
             self._loop.lost += 1
             safe = "no command until the next one, a lock-step plant stands still"

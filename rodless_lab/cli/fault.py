@@ -85,7 +85,8 @@ def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Nam
     for change in change_parameters(rig, changes, options.timeout) if changes else ():
         print(f"{change.name}: {value_text(change.old)} → {value_text(change.new)}")
     if not changes:
-        print("no such fault is active")
+        names = ", ".join(name.removeprefix(PREFIX) for name in given)
+        print(f"not active, so nothing to clear: {names}" if names else "no fault is active")
     return 0
 
 

@@ -42,7 +42,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         help="folder (default: %(default)s)",
     )
     chosen = parser.parse_args(arguments)
-    stop.from_now_on_wait()
+    # Nothing is written before the end, and compiling a law takes longer than Ctrl-C may.
+    stop.end_with(1, "interrupted")
     # They load numba and matplotlib: not for help.
     from rodless_lab.benchmark.laws import entries  # noqa: PLC0415
     from rodless_lab.benchmark.laws.contest import contest  # noqa: PLC0415
@@ -61,9 +62,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             lambda name: print(name, file=sys.stderr, flush=True),
             lambda: stop.requested,
         )
-        if stop.requested:
-            print("interrupted", file=sys.stderr)
-            return 1
+        stop.from_now_on_wait()
         text = markdown(scores)
         print(text)
         atomic_write(chosen.output / "laws.md", text)

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from rodless_base.parameter_file import is_of_rclpy
 from rodless_base.parameters import ParameterError, ParameterSet
 from rodless_control import ControllerParameters
+from rodless_control.laws import LAWS, law_class
 from rodless_lab.session.running_rig import CONTROLLER, PLANT, RigError
 from rodless_sim import RigParameters
 
@@ -21,14 +22,18 @@ def check_change(node: str, present: Mapping[str, object], changes: Mapping[str,
     """Raise :class:`RigError` where ``node``, whose values are ``present``, refuses ``changes``.
 
     Nothing is sent. A node that is not of this package judges for itself, and so does each on what
-    depends on its state.
+    depends on its state, or on what it would have with another law.
     """
-    kind = _set_of(node, present)
+    kind = _set_of(node, {**present, **changes})
+    law = str(changes.get("controller.law"))
+    if law in LAWS and law != present.get("controller.law"):
+        # Compiled here, and kept on the disk, it keeps the controller waiting for a moment only.
+        law_class(law)()
     if kind is None or not kind.DECLARATIONS.keys() <= present.keys():
         return
     ours = {name: value for name, value in changes.items() if not is_of_rclpy(name)}
     for name in ours:
-        if kind.DECLARATIONS[name].fixed:
+        if name in kind.DECLARATIONS and kind.DECLARATIONS[name].fixed:
             raise RigError(f"{node}: {name}: cannot change while the node runs; start it anew")
     try:
         kind({name: present[name] for name in kind.DECLARATIONS} | ours)
@@ -36,13 +41,13 @@ def check_change(node: str, present: Mapping[str, object], changes: Mapping[str,
         raise RigError(f"{node}: {error}; nothing has changed") from error
 
 
-def _set_of(node: str, present: Mapping[str, object]) -> type[ParameterSet] | None:
+def _set_of(node: str, values: Mapping[str, object]) -> type[ParameterSet] | None:
     """Return the class of the node's parameters, None where it is not known here."""
     if node == PLANT:
         return RigParameters
     assert node == CONTROLLER
     try:
-        return ControllerParameters.for_law(str(present.get("controller.law")))
+        return ControllerParameters.for_law(str(values.get("controller.law")))
     except ParameterError:
         # A law that only the node's own environment has.
         return None

@@ -8,11 +8,20 @@
 
 """What a user's parameter file gives to the nodes of a rig."""
 
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
 
-from rodless_base.parameter_file import parameters_for, section_names
-from rodless_base.parameters import errors_of_file
+from rodless_base.parameter_file import (
+    is_of_rclpy,
+    parameters_for,
+    read_parameter_file,
+    section_names,
+)
+from rodless_base.parameters import ParameterSet, errors_of_file
 from rodless_control import ControllerParameters
+from rodless_control.controller_parameters import DEFAULT_LAW
+from rodless_control.laws import LAWS
 from rodless_sim import RigParameters
 
 
@@ -34,3 +43,33 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
                 f"has {', '.join(section_names(path))}"
             )
     return found
+
+
+def check_together(
+    path: Path,
+    preset: Path,
+    of_file: Mapping[str, Mapping[str, object]],
+    on_top: Mapping[str, Mapping[str, object]],
+) -> None:
+    """Raise ParameterError where a node would refuse the preset with the values on it, by node.
+
+    ``path`` is the file that gives ``of_file``; the nodes are those of ``on_top``. A law of the
+    user's own is left to its node, which may find it where this process does not.
+    """
+    with errors_of_file(path), warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # the node says them
+        for kind in (RigParameters, ControllerParameters):
+            if kind.NODE not in on_top:
+                continue
+            given = read_parameter_file(preset, kind.NODE, kind.foreign)
+            given |= {**of_file[kind.NODE], **on_top[kind.NODE]}
+            _check({name: value for name, value in given.items() if not is_of_rclpy(name)}, kind)
+
+
+def _check(values: Mapping[str, object], kind: type[ParameterSet]) -> None:
+    if kind is ControllerParameters:
+        law = values.get("controller.law", DEFAULT_LAW)
+        if law not in LAWS and ":" in str(law):
+            return
+        kind = ControllerParameters.for_law(str(law))
+    kind(kind.own(values))

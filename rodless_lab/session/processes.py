@@ -135,9 +135,13 @@ class ProcessPlan:
         files = [preset_file(self.preset)]
         if self.parameter_file:
             # Here, because launch files load this module and need no compiler.
-            from rodless_lab.session.file_parameters import own_parameters  # noqa: PLC0415
+            from rodless_lab.session.file_parameters import (  # noqa: PLC0415
+                check_together,
+                own_parameters,
+            )
 
             values = own_parameters(self.parameter_file, self.namespace)
+            check_together(self.parameter_file, files[0], values, given)
             files.append(write_parameters(folder / "of_file.yaml", values))
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))

@@ -142,11 +142,14 @@ class RunningRig(Closing):
             advice = f"there is one in {', '.join(elsewhere)}: use --namespace"
         elif self.is_known(other):
             advice = (
-                f"the {other} is there, so it was not started, has ended or is frozen; or choose "
-                "another --namespace"
+                f"the {other} is there, so it was not started, compiles still, has ended or is "
+                "frozen; or choose another --namespace"
             )
         else:
-            advice = "start a rig with rodless rig, or choose its ROS_DOMAIN_ID and --namespace"
+            advice = (
+                "start a rig with rodless rig, whose first start compiles for a minute or more, or "
+                "choose its ROS_DOMAIN_ID and --namespace"
+            )
         domain = self.observer.context.get_domain_id()
         return (
             f"no {node} in namespace {self.namespace} of ROS domain {domain} within "

@@ -35,6 +35,9 @@ from rodless_lab.session.running_rig import (
 LAW_FAILURES = "failures of the law"
 REPORT_TIMEOUT = 5.0
 
+# For a controller to load another law, in wall-clock s.
+LAW_TIMEOUT = 30.0
+
 
 @dataclass(frozen=True)
 class Change:
@@ -70,6 +73,8 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
     for node, share in values.items():
         check_change(node, old[node], share)
     rig.check_alone()
+    if "controller.law" in given:
+        timeout = max(timeout, LAW_TIMEOUT)
     with rig.uninterrupted():
         _set_all(rig, values, old, timeout)
     return [

@@ -15,7 +15,7 @@ from nicegui import ui
 
 from rodless_lab.view.requests import Requests
 from rodless_lab.view.state import CONTROLLER, PLANT
-from rodless_lab.view.widgets import attempt, button, complain, tag
+from rodless_lab.view.widgets import attempt, button, complain, tag, tell
 
 # Of simulated time at a click on Step, in periods.
 STEPS = {"Step": 1, "Step ×10": 10}
@@ -96,10 +96,10 @@ class Run:
             return
         stop = self._requests.stop_recording()
 
-        async def tell() -> None:
-            ui.notify(await stop, type="positive", position="bottom-left")
+        async def done() -> None:
+            tell(await stop)
 
-        await attempt(tell())
+        await attempt(done())
 
     def refresh(self) -> None:
         """Show what can be done now."""

@@ -8,10 +8,13 @@
 
 """Which parameters pages offer, in which groups; another panel is another entry.
 
-A field is shown where a running node has its parameter.
+A field is shown where a running node has its parameter: of the laws, that of the one in force.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from rodless_control.laws import LAWS
 
 
 @dataclass(frozen=True)
@@ -37,22 +40,53 @@ class Field:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """One of several values, each with what the page calls it."""
+
+    name: str
+    label: str
+    options: Mapping[str, str] | Mapping[bool, str]
+
+
+@dataclass(frozen=True)
 class Panel:
     """A group of fields under a title."""
 
     title: str
-    fields: tuple[Field, ...]
+    fields: tuple[Field | Choice, ...]
     is_open: bool = False  # from the start
+
+
+LAW = "controller.law"
+
+
+def _sensor(name: str, label: str) -> Choice:
+    states = {"works": "works", "frozen": "frozen", "gone": "gone: reads nothing"}
+    return Choice(f"fault.{name}.sensor", label, states)
 
 
 PANELS = (
     Panel(
-        "PID",
+        "Control law",
         (
+            Choice(LAW, "Law", {law: law.replace("_", " ") for law in LAWS} | {"pid": "PID"}),
             Field("controller.kp", "Proportional", "V/m", 0.0, 2000.0, 10.0),
             Field("controller.ki", "Integral", "V/(m·s)", 0.0, 500.0, 5.0),
             Field("controller.kd", "Derivative", "V·s/m", 0.0, 200.0, 1.0),
             Field("controller.feedforward", "Feed-forward", "V·s/m", 0.0, 200.0, 1.0),
+            Field("state_feedback.position_gain", "Position", "V/m", 0.0, 10000.0, 10.0),
+            Field("state_feedback.velocity_gain", "Velocity", "V·s/m", 0.0, 300.0, 1.0),
+            Field("state_feedback.integral_gain", "Integral", "V/(m·s)", 0.0, 500.0, 1.0),
+            Field("state_feedback.pressure_damping", "Pressure", "V/MPa", 0.0, 10.0, 0.05, 1e-6),
+            Field("cascade.position_gain", "Position", "1/s²", 0.0, 20000.0, 10.0),
+            Field("cascade.velocity_gain", "Velocity", "1/s", 0.0, 500.0, 1.0),
+            Field("cascade.force_gain", "Force", "1/s", 0.0, 500.0, 1.0),
+            Field("cascade.rejection", "Disturbance rejected", "%", 0.0, 100.0, 1.0, 1e-2),
+            Field("sliding_mode.surface_bandwidth", "Surface", "rad/s", 1.0, 200.0, 1.0),
+            Field("sliding_mode.reaching_voltage", "Reaching", "V", 0.0, 10.0, 0.1),
+            Field("sliding_mode.boundary_layer", "Boundary layer", "mm", 0.01, 10.0, 0.01, 1e-3),
+            Field("adrc.bandwidth", "Bandwidth", "rad/s", 1.0, 200.0, 0.1),
+            Field("adrc.input_gain", "Input gain", "m/(s²·V)", 0.1, 100.0, 0.01),
         ),
         is_open=True,
     ),
@@ -78,6 +112,17 @@ PANELS = (
     Panel(
         "Faults",
         (
+            Choice(
+                "fault.valve.spool",
+                "Spool",
+                {"free": "free", "stuck": "stuck where it is", "stuck_at": "stuck at this voltage"},
+            ),
+            Field("fault.valve.stuck_voltage", "Stuck at", "V", 0.0, 10.0, 0.05),
+            Choice("fault.carriage.seized", "Carriage", {False: "free", True: "seized"}),
+            _sensor("position", "Position sensor"),
+            _sensor("pressure_a", "Sensor of chamber A"),
+            _sensor("pressure_b", "Sensor of chamber B"),
+            _sensor("supply_pressure", "Sensor of the supply"),
             Field("fault.valve.offset", "Valve offset", "V", -2.0, 2.0, 0.05),
             Field("fault.supply.loss", "Supply lost", "%", 0.0, 100.0, 1.0, 1e-2),
             Field("fault.piston.leak", "Leak across the piston", "mm²", 0.0, 10.0, 0.1, 1e-6),

@@ -122,9 +122,14 @@ export default {
       });
     },
     aim(target, last) {
-      const now = performance.now();
-      if (!last && now - this.sent < TARGET_PERIOD) return;
-      this.sent = now;
+      clearTimeout(this.pending);
+      const rest = last ? 0 : this.sent + TARGET_PERIOD - performance.now();
+      if (rest > 0) {
+        // Whoever holds the target still has it there, too.
+        this.pending = setTimeout(() => this.aim(target, true), rest);
+        return;
+      }
+      this.sent = performance.now();
       this.$emit("target", target);
     },
   },

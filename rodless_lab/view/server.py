@@ -9,6 +9,7 @@
 """The server of the pages, in a thread of its own; it answers its own pages only."""
 
 import asyncio
+import logging
 import socket
 import threading
 from collections.abc import Callable
@@ -27,8 +28,9 @@ HISTORY = 200
 # For a page to come back whose connection has broken, in wall-clock s.
 RECONNECT_TIMEOUT = 30.0
 
-# For pages to be told good-bye, in wall-clock s.
+# For pages to be told good-bye, in wall-clock s; and for the server to end without.
 END_TIMEOUT = 2
+CLOSE_TIMEOUT = 30.0
 
 
 class Server(Closing):
@@ -70,8 +72,14 @@ class Server(Closing):
 
     def close(self) -> None:
         """Say good-bye to the pages and stop listening."""
+        # A page that does not answer in time is cut off, which is no error then.
+        for name in ("uvicorn.error", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         self._server.should_exit = True
         self._thread.join(2.0 * END_TIMEOUT)
+        # Left running, on a busy machine, it would still use what is gone.
+        self._server.force_exit = True
+        self._thread.join(CLOSE_TIMEOUT)
         self._socket.close()
 
 

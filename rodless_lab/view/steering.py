@@ -10,9 +10,17 @@
 
 from nicegui import ui
 
-from rodless_lab.view.panels import PANELS, REFERENCES, Panel
+from rodless_lab.view.panels import LAW, PANELS, REFERENCES, Choice, Panel
 from rodless_lab.view.requests import Requests
-from rodless_lab.view.widgets import ParameterField, attempt, button, complain, tag
+from rodless_lab.view.widgets import (
+    ChoiceField,
+    ParameterField,
+    attempt,
+    button,
+    complain,
+    tag,
+    tell,
+)
 
 _KINDS = {
     "setpoint": "Set-point: jump",
@@ -34,14 +42,7 @@ class Steering:
             with ui.expansion("Reference", value=True):
                 self._reference()
             self._panels = [self._panel(panel) for panel in PANELS]
-            ui.label().bind_text_from(self, "law").classes("view-label").props(tag("law"))
         self.refresh()
-
-    @property
-    def law(self) -> str:
-        """What controls; no node changes its law while it runs."""
-        law = self._state.parameter("controller.law")
-        return "" if law is None else f"Law: {law} (chosen when the controller starts)"
 
     def _reference(self) -> None:
         with ui.element("div").classes("view-row"):
@@ -62,16 +63,23 @@ class Steering:
         self._start = button("Start", self._begin, "start")
         self._show_shape()
 
-    def _panel(self, panel: Panel) -> tuple[ui.element, list[ParameterField]]:
+    def _panel(self, panel: Panel) -> tuple[ui.element, list[ParameterField | ChoiceField]]:
         with ui.expansion(panel.title, value=panel.is_open) as box:
-            fields = [ParameterField(one, self._state, self._set) for one in panel.fields]
+            fields = [
+                ChoiceField(one, self._state, self._set)
+                if isinstance(one, Choice)
+                else ParameterField(one, self._state, self._set)
+                for one in panel.fields
+            ]
             if any(one.name == "supply.pressure" for one in panel.fields):
                 with ui.element("div").classes("view-row"):
                     self._cut = button("Cut supply", self._toggle_supply, "supply")
         return box, fields
 
-    async def _set(self, name: str, value: float) -> None:
-        await attempt(self._requests.set({name: value}))
+    async def _set(self, name: str, value: object) -> None:
+        done = await attempt(self._requests.set({name: value}))
+        if done and name == LAW:
+            tell(f"{value} controls: it holds the carriage where it is until a set-point comes")
 
     async def _toggle_supply(self) -> None:
         await attempt(self._requests.cut_supply(not self._requests.supply_is_cut))

@@ -13,7 +13,7 @@ from collections.abc import Awaitable, Callable
 from nicegui import ui
 
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.panels import Field
+from rodless_lab.view.panels import Choice, Field
 from rodless_lab.view.state import ViewState
 
 # How long a refusal is shown, in ms.
@@ -22,7 +22,7 @@ SHOWN = 8000
 # A button that is clicked with a mouse lets the keyboard go: Space is to pause, not to click again.
 LET_GO = "(event) => event.detail && setTimeout(() => document.activeElement?.blur())"
 
-Submit = Callable[[str, float], Awaitable[None]]
+Submit = Callable[[str, object], Awaitable[None]]
 
 
 async def attempt(work: Awaitable[object]) -> bool:
@@ -38,6 +38,11 @@ async def attempt(work: Awaitable[object]) -> bool:
 def complain(text: str) -> None:
     """Show what was refused."""
     ui.notify(text, type="negative", position="bottom-left", multi_line=True, timeout=SHOWN)
+
+
+def tell(text: str) -> None:
+    """Show what was done."""
+    ui.notify(text, type="positive", position="bottom-left", multi_line=True)
 
 
 def button(text: str, click: Callable[[], object], name: str) -> ui.button:
@@ -118,3 +123,40 @@ class ParameterField:
             self._seen = shown
             self._number.set_value(shown)
             self._slider.set_value(shown)
+
+
+class ChoiceField:
+    """A list of the values that one parameter can have; it follows the node."""
+
+    def __init__(self, choice: Choice, state: ViewState, submit: Submit) -> None:
+        """Show a parameter of ``state``; ``submit(name, value)`` is called with another choice."""
+        self._choice = choice
+        self._state = state
+        self._submit = submit
+        self._asking = False
+        self._select = ui.select(dict(choice.options), label=choice.label).props(
+            f"dense outlined {tag(choice.name)}"
+        )
+        self._select.classes("w-full").on_value_change(self._chosen)
+        self.refresh()
+
+    async def _chosen(self) -> None:
+        wanted = self._select.value
+        if wanted is None or wanted == self._state.parameter(self._choice.name):
+            return
+        self._asking = True  # until there is an answer, what was chosen stands
+        try:
+            await self._submit(self._choice.name, wanted)
+        finally:
+            self._asking = False
+        self.refresh()  # whatever came of it: show what the node has
+
+    def refresh(self) -> None:
+        """Show what the node has now; nothing where no node has it."""
+        value = self._state.parameter(self._choice.name)
+        self._select.set_visibility(value is not None)
+        if not isinstance(value, str | bool) or self._asking or value == self._select.value:
+            return
+        if value not in self._select.options:  # such as a law of the user's own
+            self._select.set_options({**self._select.options, value: str(value)})
+        self._select.set_value(value)

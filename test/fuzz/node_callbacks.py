@@ -115,7 +115,8 @@ class NodeCallbacks(Target):
     def _begin(self) -> None:
         for name, node in self._nodes.items():
             values = getattr(self, f"_{name}")._parameters.values
-            changed = self._before[name].differences(values)
+            # Another law has other parameters.
+            changed = {n: v for n, v in self._before[name].items() if values.get(n) != v}
             if changed:
                 request = SetParametersAtomically.Request(
                     parameters=[

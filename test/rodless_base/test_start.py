@@ -51,6 +51,15 @@ def main(stop):
     return 7
 """
 
+COMPUTING = """
+import sys
+
+def main(stop):
+    stop.end_with(1, "interrupted")
+    print("computing", flush=True)
+    sys.stdin.readline()
+"""
+
 WITHOUT_ROS = """
 import sys
 for package in ("rclpy", "builtin_interfaces", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs",
@@ -107,6 +116,18 @@ def test_before_it_runs_a_request_ends_it_at_once(
     # Its input stays open: nothing but the signal ends the wait for a line.
     assert process.wait(TIMEOUT) == 0
     assert process.communicate() == ("", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_what_has_nothing_to_keep_ends_at_once_with_a_word(
+    start: Start, number: signal.Signals
+) -> None:
+    """With the exit code that the program has chosen."""
+    process = start(COMPUTING)
+    assert line(process) == "computing"
+    process.send_signal(number)
+    assert process.wait(TIMEOUT) == 1
+    assert process.communicate() == ("", "interrupted\n")
 
 
 @pytest.mark.parametrize("number", SIGNALS)

@@ -25,6 +25,7 @@ from rodless_lab.session.services import ask_each
 from rodless_lab.session.set_parameters import change_parameters, failed_law
 from rodless_lab.session.status import LEVELS
 from rodless_lab.view.errors import ViewError
+from rodless_lab.view.panels import LAW
 from rodless_lab.view.state import CONTROLLER, PLANT, NodeState, ViewState, number_in
 
 # For each answer of a node, in wall-clock s.
@@ -174,3 +175,5 @@ class Desk:
                     for one in (*event.new_parameters, *event.changed_parameters)
                 }
                 self._state.take_parameters(node, values)
+                if LAW in values:  # another law has parameters of its own
+                    self._stale.add(node)

@@ -54,7 +54,7 @@ def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
 ) -> None:
     """Of four each that are held back one is kept and three are lost; the reader is named."""
     monkeypatch.setattr(publish, "QUEUE_DEPTH", 1)
-    reference = controller._answers._telemetry._publishers["reference"]
+    reference = controller._answers.telemetry._publishers["reference"]
     for k in range(5):
         if k == 1:
             monkeypatch.setattr(controller._answers, "_voltage", Blocked())

@@ -214,4 +214,6 @@ def test_faults_are_made_shown_and_cleared(rodless: StartProcess) -> None:
     code, output = fault("--clear")
     assert code == 0, output
     assert "fault.carriage.seized: true → false" in output
-    assert fault("--clear") == (0, "no such fault is active\n")
+    assert fault("--clear") == (0, "no fault is active\n")
+    cleared = "not active, so nothing to clear: valve.offset\n"
+    assert fault("--clear", "valve.offset") == (0, cleared)

@@ -37,7 +37,7 @@ def test_a_silent_node_is_said_to_be_there() -> None:
             "the plant is there but has published nothing on /diagnostics within 2 s"
         )
         assert "--namespace" in rig.unreported("controller", 2.0)
-        assert "the plant is there, so it was not started, has ended or is frozen" in rig.missing(
+        assert "the plant is there, so it was not started, compiles still, has" in rig.missing(
             "controller", 2.0
         )
         assert "there is one in" not in rig.missing("plant", 2.0)

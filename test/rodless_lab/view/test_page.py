@@ -81,7 +81,7 @@ def view(rodless: "StartProcess", rig: "SessionProcesses", folder: Path) -> "Ite
     with rodless("view", "--port", "0", "--folder", str(folder)) as process:
         yield process
         process.ask_to_stop()
-        assert process.wait() == 0
+        assert process.wait(TIMEOUT) == 0
         assert "Traceback" not in process.output
 
 
@@ -147,6 +147,11 @@ class Tab:
         field = self.page.get_by_test_id(name)
         field.fill(text)
         field.press("Enter")
+
+    def choose(self, name: str, option: str) -> None:
+        """Choose from a list."""
+        self.page.locator(".q-select", has=self.page.get_by_test_id(name)).click()
+        self.page.locator(".q-menu .q-item").get_by_text(option, exact=True).click()
 
     def open(self, panel: str) -> None:
         """Open a panel that is closed."""
@@ -295,6 +300,37 @@ def test_gains_that_are_changed_are_the_nodes(tab: Tab, observer: "Observer") ->
     tab.page.get_by_text("controller.kp: -5.0 refused").first.wait_for()
     tab.wait(f"{field} === '650'")
     assert gain() == 650.0
+
+
+def test_another_law_is_chosen_and_has_its_own_gains(tab: Tab, observer: "Observer") -> None:
+    """The node has it, its fields come and those of the PID go; and back again."""
+
+    def law() -> object:
+        return observer.get_parameters("controller", ["controller.law"])["controller.law"]
+
+    tab.choose("controller.law", "adrc")
+    observer.wait(lambda: law() == "adrc", "the law", TIMEOUT)
+    tab.page.get_by_test_id("adrc.bandwidth").wait_for()
+    tab.page.get_by_test_id("controller.kp").wait_for(state="hidden")
+    tab.fill("set-point", "90")
+    tab.wait_position(89.0, 91.0)
+    tab.choose("controller.law", "PID")
+    observer.wait(lambda: law() == "pid", "the law", TIMEOUT)
+    tab.page.get_by_test_id("controller.kp").wait_for()
+    assert tab.errors == []
+
+
+def test_a_fault_is_chosen_from_a_list(tab: Tab, observer: "Observer") -> None:
+    """The plant has it, and is rid of it again."""
+
+    def spool() -> object:
+        return observer.get_parameters("plant", ["fault.valve.spool"])["fault.valve.spool"]
+
+    tab.open("Faults")
+    tab.choose("fault.valve.spool", "stuck where it is")
+    observer.wait(lambda: spool() == "stuck", "the fault", TIMEOUT)
+    tab.choose("fault.valve.spool", "free")
+    observer.wait(lambda: spool() == "free", "the end of the fault", TIMEOUT)
 
 
 def test_the_supply_can_be_cut(tab: Tab, observer: "Observer") -> None:

@@ -11,12 +11,17 @@
 import pytest
 
 from rodless_control import ControllerParameters
-from rodless_lab.view.panels import PANELS, REFERENCES, Field
+from rodless_control.laws import LAWS, law_class
+from rodless_lab.view.panels import LAW, PANELS, REFERENCES, Choice, Field
 from rodless_sim import RigParameters
 
 DECLARED = {**RigParameters.DECLARATIONS, **ControllerParameters.DECLARATIONS}
-FIELDS = [field for panel in PANELS for field in panel.fields]
+for law in LAWS:
+    DECLARED |= law_class(law).PARAMETERS
+OFFERED = [field for panel in PANELS for field in panel.fields]
+FIELDS = [field for field in OFFERED if isinstance(field, Field)]
 FIELDS += [field for fields in REFERENCES.values() for field in fields]
+CHOICES = [field for field in OFFERED if isinstance(field, Choice)]
 
 
 @pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
@@ -34,3 +39,18 @@ def test_what_is_shown_is_what_is_set(field: Field) -> None:
     """A value read back is the value that was entered."""
     middle = round(0.5 * (field.low + field.high), 3)
     assert field.shown(field.own(middle)) == middle
+
+
+@pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
+def test_a_list_has_what_its_parameter_can_be(choice: Choice) -> None:
+    """Each entry is a value that the node takes, and none is left out."""
+    declared = DECLARED[choice.name]
+    assert [declared.check(value) for value in choice.options] == list(choice.options)
+    possible = set(LAWS) if choice.name == LAW else set(declared.choices) or {False, True}
+    assert set(choice.options) == possible
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_each_law_has_something_to_set(law: str) -> None:
+    """Of a law of the package the page shows more than its name."""
+    assert law_class(law).PARAMETERS.keys() & {field.name for field in FIELDS}

@@ -1,0 +1,247 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+"""Another law for a controller that runs: it starts anew, and what is refused changes nothing."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from rclpy.exceptions import ParameterNotDeclaredException
+from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import FluidPressure, JointState
+
+from rodless_base.measurement import Measurement
+from rodless_base.parameters import ParameterError
+from rodless_base.ros.cdr import pack_float64
+from rodless_base.ros.message_info import delivered_now
+from rodless_base.ros.topics import set_stamp
+from rodless_control import ControllerParameters, ReferencePoint
+from rodless_control.laws import law_class
+from rodless_control.node.controller_node import ControllerNode
+from rodless_control.node.law_parameters import LawChoice
+from rodless_lab.harness import RigSession
+from rodless_lab.session.observer import Observer
+from rodless_sim.instruments.instruments import DATA_SHEET
+
+pytestmark = pytest.mark.ros
+
+LAW = "controller.law"
+NEUTRAL = 5.08
+PRESSURES = {"pressure_a": 3.5e5, "pressure_b": 3.6e5, "supply_pressure": 6.2e5}
+
+# What the node is given at its start, to the PID and to another law.
+GIVEN = {"controller.kp": 700.0, "sliding_mode.boundary_layer": 1.5e-3}
+
+# For a law to be loaded on a busy machine, in wall-clock s.
+TIMEOUT = 60.0
+
+
+class Bench:
+    """A controller in this process that nothing spins, and the commands it sends."""
+
+    def __init__(self, controller: ControllerNode) -> None:
+        self.controller = controller
+        self.commands: list[bytes] = []
+        outbox = controller._answers._outbox
+        outbox.send = lambda _publisher, message: self.commands.append(message)
+
+    def change(self, changes: dict[str, Any]) -> str | None:
+        """Set parameters as one change, as the service does; return why not, if it is refused."""
+        wanted = [Parameter(name, value=value) for name, value in changes.items()]
+        try:
+            result = self.controller.node.set_parameters_atomically(wanted)
+        except ParameterNotDeclaredException as error:
+            return str(error)
+        return None if result.successful else str(result.reason)
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """What the node shows."""
+        node = self.controller.node
+        names = node.list_parameters([], 0).names
+        return {one.name: one.value for one in node.get_parameters(names)}
+
+    @property
+    def topics(self) -> set[str]:
+        """What the node publishes below its name."""
+        own = "/changing/controller/"
+        names = {publisher.topic_name for publisher in self.controller.node.publishers}
+        return {name.removeprefix(own) for name in names if name.startswith(own)}
+
+    def take(self, measurement: Measurement) -> None:
+        """Give a whole measurement."""
+        self.controller._take_sample(measurement, delivered_now(1))
+
+    def take_position(self, stamp: int, position: float) -> None:
+        """Give a message with the carriage's position."""
+        message = JointState(name=["carriage"], position=[position])
+        set_stamp(message.header.stamp, stamp)
+        self.controller._inputs._take_joint(serialize_message(message), delivered_now(1))
+
+    def take_pressures(self, stamp: int) -> None:
+        """Give a message with each pressure."""
+        for field, value in PRESSURES.items():
+            message = FluidPressure(fluid_pressure=value)
+            set_stamp(message.header.stamp, stamp)
+            taker = self.controller._inputs._pressure_taker(field)
+            taker((serialize_message(message), delivered_now(1)))
+
+
+@pytest.fixture
+def bench(observer: Observer) -> Iterator[Bench]:
+    """Return a controller with the PID, which has begun to take positions."""
+    given = [Parameter(name, value=value) for name, value in GIVEN.items()]
+    controller = ControllerNode(
+        context=observer.context, namespace="/changing", parameter_overrides=given
+    )
+    controller._inputs.subscribe()
+    yield Bench(controller)
+    controller.node.destroy_node()
+
+
+def test_a_law_has_its_own_parameters_and_topics(bench: Bench) -> None:
+    """Given with the law, given at the start, or default; the PID finds its gain as it was."""
+    assert bench.change({"controller.kd": 50.0}) is None
+    assert bench.change({LAW: "state_feedback", "state_feedback.velocity_gain": 60.0}) is None
+    now = bench.parameters
+    assert now[LAW] == "state_feedback"
+    assert now["state_feedback.velocity_gain"] == 60.0
+    assert not law_class("pid").PARAMETERS.keys() & now.keys()
+    assert law_class("state_feedback").PARAMETERS.keys() <= now.keys()
+    assert bench.topics == {"reference", *law_class("state_feedback").TERMS}
+    assert bench.change({LAW: "sliding_mode"}) is None
+    assert bench.parameters["sliding_mode.boundary_layer"] == 1.5e-3
+    assert bench.change({LAW: "pid"}) is None
+    now = bench.parameters
+    assert (now["controller.kp"], now["controller.kd"]) == (700.0, 50.0)
+    assert bench.topics == {"reference", *law_class("pid").TERMS}
+    assert bench.change({"controller.kp": 800.0}) is None
+    assert bench.controller._loop.law.parameters["controller.kp"] == 800.0
+
+
+def test_another_law_starts_as_after_a_reset(bench: Bench) -> None:
+    """It holds the carriage where it is, by commands that are those of the law in Python."""
+    bench.controller._loop.setpoints.receive(0.09)
+    positions = 0.05 + 1e-4 * np.sin(np.arange(50))
+    for k, position in enumerate(positions[:20]):
+        bench.take(Measurement(k * 1_000_000, float(position)))
+    bench.commands.clear()
+    assert bench.change({LAW: "adrc"}) is None
+    # Loading a law takes a while: what the valve is left with closes it.
+    assert bench.commands == [pack_float64(NEUTRAL)]
+    law, held = law_class("adrc")(), ReferencePoint(float(positions[20]))
+    for k, position in enumerate(positions[20:], 20):
+        measurement = Measurement(k * 1_000_000, float(position))
+        bench.take(measurement)
+        expected: Any = law.update(measurement, held, 1e-3 if k > 20 else 0.0)
+        assert bench.commands[-1] == pack_float64(expected.voltage), k
+    assert len(set(bench.commands)) > 10
+
+
+def test_in_lock_step_nobody_has_asked_for_a_command(bench: Bench) -> None:
+    """A lock-step plant counts commands: one between two samples is one too many."""
+    assert bench.change({"use_sim_time": True}) is None
+    assert bench.change({LAW: "adrc"}) is None
+    assert bench.commands == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({LAW: "os:path"}, "controller.law: 'os:path' refused, must be pid, state_feedback, "),
+        ({LAW: 5}, "controller.law: 5 refused, must be pid, "),
+        ({LAW: "adrc", "adrc.bandwidth": -1.0}, "adrc.bandwidth: -1.0 refused, must be from 1"),
+        ({LAW: "adrc", "adrc.band": 20.0}, "adrc.band: no such parameter"),
+        ({LAW: "adrc", "controller.kp": 20.0}, "controller.kp: no such parameter"),
+        ({LAW: "adrc", "controller.recorders": 5}, "controller.recorders: read-only"),
+        ({LAW: "adrc", "reference.minimum": 1.0}, "reference.minimum: 1 m refused"),
+        ({"adrc.bandwidth": 20.0}, "adrc.bandwidth: no such parameter"),
+    ],
+)
+def test_what_is_refused_changes_nothing(
+    bench: Bench, changes: dict[str, Any], reason: str
+) -> None:
+    """Parameters, topics and the law that controls are as before, and it goes on."""
+    bench.take(Measurement(0, 0.05))
+    before, topics, law = bench.parameters, bench.topics, bench.controller._loop.law
+    refusal = bench.change(changes)
+    assert refusal is not None
+    assert refusal.startswith(reason)
+    assert (bench.parameters, bench.topics) == (before, topics)
+    assert bench.controller._loop.law is law
+    assert len(bench.commands) == 1
+
+
+def test_until_pressures_come_positions_are_answered_by_a_closed_valve(bench: Bench) -> None:
+    """One command to each position, whatever comes late; then the law's, of whole samples."""
+    assert bench.change({LAW: "state_feedback"}) is None
+    bench.commands.clear()
+    bench.take_position(1, 0.05)
+    assert bench.commands == [pack_float64(NEUTRAL)]
+    bench.take_pressures(1)  # that position has been answered
+    assert len(bench.commands) == 1
+    bench.take_pressures(2)
+    bench.take_position(2, 0.05)
+    assert len(bench.commands) == 2
+    assert bench.controller._loop.law.memory is not None
+    bench.take_position(3, 0.05)
+    assert len(bench.commands) == 2
+    bench.take_pressures(3)
+    assert len(bench.commands) == 3
+    assert bench.controller._inputs.incomplete == 0
+    assert bench.change({LAW: "pid"}) is None
+    bench.take_position(4, 0.05)
+    assert len(bench.commands) == 5  # one by the change
+
+
+def test_a_law_of_the_users_own_is_imported_at_the_start_alone() -> None:
+    """No message makes a node import a module; the law it was started with can come back."""
+    own = "rodless_control.laws.adrc:Adrc"
+    choice = LawChoice({LAW: own, "adrc.bandwidth": 20.0}, own)
+    values = ControllerParameters.for_law(own)({"adrc.bandwidth": 20.0})
+    pid = choice.next(values, {LAW: "pid"})
+    assert pid is not None
+    back = choice.next(pid, {LAW: own})
+    assert back is not None
+    assert (pid[LAW], back[LAW], back["adrc.bandwidth"]) == ("pid", own, 20.0)
+    assert choice.next(pid, {LAW: "pid", "controller.kp": 5.0}) is None
+    with pytest.raises(ParameterError, match="start it with another law"):
+        LawChoice({}, "pid").next(pid, {LAW: own})
+
+
+def test_a_law_with_pressures_begins_in_lock_step_with_those_of_its_sample() -> None:
+    """The PID reads none, so they are subscribed to on the way: the valve is closed until then.
+
+    From there on each command is that of the law in Python, for what was read, bit for bit.
+    """
+    plant = {**DATA_SHEET, "cylinder.initial_position": 0.02}
+    with RigSession("lockstep", plant=plant) as rig:
+        rig.run_until(0.2)
+        rig.set_parameters("controller", {LAW: "state_feedback"})
+        asked = len(rig.samples()) - 1
+
+        def controls() -> bool:
+            # How long the middleware takes to match the pressures is not known in plant time.
+            rig.run_until(float(rig.samples().time[-1]) + 0.5)
+            return bool(np.any(rig.samples().voltage[asked + 1 : -1] != NEUTRAL))
+
+        rig.wait_until(controls, "the law", TIMEOUT)
+        rig.run_until(float(rig.samples().time[-1]) + 0.2)
+        run = rig.samples()
+        assert not rig.counter("controller", "samples without all pressures") > 0.0
+    first = asked + 1 + int(np.argmax(run.voltage[asked + 1 :] != NEUTRAL))
+    law, reference = law_class("state_feedback")(), ReferencePoint(float(run.position[first]))
+    for k in range(first, len(run) - 1):
+        interval = 1e-3 if k > first else 0.0
+        read = (run.position[k], run.pressure_a[k], run.pressure_b[k], run.supply_pressure[k])
+        measurement = Measurement(round(run.time[k] * 1e9), *map(float, read))
+        command: Any = law.update(measurement, reference, interval)
+        assert run.voltage[k] == command.voltage, k
+    assert len(run) - first > 100
