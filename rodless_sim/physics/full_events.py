@@ -19,6 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import kernel
+from rodless_sim.physics.bristles import Bristles
+from rodless_sim.physics.coupling import Coupling
 from rodless_sim.physics.end_stop import rebound
 from rodless_sim.physics.full_numbers import (
     COMPRESSOR,
@@ -91,7 +93,7 @@ def limits(plant: Plant, body: Body, locked: bool) -> Limits:
 @kernel
 def push_at_rest(plant: Plant, body: Body) -> float:
     """Push in N on a body at rest, less what its bristles hold."""
-    bristles = plant.full.bristles
+    bristles: Bristles = plant.full.bristles
     if bristles.acting:
         return body.push - body.share * bristles.stiffness * body.bristle_deflection
     return body.push
@@ -151,7 +153,7 @@ def cap_margin(plant: Plant, body: Body, mode: int) -> float:
 @kernel
 def coupling_margin(plant: Plant, state: FullMotion) -> float:
     """Return the margin of the magnets: until they part, or until they catch."""
-    coupling = plant.full.coupling
+    coupling: Coupling = plant.full.coupling
     if coupling.broken:
         return math.inf
     lag = abs(state.piston_position - state.position)

@@ -12,7 +12,7 @@ Where no magnets join them, piston and carriage are one body, the carriage, with
 all the friction; the piston's states follow it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rodless_base.kernels import kernel, kernel_by_type, version_for
 from rodless_sim.physics import equations, faults
@@ -193,7 +193,11 @@ def body_rates(plant: Plant, body: Body, mode: int) -> BodyRates:
 
 @kernel
 def air_rates(
-    plant: Plant, flows: NetInflows, state: FullMotion, position: float, velocity: float
+    plant: Plant,
+    flows: Any,  # NetInflows
+    state: FullMotion,
+    position: float,
+    velocity: float,
 ) -> tuple[float, float, float, float]:
     """Return dP/dt (Pa/s) of both chambers and dT/dt (K/s), the piston moving as told."""
     air, cylinder, heat = plant.air, plant.cylinder, plant.heat
