@@ -88,7 +88,7 @@ class Tubes(NamedTuple):
     """What is in the tubes."""
 
     history: Array  # (rows, COLUMNS)
-    count: int  # rows in use
+    rows: int  # in use
     last: int  # of the rows not later than the delay ago
     a: End
     b: End
@@ -251,7 +251,7 @@ def row_at(tubes: Tubes, time: float, from_before: bool) -> int:
     """
     near = -SAME if from_before else SAME
     row = tubes.last
-    while row + 2 < tubes.count and tubes.history[row + 1, TIME] <= time + near:
+    while row + 2 < tubes.rows and tubes.history[row + 1, TIME] <= time + near:
         row += 1
     return row
 
@@ -260,7 +260,7 @@ def row_at(tubes: Tubes, time: float, from_before: bool) -> int:
 def next_jump(tubes: Tubes, time: float) -> float:
     """Return the next instant (s) after ``time`` at which a flow into a tube has jumped."""
     history = tubes.history
-    for row in range(tubes.last + 1, tubes.count):
+    for row in range(tubes.last + 1, tubes.rows):
         jumps = (
             history[row, A + 1] != history[row, A + 2] or history[row, B + 1] != history[row, B + 2]
         )
@@ -272,7 +272,7 @@ def next_jump(tubes: Tubes, time: float) -> float:
 @outlined_kernel
 def with_room(tubes: Tubes) -> Tubes:
     """Return the same history with room for one more row: without what has arrived, or longer."""
-    history, last, count = tubes.history, tubes.last, tubes.count
+    history, last, count = tubes.history, tubes.last, tubes.rows
     kept = count - last
     if 2 * kept > history.shape[0]:
         longer = np.empty((2 * history.shape[0], COLUMNS))
@@ -286,10 +286,10 @@ def with_room(tubes: Tubes) -> Tubes:
 @kernel
 def noted(tubes: Tubes, time: float, a: End, b: End) -> Tubes:
     """Return the history with what has passed the valve up to ``time`` (s)."""
-    if tubes.count == tubes.history.shape[0]:
+    if tubes.rows == tubes.history.shape[0]:
         tubes = with_room(tubes)
-    row = tubes.history[tubes.count]
+    row = tubes.history[tubes.rows]
     row[TIME] = time
     row[A], row[A + 1], row[A + 2] = a.mass, a.flow, a.flow
     row[B], row[B + 1], row[B + 2] = b.mass, b.flow, b.flow
-    return Tubes(tubes.history, tubes.count + 1, tubes.last, a, b)
+    return Tubes(tubes.history, tubes.rows + 1, tubes.last, a, b)

@@ -169,8 +169,8 @@ def compressor_margin(plant: Plant, state: FullMotion) -> float:
     if not supply.compressor:
         return math.inf
     if state.compressor > 0.5:
-        return (supply.switch_off - state.receiver_pressure) / NEWTON_PRESSURE
-    return (state.receiver_pressure - supply.switch_on) / NEWTON_PRESSURE
+        return float(supply.switch_off - state.receiver_pressure) / NEWTON_PRESSURE
+    return float(state.receiver_pressure - supply.switch_on) / NEWTON_PRESSURE
 
 
 @kernel

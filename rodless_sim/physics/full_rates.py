@@ -85,7 +85,8 @@ def source_pressure(plant: Plant, state: FullMotion) -> float:
         return plant.supply_pressure
     lost = supply.loss * (state.receiver_pressure - plant.ambient_pressure)
     # A ripple, which is in the plant's pressure, is that of the compressor, too.
-    return state.receiver_pressure - lost + plant.supply_pressure - supply.set_pressure
+    ripple = plant.supply_pressure - supply.set_pressure
+    return float(state.receiver_pressure - lost + ripple)
 
 
 @kernel_by_type

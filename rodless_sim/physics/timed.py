@@ -137,9 +137,9 @@ def tubes_opened(
 def _tubes_opened(plant: Plant, tubes: Tubes, supply: float, lands: Lands) -> Tubes:
     now = supplied(plant, supply)
     a, b = opened(now, lands, False, tubes.a), opened(now, lands, True, tubes.b)
-    row = tubes.history[tubes.count - 1]
+    row = tubes.history[tubes.rows - 1]
     row[A + 2], row[B + 2] = a.flow, b.flow
-    return Tubes(tubes.history, tubes.count, tubes.last, a, b)
+    return Tubes(tubes.history, tubes.rows, tubes.last, a, b)
 
 
 @kernel_by_type
@@ -150,7 +150,7 @@ def horizon(plant: Plant, tubes: tuple[()], time: float) -> float:  # noqa: ARG0
 
 @version_for(Tubes, horizon)
 def _horizon(plant: Plant, tubes: Tubes, time: float) -> float:
-    delay = plant.tubes.delay
+    delay: float = plant.tubes.delay
     return min(delay, next_jump(tubes, time - delay) + delay - time)
 
 
@@ -194,7 +194,7 @@ def within(
     valve: AnyCourse,
     step: float,
     share: float,
-) -> Lands:
+) -> Any:
     """Return what lets air into the chambers at a share of a step: the valve's openings."""
     return lands_at(plant, valve, share * step)
 
@@ -216,7 +216,7 @@ def let_in(
     tubes: tuple[()],  # noqa: ARG001
     valve: AnyCourse,
     time: float,  # noqa: ARG001
-) -> Lands | Arriving:
+) -> Any:
     """Return what lets air into the chambers at ``time``."""
     return lands_at(plant, valve, 0.0)
 
@@ -319,7 +319,7 @@ def fed(plant: Plant, tubes: Tubes, course: Timed, step: float, after: AnyMotion
         b = filled(now, then, middle, last, True, tubes.b, level, stiff, length)
         tubes = noted(tubes, time + step if part + 1 == parts else time + late * step, a, b)
     since = time + step - plant.tubes.delay
-    return Tubes(tubes.history, tubes.count, row_at(tubes, since, False), tubes.a, tubes.b)
+    return Tubes(tubes.history, tubes.rows, row_at(tubes, since, False), tubes.a, tubes.b)
 
 
 @kernel_by_type
@@ -347,7 +347,8 @@ def pressures_change(plant: Plant, state: AnyMotion, a: float, b: float) -> tupl
 @version_for(FullMotion, pressures_change)
 def _pressures_change(plant: Plant, state: FullMotion, a: float, b: float) -> tuple[float, float]:
     position, velocity = piston_of(plant, state)
-    rates_of_air = air_rates(plant, arrived(plant, state, a, b), state, position, velocity)
+    flows = warm_arrived(plant, state, a, b)
+    rates_of_air = air_rates(plant, flows, state, position, velocity)
     return rates_of_air[0], rates_of_air[1]
 
 
