@@ -167,8 +167,8 @@ class FrictionResult:
             "The carriage is never quite uniform: as it travels, one chamber grows and the other "
             "shrinks, and the speed drifts by a few per cent per centimetre. A part counts as "
             "uniform where speed stays within 5 % of its mean; m·dv/dt is added to eq. (30).",
-            "`calibrated` stays where it is at 5.24 V: of 160 mV of opening the play of its spool takes "
-            "20, and what is left does not press as hard as F_s.",
+            "`calibrated` stays where it is at 5.24 V: of 160 mV of opening the play of its spool "
+            "takes 20, and what is left does not press as hard as F_s.",
             "The intervals with the sensors of Table 1 hold their noise and the 0.5 % of full "
             "scale by which each pressure transmitter may be biased: it moves F_s and F_c of both "
             "directions by one force, which the second picture shows.",
@@ -177,8 +177,8 @@ class FrictionResult:
 
 # mm/s: another program of the same equations gave +0.6, +7 and -27 (paper); flow and friction in
 # balance at mid-stroke, solved apart, give +4.4 and -32.4 (calibrated, the spool 20 mV nearer to
-# closed than the command). Stick-slip and the choice of stretch leave a quarter open; the sign is the
-# point.
+# closed than the command). Stick-slip and the choice of stretch leave a quarter open; the sign is
+# the point.
 OTHERS_SPEEDS = {
     "paper": ("another program of these equations", {5.24: 0.6, 5.4: 7.0, 4.395: -27.0}),
     "calibrated": ("flow and friction in balance", {5.24: 0.0, 5.4: 4.4, 4.395: -32.4}),
