@@ -126,9 +126,12 @@ class Steering:
             self._seen = known
             self._kind.set_value(known)
             self._show_shape()
-        for _box, fields in (*self._shapes.values(), *self._panels):
-            for one in fields:
-                one.refresh()
+        for _box, numbers in self._shapes.values():
+            for number in numbers:
+                number.refresh()
+        for _box, fields in self._panels:
+            for field in fields:
+                field.refresh()
         for (box, _fields), panel in zip(self._panels, PANELS, strict=True):
             known_here = any(self._state.parameter(one.name) is not None for one in panel.fields)
             box.set_visibility(known_here)

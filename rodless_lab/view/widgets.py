@@ -158,5 +158,5 @@ class ChoiceField:
         if not isinstance(value, str | bool) or self._asking or value == self._select.value:
             return
         if value not in self._select.options:  # such as a law of the user's own
-            self._select.set_options({**self._select.options, value: str(value)})
+            self._select.set_options({**self._choice.options, value: str(value)})
         self._select.set_value(value)

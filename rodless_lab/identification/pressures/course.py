@@ -40,7 +40,7 @@ def smoothed(position: Array, period: float) -> Array:
     noise = position_noise(position)
     if float(np.ptp(position)) < 12.0 * noise:
         return np.full(position.shape, position.mean())
-    found = position.copy()
+    found: Array = position.copy()
     low, high = position - CHANCE * noise, position + CHANCE * noise
     for width in _widths(len(position), period):
         smooth = np.asarray(savgol_filter(position, width, 2))
