@@ -188,12 +188,16 @@ def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
 def full_motion(plant: Plant, motion: AnyMotion) -> FullMotion:
     """Return ``motion`` with the states of all options: those it has not had begin at rest."""
     if not isinstance(motion, FullMotion):
-        warmth = [plant.air.temperature] * len(TEMPERATURES)
+        warm_a = warm_b = plant.air.temperature
         if isinstance(motion, HeatedMotion):
-            warmth = [motion.temperature_a, motion.temperature_b]
+            warm_a, warm_b = motion.temperature_a, motion.temperature_b
         motion = FullMotion(
-            *motion[: len(Motion._fields)],
-            *warmth,
+            position=motion.position,
+            velocity=motion.velocity,
+            pressure_a=motion.pressure_a,
+            pressure_b=motion.pressure_b,
+            temperature_a=warm_a,
+            temperature_b=warm_b,
             bristle_deflection=0.0,
             piston_position=motion.position,
             piston_velocity=motion.velocity,

@@ -181,9 +181,10 @@ def record_states(plant: Plant, state: AnyMotion, row: Array) -> int:  # noqa: A
 def _record_states(plant: Plant, state: FullMotion, row: Array) -> int:
     for k in range(EVERYWHERE):
         row[k] = state[k]
-    for k in range(plant.full.shown_count):
+    count: int = plant.full.shown_count
+    for k in range(count):
         row[EVERYWHERE + k] = state[plant.full.shown[k]]
-    return EVERYWHERE + plant.full.shown_count
+    return EVERYWHERE + count
 
 
 @kernel_by_type

@@ -40,7 +40,7 @@ def joint_states(joint: str = CARRIAGE, *others: str) -> Callable[..., bytes]:
     force.
     """
     count = 1 + len(others)
-    numbers = (count, *(Field.NUMBER for _ in range(count)))
+    numbers: tuple[Field | int, ...] = (count, *(Field.NUMBER for _ in range(count)))
     layout = Layout(Field.STAMP, "", count, joint, *others, *numbers, *numbers, *numbers)
 
     def pack(measurement: Measurement, velocity: float, piston_area: float, *true: float) -> bytes:

@@ -19,6 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import kernel
+from rodless_sim.physics.bristles import Bristles
+from rodless_sim.physics.coupling import Coupling
 from rodless_sim.physics.end_stop import rebound
 from rodless_sim.physics.full_numbers import (
     COMPRESSOR,
@@ -78,9 +80,9 @@ def at_cap(plant: Plant, body: Body) -> bool:
 @kernel
 def limits(plant: Plant, body: Body, locked: bool) -> Limits:
     """Return what a body at rest withstands; an end cap withstands any push into it."""
-    share = 0.0 if plant.full.bristles.acting else body.friction
-    low = -share * plant.friction.reverse.static - PAST
-    high = share * plant.friction.forward.static + PAST
+    share = 0.0 if plant.full.bristles.acting else body.share
+    low = -share * body.friction.reverse.static - PAST
+    high = share * body.friction.forward.static + PAST
     if locked or body.position <= 0.0:
         low = -math.inf
     if locked or body.position >= plant.cylinder.stroke:
@@ -91,9 +93,9 @@ def limits(plant: Plant, body: Body, locked: bool) -> Limits:
 @kernel
 def push_at_rest(plant: Plant, body: Body) -> float:
     """Push in N on a body at rest, less what its bristles hold."""
-    bristles = plant.full.bristles
+    bristles: Bristles = plant.full.bristles
     if bristles.acting:
-        return body.push - body.friction * bristles.stiffness * body.bristle_deflection
+        return body.push - body.share * bristles.stiffness * body.bristle_deflection
     return body.push
 
 
@@ -110,7 +112,7 @@ def mode_of(plant: Plant, body: Body, locked: bool) -> int:
         if low + CLEAR <= push <= high - CLEAR:
             return 0
         if speed == 0.0 and not bristles:
-            return 1 if push > high else -1
+            return 1 if push > high - CLEAR else -1
     if bristles:
         return 1
     return 1 if body.velocity > 0.0 else -1
@@ -151,7 +153,7 @@ def cap_margin(plant: Plant, body: Body, mode: int) -> float:
 @kernel
 def coupling_margin(plant: Plant, state: FullMotion) -> float:
     """Return the margin of the magnets: until they part, or until they catch."""
-    coupling = plant.full.coupling
+    coupling: Coupling = plant.full.coupling
     if coupling.broken:
         return math.inf
     lag = abs(state.piston_position - state.position)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.course import course_after, step_on
-from rodless_sim.physics.drift import ROUNDING, STEP, drifted_friction, stepped
+from rodless_sim.physics.drift import ROUNDING, STEP, stepped
 from rodless_sim.physics.events import (
     MOST_HALVINGS,
     MOST_TRIALS,
@@ -45,7 +45,7 @@ from rodless_sim.physics.full_rates import Body, Modes, bodies, body_rates
 from rodless_sim.physics.full_step import full_step
 from rodless_sim.physics.integrator import next_step
 from rodless_sim.physics.lands import AnyCourse
-from rodless_sim.physics.plant import Plant, with_friction
+from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import FullMotion
 from rodless_sim.physics.step_control import (
     FALL_ACCURACY,
@@ -123,22 +123,17 @@ def shorter_step(plant: Plant, before: Body, after: Body, mode: int, step: float
     if plant.full.bristles.acting:
         direction = 1 if before.velocity + after.velocity > 0.0 else -1
     speed, speed_after = abs(before.velocity), abs(after.velocity)
-    drag = sliding(plant.friction, direction * speed_after, direction)
-    slope = -body_share(after) * drag.by_speed
-    velocity = side_of(plant.friction, direction).stribeck_velocity
+    drag = sliding(after.friction, direction * speed_after, direction)
+    slope = -after.share / after.mass * drag.by_speed
+    velocity = side_of(after.friction, direction).stribeck_velocity
     return step_in_the_fall(speed, speed_after, slope, velocity, step)
 
 
 @kernel
-def body_share(body: Body) -> float:
-    """Friction's share of a body for each of its kilograms, 1/kg."""
-    return body.friction / body.mass
-
-
-@kernel
-def in_the_fall(plant: Plant, before: Body, after: Body) -> bool:
+def in_the_fall(before: Body, after: Body) -> bool:
     """Whether friction may fall with the speed of a body."""
-    widest = max(plant.friction.forward.stribeck_velocity, plant.friction.reverse.stribeck_velocity)
+    friction = before.friction
+    widest = max(friction.forward.stribeck_velocity, friction.reverse.stribeck_velocity)
     return may_fall(min(abs(before.velocity), abs(after.velocity)), widest)
 
 
@@ -169,8 +164,8 @@ def attempt(
     error /= tolerance
     carriage, piston = bodies(plant, state)
     carriage_after, piston_after = bodies(plant, after)
-    slow = modes.carriage != 0 and in_the_fall(plant, carriage, carriage_after)
-    if slow or (modes.piston != 0 and in_the_fall(plant, piston, piston_after)):
+    slow = modes.carriage != 0 and in_the_fall(carriage, carriage_after)
+    if slow or (modes.piston != 0 and in_the_fall(piston, piston_after)):
         error *= FALL_ACCURACY
     if not error <= 1.0:
         return FullAttempt(state, 0.0, next_step(step, error), False)
@@ -213,24 +208,12 @@ def drifting(plant: Plant, state: FullMotion, elapsed: float) -> tuple[FullMotio
     return restored(numbers), True
 
 
-@kernel
-def drifted(plant: Plant, state: FullMotion) -> Plant:
-    """Return the plant with the friction that it has by now."""
-    if not plant.full.drift.acting:
-        return plant
-    friction = drifted_friction(
-        plant.friction, state.static_drift, state.coulomb_drift, state.viscous_drift
-    )
-    return with_friction(plant, friction)
-
-
 @outlined_kernel
 def advance_full(
-    given: Plant, course: AnyCourse, state: FullMotion, period: float, tolerance: float
+    plant: Plant, course: AnyCourse, state: FullMotion, period: float, tolerance: float
 ) -> tuple[FullMotion, AnyCourse, int]:
     """Keep the valve on its ``course`` for ``period`` s, as :func:`motion.advance_from` does."""
     left = step = period
-    plant = drifted(given, state)
     state, modes = resumed(plant, consistent(plant, state))
     for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
         step = min(step, LONGEST_STEP)
@@ -246,7 +229,6 @@ def advance_full(
             if plant.full.drift.acting:
                 state, drifts = drifting(plant, state, elapsed)
                 if drifts:
-                    plant = drifted(given, state)
                     state, modes = resumed(plant, state)
             if event:
                 state, modes = resumed(plant, after_events(plant, state, modes))

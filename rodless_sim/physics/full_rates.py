@@ -12,16 +12,17 @@ Where no magnets join them, piston and carriage are one body, the carriage, with
 all the friction; the piston's states follow it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rodless_base.kernels import kernel, kernel_by_type, version_for
 from rodless_sim.physics import equations, faults
 from rodless_sim.physics.bristles import contact
 from rodless_sim.physics.coupling import pull
 from rodless_sim.physics.cylinder import pressure_rate, volume_a, volume_b
+from rodless_sim.physics.drift import drifted_friction
 from rodless_sim.physics.faults import NO_TEMPERATURE, NOT_FINITE
 from rodless_sim.physics.forces import FORCES, other_forces
-from rodless_sim.physics.friction import sliding_friction
+from rodless_sim.physics.friction import Friction, sliding_friction
 from rodless_sim.physics.heat import heated_rate
 from rodless_sim.physics.heated import NetInflows, less_leaks
 from rodless_sim.physics.lands import Lands
@@ -49,7 +50,8 @@ class Body(NamedTuple):
     velocity: float  # m/s
     bristle_deflection: float  # m
     mass: float  # kg
-    friction: float  # share of friction.*
+    share: float  # of friction.*
+    friction: Friction
     push: float  # N, of all but friction
 
 
@@ -132,14 +134,25 @@ def _inflows(plant: Plant, lands: Lands, state: FullMotion) -> NetInflows:
 
 
 @kernel
+def friction_now(plant: Plant, state: FullMotion) -> Friction:
+    """Return the friction that it has drifted to."""
+    if plant.full.drift.acting:
+        return drifted_friction(
+            plant.friction, state.static_drift, state.coulomb_drift, state.viscous_drift
+        )
+    return plant.friction
+
+
+@kernel
 def bodies(plant: Plant, state: FullMotion) -> tuple[Body, Body]:
-    """Return carriage and piston, and what pushes them besides friction."""
+    """Return carriage and piston, and what pushes and rubs them."""
     coupling, mass = plant.full.coupling, plant.cylinder.moving_mass
     air = plant.cylinder.piston_area * (state.pressure_a - state.pressure_b)
     others = other_forces(plant.forces, state).force
-    link, share, friction = air, 0.0, 0.0
+    link, share, rubbed = air, 0.0, 0.0
+    friction = friction_now(plant, state)
     if coupling.magnetic:
-        share, friction, link = coupling.piston_mass, coupling.piston_friction, 0.0
+        share, rubbed, link = coupling.piston_mass, coupling.piston_friction, 0.0
         if state.coupled > 0.5:
             lag = state.piston_position - state.position
             link = pull(coupling, lag, state.piston_velocity - state.velocity)
@@ -150,7 +163,8 @@ def bodies(plant: Plant, state: FullMotion) -> tuple[Body, Body]:
         state.velocity,
         state.bristle_deflection,
         (1.0 - share) * mass,
-        1.0 - friction,
+        1.0 - rubbed,
+        friction,
         link + others + weight,
     )
     piston = Body(
@@ -158,6 +172,7 @@ def bodies(plant: Plant, state: FullMotion) -> tuple[Body, Body]:
         state.piston_velocity,
         state.piston_bristle_deflection,
         share * mass,
+        rubbed,
         friction,
         air - link - weight,
     )
@@ -171,15 +186,19 @@ def body_rates(plant: Plant, body: Body, mode: int) -> BodyRates:
         return BodyRates(0.0, 0.0, 0.0)
     bristles = plant.full.bristles
     if bristles.acting:
-        drag, rate = contact(bristles, plant.friction, body.velocity, body.bristle_deflection)
+        drag, rate = contact(bristles, body.friction, body.velocity, body.bristle_deflection)
     else:
-        drag, rate = sliding_friction(plant.friction, body.velocity, mode), 0.0
-    return BodyRates(body.velocity, (body.push - body.friction * drag) / body.mass, rate)
+        drag, rate = sliding_friction(body.friction, body.velocity, mode), 0.0
+    return BodyRates(body.velocity, (body.push - body.share * drag) / body.mass, rate)
 
 
 @kernel
 def air_rates(
-    plant: Plant, flows: NetInflows, state: FullMotion, position: float, velocity: float
+    plant: Plant,
+    flows: Any,  # NetInflows
+    state: FullMotion,
+    position: float,
+    velocity: float,
 ) -> tuple[float, float, float, float]:
     """Return dP/dt (Pa/s) of both chambers and dT/dt (K/s), the piston moving as told."""
     air, cylinder, heat = plant.air, plant.cylinder, plant.heat

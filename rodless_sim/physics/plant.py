@@ -78,18 +78,6 @@ class Plant(NamedTuple):
 @kernel
 def supplied(plant: Plant, pressure: float) -> Plant:
     """Return the same plant with the supply at ``pressure`` (Pa)."""
-    return changed(plant, plant.friction, pressure)
-
-
-@kernel
-def with_friction(plant: Plant, friction: Friction) -> Plant:
-    """Return the same plant with another friction."""
-    return changed(plant, friction, plant.supply_pressure)
-
-
-@kernel
-def changed(plant: Plant, friction: Friction, pressure: float) -> Plant:
-    """Return the same plant with another friction, and the supply at ``pressure`` (Pa)."""
     return Plant(
         plant.air,
         plant.valve,
@@ -97,7 +85,7 @@ def changed(plant: Plant, friction: Friction, pressure: float) -> Plant:
         plant.flow_law,
         plant.cylinder,
         plant.leak,
-        friction,
+        plant.friction,
         plant.end_stop,
         plant.forces,
         pressure,

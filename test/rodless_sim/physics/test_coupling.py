@@ -43,21 +43,32 @@ FREE = {
 }
 
 
-def oscillation(amplitude: float, samples: int, period: float) -> list[FullMotion]:
-    """Let piston and carriage go with ``amplitude`` (m) between them, at rest, mid-stroke."""
-    parameters = RigParameters(FREE)
+def released(
+    values: dict[str, object],
+    lag: float,
+    pressures: tuple[float, float],
+    voltage: float,
+    samples: int,
+    period: float,
+) -> list[FullMotion]:
+    """The states from rest at mid-stroke on, the piston ``lag`` (m) ahead; tolerance 0.01."""
+    parameters = RigParameters(values)
     plant = Plant.of(parameters)
-    motion = starting_motion(plant, parameters, 0.1)
+    motion = starting_motion(plant, parameters, 0.1, pressures)
     assert isinstance(motion, FullMotion)
-    motion = motion._replace(piston_position=0.1 + amplitude, pressure_b=motion.pressure_a)
-    closed = plant.valve.closed_voltage
-    advance = specialise(advance_at_voltage, plant, (), closed, motion, period, 1.0)
+    motion = motion._replace(piston_position=0.1 + lag)
+    advance = specialise(advance_at_voltage, plant, (), voltage, motion, period, 0.01)
     found = [motion]
     for _ in range(samples):
-        motion, _, _, _, fault = advance(plant, (), closed, motion, period, 1.0)
+        motion, _, _, _, fault = advance(plant, (), voltage, motion, period, 0.01)
         assert fault == 0
         found.append(FullMotion(*motion))
     return found
+
+
+def oscillation(amplitude: float, samples: int, period: float) -> list[FullMotion]:
+    """Let piston and carriage go with ``amplitude`` (m) between them, the valve closed."""
+    return released(FREE, amplitude, (3e5, 3e5), 5.08, samples, period)
 
 
 def test_small_oscillation_has_the_frequency_of_two_masses_on_a_spring() -> None:
@@ -77,35 +88,32 @@ def energy(state: FullMotion) -> float:
 
 
 def test_undamped_magnets_keep_energy_and_momentum() -> None:
-    """A swing of 2 mm, where the spring is far from a line: the same energy after 0.2 s."""
-    states = oscillation(2e-3, 200, 1e-3)
+    """A swing of 2 mm, where the spring is far from a line: the same energy after 0.1 s.
+
+    The air of chambers so large takes some millinewtons: 1 % of the momentum.
+    """
+    states = oscillation(2e-3, 100, 1e-3)
     energies = np.array([energy(state) for state in states])
     assert energies == pytest.approx(energies[0], rel=1e-3)
     momenta = [PISTON * s.piston_velocity + CARRIAGE * s.velocity for s in states]
     swing = max(PISTON * abs(s.piston_velocity) for s in states)
-    assert np.abs(momenta).max() < 1e-3 * swing
+    assert np.abs(momenta).max() < 1e-2 * swing
 
 
 def test_they_part_at_the_holding_force() -> None:
     """A locked carriage, the push on the piston slowly rising: it leaves at 363 N."""
     values = {**FREE, "cylinder.locked": True, "coupling.damping": 20.0, "supply.pressure": 1.2e6}
-    rig = Rig(RigParameters(values))
-    lag = SLIP * 2.0 / math.pi * math.asin(355.0 / HOLDING)
-    state = rig.reset(position=0.1, pressures=(1.1e6, 1.1e6 - 355.0 / AREA))
-    assert state.coupled == 1.0
+    lag = SLIP * 2.0 / math.pi * math.asin(360.0 / HOLDING)
     # The valve a little open: chamber A fills, B empties, some newtons in a second.
-    pushes, held = [], []
-    for _ in range(3000):
-        state = rig.advance(5.3, 1e-3)
-        pushes.append(state.force)
-        held.append(state.coupled)
-        if state.coupled == 0.0:
-            break
-    assert held[-1] == 0.0
-    assert len(held) * 1e-3 > 0.1
-    assert pushes[-1] == pytest.approx(HOLDING, abs=1.0)
-    assert lag < SLIP
-    assert state.position == 0.1
+    states = released(values, lag, (1.1e6, 1.1e6 - 360.0 / AREA), 6.0, 2000, 2e-3)
+    coupled = np.array([state.coupled for state in states])
+    pushes = np.array([AREA * (state.pressure_a - state.pressure_b) for state in states])
+    parted = int(np.argmin(coupled))
+    assert coupled[parted] == 0.0
+    assert parted > 20
+    assert pushes[0] == pytest.approx(360.0)
+    assert pushes[parted] == pytest.approx(HOLDING, abs=1.0)
+    assert {state.position for state in states} == {0.1}
 
 
 def lost_rig() -> Rig:
@@ -113,7 +121,7 @@ def lost_rig() -> Rig:
     values = {**MAGNETIC, "coupling.holding_force": 100.0, "fault.carriage.seized": True}
     rig = Rig(RigParameters(values))
     rig.reset(position=0.05)
-    state = rig.advance(8.0, 1.0)
+    state = rig.advance(8.0, 4.0)
     assert state.coupled == 0.0
     assert state.position == 0.05
     assert state.piston_position > 0.15
@@ -125,15 +133,15 @@ def test_the_piston_catches_the_carriage_again() -> None:
     rig = lost_rig()
     rig.configure(rig.parameters.with_values(cleared()))
     before = after = rig.state
-    for _ in range(4000):
-        before, after = after, rig.advance(4.7, 1e-3)
+    for _ in range(8000):
+        before, after = after, rig.advance(4.0, 1e-3)
         if after.coupled == 1.0:
             break
     assert after.coupled == 1.0
     assert before.piston_position - before.position >= CATCH
     assert abs(after.piston_position - after.position) <= CATCH
     for _ in range(300):
-        after = rig.advance(4.7, 1e-3)
+        after = rig.advance(4.0, 1e-3)
     assert after.coupled == 1.0
     assert after.position < 0.049
 
@@ -161,7 +169,7 @@ def test_decoupled_by_a_fault_and_caught_again() -> None:
     assert rig.advance(6.0, 0.2).position == pytest.approx(rest, abs=1e-6)
     rig.configure(rig.parameters.with_values(cleared()))
     for _ in range(3000):
-        state = rig.advance(4.6, 1e-3)
+        state = rig.advance(4.0, 1e-3)
     assert state.coupled == 1.0
     assert state.position < rest - 1e-3
 
@@ -180,7 +188,8 @@ def test_magnets_that_would_catch_where_they_part_are_refused() -> None:
 
 def test_both_stay_on_the_stroke() -> None:
     """Thrown to and fro at full opening, neither leaves the stroke, and nothing is lost."""
-    run = simulate(RigParameters(MAGNETIC), [10.0] * 600 + [0.0] * 600 + [10.0] * 600, 1e-3)
+    fast = RigParameters({**MAGNETIC, "friction.form": "saturating"})
+    run = simulate(fast, [10.0] * 900 + [0.0] * 900 + [10.0] * 900, 1e-3)
     for place in (run.position, run.piston_position):
         assert 0.0 <= place.min() <= place.max() <= 0.2
         assert np.ptp(place) > 0.19
@@ -202,7 +211,7 @@ def test_stiff_magnets_are_a_rigid_coupling() -> None:
     stiff = simulate(RigParameters(values), voltages, 1e-3, position=0.05)
     rigid = simulate(RigParameters(), voltages, 1e-3, position=0.05)
     assert np.ptp(rigid.position) > 5e-3
-    assert stiff.piston_position == pytest.approx(rigid.position, abs=2e-5)
+    assert stiff.piston_position == pytest.approx(rigid.position, abs=5e-5)
 
 
 @pytest.mark.parametrize("bore", BORES)

@@ -92,16 +92,17 @@ def test_a_run_drifts_and_a_reset_repeats_it() -> None:
 
 def test_friction_is_what_it_has_drifted_to() -> None:
     """A carriage breaks away at F_s e^w, w being what the state shows."""
-    values = {"friction.drift": 1.0, "friction.drift_seed": 3, "friction.forward.coulomb": 0.0}
+    values = {"friction.drift": 0.3, "friction.drift_seed": 3, "friction.forward.coulomb": 0.0}
     rig = Rig(RigParameters(values))
     rig.reset(position=0.1)
     before = state = rig.state
-    while state.position == 0.1:
+    while state.velocity == 0.0:
         before, state = state, rig.advance(5.3, 1e-3)
     low, high = sorted(29.0 * math.exp(s.static_drift) for s in (before, state))
-    assert low - 1.0 < state.force
-    assert before.force < high + 1.0
-    assert abs(state.static_drift) > 0.02
+    # It changes by some 0.9 N at a time.
+    assert low - 1.5 < state.force
+    assert before.force < high + 1.5
+    assert abs(29.0 * math.exp(state.static_drift) - 29.0) > 3.0
 
 
 def test_everywhere_the_same_bits() -> None:
@@ -115,4 +116,4 @@ def test_everywhere_the_same_bits() -> None:
         column = getattr(whole, name)
         assert np.array_equal(column, getattr(run, name))
         assert np.array_equal(column[1:], [getattr(state, name) for state in steps])
-    assert run.position[-1] > 0.01
+    assert run.position[-1] > 1e-3
