@@ -86,7 +86,7 @@ PARAMETERS = declare(
     ),
     Parameter(
         "supply.delivery",
-        1.667e-3,
+        0.001667,
         "m³/s",
         f"what the compressor delivers while it runs, free air ({COMPRESSOR})",
         f"{JUDGEMENT}: 100 L/min",
