@@ -92,7 +92,7 @@ def test_friction_and_supply_change_in_mid_run(rig_session: StartSession) -> Non
     before = rig.run_until(0.5).velocity
     rig.set_parameters("plant", {"friction.forward.viscous": 9000.0, "supply.pressure": 0.4e6})
     after = rig.run_for(0.3).velocity
-    assert before > 0.05
+    assert before > 0.03
     assert abs(after) < 0.8 * before
 
 
