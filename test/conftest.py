@@ -75,15 +75,6 @@ def _shown(processes: Mapping[str, NodeProcess]) -> Iterator[None]:
             del _outputs[name]
 
 
-@pytest.fixture(scope="session")
-def compiled() -> None:
-    """Compile what the nodes need once, not in each of several at a time."""
-    from rodless_lab.session.session import RigSession  # noqa: PLC0415
-
-    with RigSession():
-        pass
-
-
 @pytest.fixture(scope="module")
 def domain() -> Iterator[dict[str, str]]:
     """Environment of a process in a DDS domain that this module has for itself, on loopback."""

@@ -35,7 +35,6 @@ def segments(pids: set[int]) -> set[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("compiled")
 def test_nothing_is_left_of_start_and_stop(domain: dict[str, str], tmp_path: Path) -> None:
     """No process and no shared memory, each end with code 0; what a kill leaves is cleared."""
     for cycle in range(CYCLES):

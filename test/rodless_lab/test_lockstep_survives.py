@@ -17,7 +17,6 @@ from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from rodless_base.ros.shared_memory import TRANSPORTS
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
@@ -58,14 +57,6 @@ try:
 except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
     pass
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def without_shared_memory() -> Iterator[None]:
-    """Let nodes talk over UDP: see the first of the limits in docs/reliability.md."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(TRANSPORTS, "UDPv4")
-        yield
 
 
 @pytest.fixture

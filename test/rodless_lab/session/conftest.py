@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Pytest outside this project."""
+"""A first start that compiles, so that later ones are quick, and pytest outside this project."""
 
 import subprocess
 import sys
@@ -14,6 +14,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from rodless_lab.session.session import RigSession
+
+
+@pytest.fixture(scope="session")
+def compiled() -> None:
+    """Compile what the nodes need once, not in each of several at a time."""
+    with RigSession():
+        pass
 
 
 @pytest.fixture
