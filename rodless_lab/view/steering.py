@@ -8,6 +8,9 @@
 
 """The panels beside the drawing: reference, and the parameters of :mod:`panels`."""
 
+from collections.abc import Sequence
+from itertools import chain
+
 from nicegui import ui
 
 from rodless_lab.view.panels import LAW, PANELS, REFERENCES, Choice, Panel
@@ -126,12 +129,11 @@ class Steering:
             self._seen = known
             self._kind.set_value(known)
             self._show_shape()
-        for _box, numbers in self._shapes.values():
-            for number in numbers:
-                number.refresh()
-        for _box, fields in self._panels:
-            for field in fields:
-                field.refresh()
+        shown: list[Sequence[ParameterField | ChoiceField]] = []
+        shown += [fields for _box, fields in self._shapes.values()]
+        shown += [fields for _box, fields in self._panels]
+        for one in chain(*shown):
+            one.refresh()
         for (box, _fields), panel in zip(self._panels, PANELS, strict=True):
             known_here = any(self._state.parameter(one.name) is not None for one in panel.fields)
             box.set_visibility(known_here)

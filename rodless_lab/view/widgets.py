@@ -9,6 +9,7 @@
 """Parts of a page that several panels use."""
 
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 from nicegui import ui
 
@@ -134,7 +135,8 @@ class ChoiceField:
         self._state = state
         self._submit = submit
         self._asking = False
-        self._select = ui.select(dict(choice.options), label=choice.label).props(
+        self._options: dict[Any, str] = dict(choice.options)
+        self._select = ui.select(self._options, label=choice.label).props(
             f"dense outlined {tag(choice.name)}"
         )
         self._select.classes("w-full").on_value_change(self._chosen)
@@ -157,6 +159,7 @@ class ChoiceField:
         self._select.set_visibility(value is not None)
         if not isinstance(value, str | bool) or self._asking or value == self._select.value:
             return
-        if value not in self._select.options:  # such as a law of the user's own
-            self._select.set_options({**self._choice.options, value: str(value)})
+        if value not in self._options:  # such as a law of the user's own
+            self._options[value] = str(value)
+            self._select.set_options(self._options)
         self._select.set_value(value)
