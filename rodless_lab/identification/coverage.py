@@ -30,19 +30,10 @@ from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.hidden_effects import EFFECTS, outcome
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import SUPPLY, PressureFit
-from rodless_lab.identification.pressures.heat import identify_heat, with_temperatures
-from rodless_lab.identification.pressures.leaks import identify_leaks
-from rodless_lab.identification.pressures.spool import identify_spool, with_dynamics
 from rodless_lab.identification.pressures.unknowns import (
     AREA_FACTOR,
     CLOSED,
-    DAMPING,
-    DEAD_TIME,
-    FREQUENCY,
     GAP,
-    HEAT_TRANSFER,
-    HYSTERESIS,
-    LEAKS,
     VOLUMES,
 )
 from rodless_lab.identification.pressures.valve import AREA, identify_valve
@@ -134,36 +125,6 @@ def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]
     return KNOWN.with_values({**values, AREA: area}), truth
 
 
-def hidden_heat(generator: np.random.Generator) -> tuple[RigParameters, Values]:
-    """Draw the heat transfer coefficient, dead volumes, gap height and supply pressure."""
-    rig, truth = hidden_chambers(generator)
-    truth = {HEAT_TRANSFER: _any_size(generator, 20.0, 200.0), **truth}
-    return with_temperatures(rig).with_values(truth), truth
-
-
-def hidden_leaks(generator: np.random.Generator) -> tuple[RigParameters, Values]:
-    """Draw the areas of all leaks, dead volumes, gap height and supply pressure."""
-    rig, truth = hidden_chambers(generator)
-    truth = {**{name: _any_size(generator, 2e-9, 2e-8) for name in LEAKS}, **truth}
-    return rig.with_values(truth), truth
-
-
-def hidden_spool(generator: np.random.Generator) -> tuple[RigParameters, Values]:
-    """Draw dynamics, hysteresis and dead time of the valve, and what :func:`hidden_valve` draws."""
-    rig, others = hidden_valve(generator)
-    truth = {
-        FREQUENCY: generator.uniform(80.0, 150.0),
-        DAMPING: generator.uniform(0.5, 0.9),
-        HYSTERESIS: generator.uniform(1e-3, 4e-3),
-        DEAD_TIME: generator.uniform(5e-4, 3e-3),
-    }
-    return with_dynamics(rig).with_values(truth), {**truth, **others}
-
-
-def _any_size(generator: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(generator.uniform(np.log(low), np.log(high))))
-
-
 def _supply(generator: np.random.Generator) -> float:
     return absolute(float(generator.uniform(0.4e6, 0.6e6)))
 
@@ -191,9 +152,6 @@ def _pressures(
 SUBJECTS = {
     "friction": Subject(hidden_friction, EXCITATIONS["friction"](), _friction),
     "chambers": Subject(hidden_chambers, EXCITATIONS["chambers"](), _pressures(identify_chambers)),
-    "heat": Subject(hidden_heat, EXCITATIONS["heat"](), _pressures(identify_heat)),
-    "leak": Subject(hidden_leaks, EXCITATIONS["leak"](), _pressures(identify_leaks)),
-    "spool": Subject(hidden_spool, EXCITATIONS["spool"](), _pressures(identify_spool)),
     "valve": Subject(hidden_valve, EXCITATIONS["valve"](), _pressures(identify_valve)),
 }
 
