@@ -24,7 +24,7 @@ from rodless_sim import RigParameters
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
 PICTURES = {
-    "step": r"calibrated: within 0\.2 mm after 0\.4\d s",
+    "step": r"calibrated: within 0\.2 mm after 0\.5\d s",
     "own_law": r"my law: [+-]0\.\d+ mm from the target",
     "friction_sweep": r"\d+ of 40 settle",
 }
