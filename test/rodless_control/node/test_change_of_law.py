@@ -26,9 +26,7 @@ from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.laws import law_class
 from rodless_control.node.controller_node import ControllerNode
 from rodless_control.node.law_parameters import LawChoice
-from rodless_lab.harness import RigSession
 from rodless_lab.session.observer import Observer
-from rodless_sim.instruments.instruments import DATA_SHEET
 
 pytestmark = pytest.mark.ros
 
@@ -38,9 +36,6 @@ PRESSURES = {"pressure_a": 3.5e5, "pressure_b": 3.6e5, "supply_pressure": 6.2e5}
 
 # What the node is given at its start, to the PID and to another law.
 GIVEN = {"controller.kp": 700.0, "sliding_mode.boundary_layer": 1.5e-3}
-
-# For a law to be loaded on a busy machine, in wall-clock s.
-TIMEOUT = 60.0
 
 
 class Bench:
@@ -214,34 +209,3 @@ def test_a_law_of_the_users_own_is_imported_at_the_start_alone() -> None:
     assert choice.next(pid, {LAW: "pid", "controller.kp": 5.0}) is None
     with pytest.raises(ParameterError, match="start it with another law"):
         LawChoice({}, "pid").next(pid, {LAW: own})
-
-
-def test_a_law_with_pressures_begins_in_lock_step_with_those_of_its_sample() -> None:
-    """The PID reads none, so they are subscribed to on the way: the valve is closed until then.
-
-    From there on each command is that of the law in Python, for what was read, bit for bit.
-    """
-    plant = {**DATA_SHEET, "cylinder.initial_position": 0.02}
-    with RigSession("lockstep", plant=plant) as rig:
-        rig.run_until(0.2)
-        rig.set_parameters("controller", {LAW: "state_feedback"})
-        asked = len(rig.samples()) - 1
-
-        def controls() -> bool:
-            # How long the middleware takes to match the pressures is not known in plant time.
-            rig.run_until(float(rig.samples().time[-1]) + 0.5)
-            return bool(np.any(rig.samples().voltage[asked + 1 : -1] != NEUTRAL))
-
-        rig.wait_until(controls, "the law", TIMEOUT)
-        rig.run_until(float(rig.samples().time[-1]) + 0.2)
-        run = rig.samples()
-        assert not rig.counter("controller", "samples without all pressures") > 0.0
-    first = asked + 1 + int(np.argmax(run.voltage[asked + 1 :] != NEUTRAL))
-    law, reference = law_class("state_feedback")(), ReferencePoint(float(run.position[first]))
-    for k in range(first, len(run) - 1):
-        interval = 1e-3 if k > first else 0.0
-        read = (run.position[k], run.pressure_a[k], run.pressure_b[k], run.supply_pressure[k])
-        measurement = Measurement(round(run.time[k] * 1e9), *map(float, read))
-        command: Any = law.update(measurement, reference, interval)
-        assert run.voltage[k] == command.voltage, k
-    assert len(run) - first > 100
