@@ -79,9 +79,9 @@ def test_episodes_without_a_seed_go_on_from_the_last() -> None:
     """Rigs differ within a training run, and the run can be repeated."""
     env = RigEnv(NOISY, duration=0.05)
 
-    def three() -> list[float]:
+    def three() -> list[tuple[float, ...]]:
         found = [env.reset(seed=5)[0], env.reset()[0], env.reset()[0]]
-        return [float(one[0]) for one in found]
+        return [tuple(one.tolist()) for one in found]
 
     assert three() == three()
     assert len(set(three())) == 3

@@ -15,17 +15,21 @@ from rodless_control import Pid, PidParameters, references
 from rodless_control.controller import Law
 from rodless_control.laws import LAWS, law_class
 from rodless_lab import closed_loop, run_metrics
+from rodless_lab.benchmark.laws.entries import entry
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 RIG = RigParameters.preset("calibrated").with_values(DATA_SHEET)
 
-PARKING = preset_directory() / "laws" / "pid_parking.yaml"
+PARKING, CASCADE = (
+    preset_directory() / "laws" / f"{name}.yaml" for name in ("pid_parking", "cascade")
+)
 
 
 def tuned() -> dict[str, Law]:
     """Return the laws with gains for such rigs, by name."""
     others = {name: law_class(name)() for name in LAWS if name != "pid"}
+    others["cascade"] = entry("cascade", CASCADE).law
     return {"pid with parking": Pid(PidParameters.from_file(PARKING)), **others}
 
 

@@ -154,10 +154,10 @@ def test_in_lock_step_nobody_has_asked_for_a_command(bench: Bench) -> None:
         ({LAW: 5}, "controller.law: 5 refused, must be pid, "),
         ({LAW: "adrc", "adrc.bandwidth": -1.0}, "adrc.bandwidth: -1.0 refused, must be from 1"),
         ({LAW: "adrc", "adrc.band": 20.0}, "adrc.band: no such parameter"),
-        ({LAW: "adrc", "controller.kp": 20.0}, "controller.kp: no such parameter"),
+        ({LAW: "adrc", "controller.kp": 20.0}, "controller.kp: belongs to the law pid"),
         ({LAW: "adrc", "controller.recorders": 5}, "controller.recorders: read-only"),
         ({LAW: "adrc", "reference.minimum": 1.0}, "reference.minimum: 1 m refused"),
-        ({"adrc.bandwidth": 20.0}, "adrc.bandwidth: no such parameter"),
+        ({"adrc.bandwidth": 20.0}, "adrc.bandwidth: belongs to the law adrc"),
     ],
 )
 def test_what_is_refused_changes_nothing(

@@ -24,7 +24,7 @@ TASK = """
 vary: {cylinder.moving_mass: {from: 0.7, to: 2.0}}
 design: {method: sobol, rows: 2}
 run: {duration: 0.1}
-set: {reference.at: 0.02}
+set: {reference.at: 0.02, controller.kp: 400.0}
 tune: {controller.kp: {from: 50.0, to: 1000.0}}
 score: {figures: {mean_error: 1.0e-3, air: 1.0e-3}}
 search: {generations: 1, population: 5}
