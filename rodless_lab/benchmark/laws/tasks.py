@@ -15,6 +15,7 @@ import numpy as np
 
 from rodless_control import references
 from rodless_control.references import Reference
+from rodless_lab.bare_rigs import IDEAL
 from rodless_lab.simulation.draw import draw
 from rodless_sim import RigParameters, Scenario
 from rodless_sim.instruments.instruments import DATA_SHEET
@@ -70,7 +71,7 @@ class Task:
 
     def rig(self, drawn: RigParameters) -> RigParameters:
         """Return a drawn rig as this task begins with it."""
-        values: dict[str, object] = {} if self.ideal else dict(DATA_SHEET)
+        values: dict[str, object] = dict(IDEAL if self.ideal else DATA_SHEET)
         if self.at == 0.0:
             values |= self.changed(drawn)
         return drawn.with_values({**values, "sensors.delay": self.delay})

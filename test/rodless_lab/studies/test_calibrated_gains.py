@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""The gains of ``calibrated`` on a hundred rigs around it: docs/calibrated.md, and what they miss.
+"""The gains of ``calibrated`` on a hundred rigs around it: docs/calibrated.md.
 
 The rigs are drawn as those of the task `pid`, by another seed.
 """
@@ -18,30 +18,24 @@ import pytest
 
 from rodless_control import PidParameters
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
+from rodless_lab.studies.study import Study
 from rodless_lab.studies.tuning_task import read_task
-from rodless_sim import RigParameters
 
 pytestmark = pytest.mark.slow
 
 RIGS = 100
-FRESH = 20221122
+FRESH = 20261122
 PID = PidParameters.preset("calibrated")
+STEP, SINE = (trial.study for trial in read_task("pid").trials)
 
 
-def rigs(task: str) -> list[RigParameters]:
-    """A hundred rigs of a task that its search has not seen."""
-    study = read_task(task).study
-    fresh = replace(study, seed=FRESH, count=RIGS)
-    assert fresh.seed != study.seed
-    return [fresh.row(number).base.rig for number in range(RIGS)]
-
-
-def controlled(task: str, period: float = 1e-3, **changes: float) -> Ensemble:
-    """The runs of a task on its fresh rigs, with ``changes`` of all of them; none fails."""
-    base = read_task(task).study.base
+def controlled(study: Study, period: float = 1e-3, **changes: float | str) -> Ensemble:
+    """The runs of a study on a hundred rigs that no search has seen; none fails."""
     values = {name.replace("__", "."): value for name, value in changes.items()}
+    fresh, base = replace(study, seed=FRESH, count=RIGS), study.base
+    assert fresh.seed != study.seed
     found = ensemble(
-        (rig.with_values(values) for rig in rigs(task)),
+        (fresh.row(number).base.rig.with_values(values) for number in range(RIGS)),
         PID,
         base.reference,
         base.duration,
@@ -59,28 +53,32 @@ def count(found: Ensemble, figure: str, most: float) -> int:
 
 
 def test_steps_end_at_the_target_and_stay() -> None:
-    """58 mm: within 50 µm on 97 rigs. A tenth hunts, and most pass the target by over 0.2 mm."""
-    found = controlled("pid")
+    """58 mm: to 0.2 mm in 0.35 s, within 50 µm, no overshoot over 0.2 mm; three may hunt."""
+    found = controlled(STEP)
     assert count(found, "mean_error", 50e-6) >= 97
-    assert count(found, "limit_cycle", 25e-6) >= 85  # an amplitude: 0.05 mm from peak to peak
-    assert count(found, "settling_time", 0.65) >= 85
-    assert count(found, "overshoot", 0.45e-3) >= 97
-    assert count(found, "chatter", 0.05) >= 75
+    # An amplitude: 0.05 mm from peak to peak. 97 do; what hunts and what does not is near.
+    assert count(found, "limit_cycle", 25e-6) >= 95
+    assert count(found, "settling_time", 0.35) >= 90
+    assert count(found, "overshoot", 0.2e-3) == RIGS
+    # The aim is all: some valves do not keep still.
+    assert count(found, "chatter", 0.05) >= 90
 
 
 def test_a_millisecond_more_of_delay_costs_little() -> None:
-    """The command arrives 1 ms later: still within 50 µm, the sine within 1.4 mm."""
-    found = controlled("pid", valve__dead_time=1e-3)
+    """The command arrives 1 ms later: to 0.2 mm in 0.5 s, the sine within 1.4 mm."""
+    found = controlled(STEP, valve__dead_time=1e-3)
     assert count(found, "mean_error", 50e-6) >= 97
-    assert count(found, "limit_cycle", 25e-6) >= 80
-    assert count(controlled("pid_sine", valve__dead_time=1e-3), "peak_error", 1.4e-3) >= 90
+    assert count(found, "settling_time", 0.5) >= 90
+    # The aim is 97: a few more hunt.
+    assert count(found, "limit_cycle", 25e-6) >= 90
+    assert count(controlled(SINE, valve__dead_time=1e-3), "peak_error", 1.4e-3) >= 90
 
 
 def test_at_200_hz_it_still_arrives() -> None:
     """A fifth of the samples: within 60 µm on 95 rigs."""
-    assert count(controlled("pid", period=5e-3), "mean_error", 60e-6) >= 95
+    assert count(controlled(STEP, period=5e-3), "mean_error", 60e-6) >= 95
 
 
 def test_a_sine_is_followed_within_a_millimetre() -> None:
     """20 mm at 0.381 Hz, its second period: at most 1.0 mm off on 90 rigs."""
-    assert count(controlled("pid_sine"), "peak_error", 1.0e-3) >= 90
+    assert count(controlled(SINE), "peak_error", 1.0e-3) >= 90

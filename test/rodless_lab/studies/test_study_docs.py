@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rodless_lab import sweep
 from rodless_lab.studies.pictures import draw_rows, draw_sensitivities
@@ -34,9 +35,14 @@ def test_the_files_on_the_pages_can_be_read(tmp_path: Path) -> None:
     (text,) = blocks("sweeps.md", "yaml")
     study.write_text(text, encoding="utf-8")
     assert len(read_study(study)) == 54
-    (text,) = blocks("tuning.md", "yaml")
+    text, trials = blocks("tuning.md", "yaml")
     task.write_text(text, encoding="utf-8")
     assert list(read_task(task).ranges) == ["controller.kp", "controller.kd"]
+    several = {**yaml.safe_load(text), **yaml.safe_load(trials)}
+    for name in ("run", "set"):
+        several.pop(name)
+    task.write_text(yaml.safe_dump(several), encoding="utf-8")
+    assert [trial.name for trial in read_task(task).trials] == ["step", "sine"]
 
 
 @pytest.mark.slow

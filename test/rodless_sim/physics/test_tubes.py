@@ -21,6 +21,7 @@ from scipy.optimize import brentq
 
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
+from rodless_lab.bare_rigs import IDEAL
 from rodless_sim import Rig, RigParameters, simulate
 from rodless_sim.physics.air_in_tubes import Tubes, friction_square, hermite, row_at
 from rodless_sim.physics.plant import Plant
@@ -274,7 +275,7 @@ def test_an_open_valve_does_not_swing_against_a_small_chamber(voltage: float) ->
 
 def test_rig_simulation_and_loop_have_the_same_bits() -> None:
     """Step by step, in one go and in closed loop; and once more after a reset, and in a copy."""
-    parameters = RigParameters.preset("calibrated").with_values(TUBES)
+    parameters = RigParameters.preset("calibrated").with_values({**IDEAL, **TUBES})
     step = references.step(0.0, 0.058, at=0.02)
     loop = closed_loop(parameters, PidParameters.preset("calibrated"), step, 0.3, 1e-3)
     run = simulate(parameters, loop.voltage[:-1], 1e-3)

@@ -19,6 +19,7 @@ from scipy.integrate import solve_ivp
 from rodless_base.parameters import ParameterError
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
+from rodless_lab.bare_rigs import IDEAL
 from rodless_sim import Rig, RigParameters, simulate
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import edge_flow, openings
@@ -203,7 +204,7 @@ def test_a_lost_supply_loses_ripple_and_receiver_too() -> None:
 def test_rig_simulation_and_loop_have_the_same_bits() -> None:
     """With all that a supply can do, and tubes; and again after a reset."""
     values = {**RIPPLE, **DROOP, **COMPRESSOR, "tubes.model": "delay"}
-    parameters = RigParameters.preset("calibrated").with_values(values)
+    parameters = RigParameters.preset("calibrated").with_values({**IDEAL, **values})
     step = references.step(0.0, 0.058, at=0.02)
     loop = closed_loop(parameters, PidParameters.preset("calibrated"), step, 0.2, 1e-3)
     run = simulate(parameters, loop.voltage[:-1], 1e-3)
