@@ -142,7 +142,7 @@ def test_tune_writes_a_parameter_file_and_prints_before_and_after(
     assert "| `controller.kp` | 400 | " in printed
     assert "| others | tuned | " in printed
     assert "controller.kp: " in (tmp_path / "out" / "tuned.yaml").read_text(encoding="utf-8")
-    path.write_text(TASK.replace("kp", "kx"), encoding="utf-8")
+    path.write_text(TASK.replace("kp: {", "kx: {"), encoding="utf-8")
     assert tune.main([str(path), "-o", str(tmp_path / "out")], stop()) == 2
     (line,) = capsys.readouterr().err.splitlines()[-1:]
     assert "controller.kx: no such parameter of the law pid" in line

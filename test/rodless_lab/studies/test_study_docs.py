@@ -41,7 +41,7 @@ def test_the_files_on_the_pages_can_be_read(tmp_path: Path) -> None:
     several = {**yaml.safe_load(text), **yaml.safe_load(trials)}
     for name in ("run", "set"):
         several.pop(name)
-    task.write_text(yaml.safe_dump(several), encoding="utf-8")
+    task.write_text(yaml.safe_dump(several, sort_keys=False), encoding="utf-8")
     assert [trial.name for trial in read_task(task).trials] == ["step", "sine"]
 
 

@@ -26,7 +26,7 @@ from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, rea
 
 TASK = """
 base: calibrated
-set: {{reference.at: 0.02, controller.kp: 120.0}}
+set: {{reference.at: 0.02, controller.kp: 120.0, controller.kd: 25.0}}
 vary: {{cylinder.moving_mass: {{from: 0.7, to: 2.0}}}}
 design: {{method: sobol, rows: 3}}
 run: {{duration: 0.6}}
@@ -60,7 +60,7 @@ def test_the_values_found_score_better_than_those_before(tmp_path: Path) -> None
     """Their score is that of the three rigs run by themselves; those in force were tried too."""
     task = read_task(written(tmp_path))
     found = search(task, tmp_path / "out")
-    before = Bench(task).measured({"controller.kp": 120.0, "controller.kd": 25.0})
+    before = Bench(task).measured(task.present())
     after = Bench(task).measured(found.values)
     assert found.complete
     assert found.best.score == task.score(after) < task.score(before)
@@ -115,7 +115,7 @@ def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
     """A trial changes what the file says of all; rigs and noise stay; its figures have its name."""
     path = written(tmp_path, extra=TRIALS)
     text = path.read_text(encoding="utf-8").replace(
-        "score: {quantile: 1.0, figures: {mean_error: 1.0e-3, overshoot: 1.0e-3}}", "score: {}"
+        "score: {quantile: 1.0, figures: {mean_error: 1.0e-2, overshoot: 1.0e-2}}", "score: {}"
     )
     path.write_text(text, encoding="utf-8")
     task = read_task(path)
