@@ -220,7 +220,8 @@ def test_colcon_installs_the_template_folder(prefix: Path) -> None:
     ours = ROOT / "templates" / "controller_test"
     names = {file.name for file in ours.iterdir() if file.is_file()}
     assert {file.name for file in installed.iterdir() if file.is_file()} == names
-    assert {"README.md", "test_controller.py", "example_controller.py"} == names
+    controllers = {"example_controller.py", "pressure_controller.py"}
+    assert {"README.md", "test_controller.py", *controllers} == names
 
 
 def test_the_presets_are_found_after_colcon(prefix: Path) -> None:

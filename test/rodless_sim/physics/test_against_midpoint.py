@@ -13,10 +13,10 @@ import numpy.typing as npt
 import pytest
 from midpoint import by_midpoint
 
-from rodless_base.parameter_file import preset_names
-from rodless_control import PidParameters, references
+from rodless_control import references
 from rodless_control.references import Reference
 from rodless_lab import closed_loop
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 from rodless_sim import Rig, RigParameters, simulate
 
 pytestmark = pytest.mark.slow
@@ -45,12 +45,12 @@ def errors(
     )
 
 
-@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("preset", BARE_RIGS)
 @pytest.mark.parametrize(("reference", "start"), [(STEP, 0.0), (SINE, 0.1)], ids=["step", "sine"])
 def test_step_and_sine(preset: str, reference: Reference, start: float) -> None:
     """Six seconds of both presets in closed loop: within 1 µm and 100 Pa."""
-    parameters = RigParameters.preset(preset)
-    run = closed_loop(parameters, PidParameters.preset(preset), reference, 6.0, PERIOD, start)
+    parameters = bare_rig(preset)
+    run = closed_loop(parameters, bare_pid(preset), reference, 6.0, PERIOD, start)
     position, pressure = errors(parameters, run.voltage[:-1], start, 1000)
     assert position < 1e-6
     assert pressure < 100.0
