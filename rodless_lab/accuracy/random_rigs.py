@@ -59,6 +59,22 @@ FIXED = (
     "valve.damping",
     "valve.hysteresis",
     "valve.dead_time",
+    "supply.delivery",
+    "supply.droop",
+    "supply.kind",
+    "supply.receiver_volume",
+    "supply.ripple_amplitude",
+    "supply.ripple_frequency",
+    "supply.switch_off_pressure",
+    "supply.switch_on_pressure",
+    "supply.time_constant",
+    "friction.dynamics",
+    "friction.bristle_stiffness",
+    "friction.bristle_damping",
+    "friction.bristle_damping_speed",
+    "friction.drift",
+    "friction.drift_time",
+    "friction.drift_seed",
 )
 # Measured curves. Drawn number by number they are no valve's: done for half of the rigs.
 AREA = "valve.area_coefficients"

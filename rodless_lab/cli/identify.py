@@ -17,8 +17,7 @@ from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
-from rodless_lab.identification.subjects import SUBJECTS, Identified, assumed_parameters
-from rodless_lab.identification.validation import Selection
+from rodless_lab.identification.subjects import SUBJECTS, assumed_parameters
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import RunError, UninformativeRunError
 from rodless_sim import ParameterError
@@ -36,8 +35,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
-        named = any(str(bag) in text for bag in (options.bag, options.validate) if bag)
-        print(text if named else f"{options.bag}: {text}", file=sys.stderr)
+        print(text if str(options.bag) in text else f"{options.bag}: {text}", file=sys.stderr)
         return 1 if isinstance(error, UninformativeRunError) else 2
     except OSError as error:
         print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
@@ -50,15 +48,11 @@ def _identify(options: argparse.Namespace) -> int:
     run.check_absolute()
     found = SUBJECTS[options.subject](run, parameters)
     verdict, picture = found.verdict, options.output.with_suffix(".png")
-    selection = _selected(options, found)
     informed = any(finding.value is not None for finding in found.findings)
     if informed:
         bag, base = options.bag.resolve().name, Path(options.base).name
         heading = title(options.subject, bag, run, options.sensors, base)
         heading.append(f"Verdict: {verdict}.")
-        if selection is not None:
-            name = options.validate.resolve().name
-            heading.append(f"The model that generalises to {name}: {selection.chosen.name}.")
         text = parameter_text(heading, found.findings)
         atomic_write(options.output, text)
     if informed or not verdict.fits:
@@ -66,8 +60,6 @@ def _identify(options: argparse.Namespace) -> int:
     if run.doubt:
         print(run.doubt, file=sys.stderr)
     print(findings_table(found.findings))
-    if selection is not None:
-        print(selection)
     if not informed:
         print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)
     if informed:
@@ -81,20 +73,6 @@ def _identify(options: argparse.Namespace) -> int:
     return MISFIT
 
 
-def _selected(options: argparse.Namespace, found: Identified) -> Selection | None:
-    """Judge the models on the second bag, where one is given; raises RunError that names it."""
-    if options.validate is None:
-        return None
-    try:
-        run = read_run(options.validate, options.namespace)
-        run.check_absolute()
-        return found.select(run)
-    except RunError as error:
-        text = str(error)
-        named = text if str(options.validate) in text else f"{options.validate}: {text}"
-        raise RunError(named) from error
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless identify",
@@ -106,13 +84,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("subject", choices=sorted(SUBJECTS))
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of a rosbag2 bag")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.yaml")
-    parser.add_argument(
-        "--validate",
-        type=Path,
-        metavar="BAG",
-        help="a second bag: the model, and it with each effect that it lacks, are fitted to the "
-        "first and judged on this one",
-    )
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     parser.add_argument(
         "--base",
