@@ -15,12 +15,10 @@ from matplotlib.figure import Figure
 
 from rodless_base.parameter_file import preset_names
 from rodless_lab.figures.identification import draw_friction, draw_pressures
-from rodless_lab.identification.friction import validation as friction_validation
 from rodless_lab.identification.friction.causes import with_form
 from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding
-from rodless_lab.identification.pressures import validation as pressure_validation
 from rodless_lab.identification.pressures.causes import with_cause
 from rodless_lab.identification.pressures.chambers import (
     chambers_findings,
@@ -31,7 +29,6 @@ from rodless_lab.identification.pressures.valve import (
     identify_valve,
     valve_findings,
 )
-from rodless_lab.identification.validation import Selection
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import ParameterError, RigParameters
@@ -40,15 +37,11 @@ from rodless_sim.instruments.instruments import DATA_SHEET
 
 @dataclass(frozen=True)
 class Identified:
-    """What a run says of the parameters, whether the model fits it, and the picture of both.
-
-    ``select`` judges the model, and it with each effect that it lacks, on a second run.
-    """
+    """What a run says of the parameters, whether the model fits it, and the picture of both."""
 
     findings: list[Finding]
     verdict: Verdict
     draw: Callable[[], Figure]
-    select: Callable[[MeasuredRun], Selection]
 
 
 Identify = Callable[[MeasuredRun, RigParameters], Identified]
@@ -60,7 +53,6 @@ def _friction(run: MeasuredRun, parameters: RigParameters) -> Identified:
         friction_findings(fit),
         with_form(fit, run, parameters),
         lambda: draw_friction(fit),
-        lambda second: friction_validation.select(run, second, parameters, fit),
     )
 
 
@@ -70,12 +62,7 @@ def _of_pressures(
 ) -> Identify:
     def found(run: MeasuredRun, parameters: RigParameters) -> Identified:
         fit = with_cause(run, identify(run, parameters))
-        return Identified(
-            findings(fit),
-            fit.verdict,
-            lambda: draw_pressures(run, fit),
-            lambda second: pressure_validation.select(run, second, fit.solution),
-        )
+        return Identified(findings(fit), fit.verdict, lambda: draw_pressures(run, fit))
 
     return found
 

@@ -33,7 +33,7 @@ def with_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> 
     if fit.verdict.fits:
         return fit.verdict
     points = friction_points(run, parameters)
-    trials = [(_cost(fit_points(points, tried)), tried) for tried in other_forms(parameters)]
+    trials = [(_cost(fit_points(points, tried)), tried) for tried in _others(parameters)]
     if not trials:
         return fit.verdict.blaming("no other friction.form")
     (left, number), best = min(trials, key=lambda trial: trial[0])
@@ -43,10 +43,10 @@ def with_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> 
     p_value = float(stats.f.sf((before - left) / size / (left / freedom), size, freedom))
     if p_value * len(trials) > FALSE_ALARM:
         return fit.verdict.blaming("no other friction.form follows the points")
-    return fit.verdict.blaming(f"another form of friction, {form_text(best)}")
+    return fit.verdict.blaming(f"another form of friction, {_said(best)}")
 
 
-def other_forms(parameters: RigParameters) -> Iterator[RigParameters]:
+def _others(parameters: RigParameters) -> Iterator[RigParameters]:
     """Yield the base with each form and its own constants about those it has, but as it is."""
     for form in FORMS:
         own = list(form.PARAMETERS)
@@ -70,8 +70,7 @@ def _cost(fit: FrictionFit) -> tuple[float, int]:
     return sum(robust_sum(side) for side in sides), sum(len(side) for side in sides)
 
 
-def form_text(parameters: RigParameters) -> str:
-    """Return the form and its own constants for people."""
+def _said(parameters: RigParameters) -> str:
     form = FORMS[parameters.choice("friction.form")]
     own = [f"{name} near {parameters.number(name):g}" for name in form.PARAMETERS]
     return ", ".join([f"friction.form: {form.NAME}", *own])

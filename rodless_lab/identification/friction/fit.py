@@ -28,7 +28,6 @@ from rodless_lab.identification.estimate import (
 from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
 from rodless_lab.identification.friction.curve import Stribeck
 from rodless_lab.identification.friction.form import PRINTED, FrictionForm
-from rodless_lab.identification.validation import robust_squares
 from rodless_lab.identification.verdict import Check, Verdict, check_power, joined
 from rodless_sim import RigParameters
 
@@ -298,7 +297,8 @@ def _result(
 
 def robust_sum(residuals: Array) -> float:
     """Sum of squares of residuals, shape (n,), in which an outlier counts linearly (soft L1)."""
-    return float(np.sum(robust_squares(residuals, _ROBUST)))
+    scaled = (residuals / _ROBUST) ** 2
+    return float(np.sum(2.0 * _ROBUST**2 * (np.sqrt(1.0 + scaled) - 1.0)))
 
 
 def _solved(

@@ -144,12 +144,10 @@ def solve(
     parameters: RigParameters,
     unknowns: Sequence[Unknown],
     rest: Array | None = None,
-    known: Sequence[tuple[Unknown, float]] = (),
 ) -> Solution:
     """Minimise the residuals; raises as :func:`fit_pressures`.
 
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
-    What is ``known`` is not fitted.
     """
     plant = Plant.of(parameters)
     if plant.tubes or plant.ripple or (plant.full and plant.full.supply.acting):
@@ -158,10 +156,10 @@ def solve(
             "takes air to arrive at once, and the supply to have the mean of its readings; "
             "identify without"
         )
-    has_play = parameters.number(HYSTERESIS) > 0.0 or HYSTERESIS in {of.name for of, _ in known}
+    has_play = parameters.number(HYSTERESIS) > 0.0
     if has_play and SPOOL_START not in {unknown.name for unknown in unknowns}:
         unknowns = [*unknowns, spool_start()]
-    problem = Problem(run, parameters, unknowns, known)
+    problem = Problem(run, parameters, unknowns)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:
         raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")

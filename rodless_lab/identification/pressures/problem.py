@@ -14,7 +14,7 @@ which are known beforehand to be within the sensors' accuracy.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -111,13 +111,6 @@ def of_plant(apply: Callable[[Plant, float], Plant]) -> Callable[[Model, float],
     return lambda model, value: model._replace(plant=apply(model.plant, value))
 
 
-def applied(model: Model, sizes: Iterable[tuple[Unknown, float]]) -> Model:
-    """Return ``model`` with each unknown at its size."""
-    for unknown, size in sizes:
-        model = unknown.apply(model, size)
-    return model
-
-
 def position_errors(position: Array, reach: float) -> Array:
     """Shapes a position sensor's error may have, shape (n, ERRORS).
 
@@ -144,7 +137,6 @@ class Problem:
 
     Values are the unknowns, then sizes of the position sensor's errors, temperatures (K) at the
     start where there are any, pressures (Pa) at the start, biases (Pa) of A, B and the supply.
-    What is ``known`` changes the model of ``parameters`` once and for all.
     """
 
     def __init__(
@@ -152,11 +144,10 @@ class Problem:
         run: MeasuredRun,
         parameters: RigParameters,
         unknowns: Sequence[Unknown],
-        known: Sequence[tuple[Unknown, float]] = (),
     ) -> None:
         self._run = run
         self._unknowns = unknowns
-        self._model = applied(Model.of(parameters), known)
+        self._model = Model.of(parameters)
         self._lag = parameters.number("sensors.pressure_lag")
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self.noise = max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
@@ -238,8 +229,9 @@ class Problem:
     def _pressures(self, values: Array, position: Array) -> Array:
         start_a, start_b, bias_a, bias_b, bias_supply = values[-5:].tolist()
         plant = self._model.plant._replace(supply_pressure=self.supply - bias_supply)
-        sizes = zip(self._unknowns, values.tolist(), strict=False)
-        model = applied(self._model._replace(plant=plant), sizes)
+        model = self._model._replace(plant=plant)
+        for unknown, size in zip(self._unknowns, values.tolist(), strict=False):
+            model = unknown.apply(model, size)
         start = (0.0, 0.0, start_a - bias_a, start_b - bias_b)
         warm = values[self._temperatures].tolist()
         return chamber_pressures(
