@@ -134,15 +134,18 @@ def kernel_by_type(function: Callable[..., Result]) -> Callable[..., Result]:
     return choose
 
 
-def version_for(kind: type, function: Callable[..., object]) -> Callable[[Kernel], Kernel]:
-    """Return a decorator for the version of a :func:`kernel_by_type` for a named tuple ``kind``.
+def version_for(
+    kinds: type | tuple[type, ...], function: Callable[..., object]
+) -> Callable[[Kernel], Kernel]:
+    """Return a decorator for the version of a :func:`kernel_by_type` for one or more named tuples.
 
-    It takes the same arguments, and runs wherever one of them is a ``kind``.
+    It takes the same arguments, and runs wherever one of them is one of ``kinds``.
     """
 
     def add(version: Kernel) -> Kernel:
         compiled = kernel(version)
-        _BY_TYPE[function].add(kind, compiled)
+        for kind in kinds if isinstance(kinds, tuple) else (kinds,):
+            _BY_TYPE[function].add(kind, compiled)
         return compiled
 
     return add

@@ -18,6 +18,7 @@ their parts: a step ends there.
 """
 
 import math
+from typing import Any
 
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
 from rodless_sim.physics import equations, integrator
@@ -41,7 +42,7 @@ from rodless_sim.physics.integrator import (
     solved,
     staged,
 )
-from rodless_sim.physics.lands import AnyCourse, Course
+from rodless_sim.physics.lands import AnyCourse, Course, Lands, Timed
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.spool import AnySpool, Spool, calmed, sent, spool_voltage, swung
@@ -136,6 +137,19 @@ def _course_at(plant: Plant, spool: Spool, voltage: float) -> Course:
 
 
 @kernel_by_type
+def openings_after(plant: Plant, course: Any, elapsed: float) -> Any:  # noqa: ARG001
+    """Return the openings ``elapsed`` s later."""
+    return course
+
+
+@version_for(Course, openings_after)
+def _openings_after(plant: Plant, course: Course, elapsed: float) -> Lands:
+    if elapsed == 0.0:
+        return course.lands
+    return openings(plant, spool_voltage(swung(plant.drive, course.spool, elapsed)))
+
+
+@kernel_by_type
 def spool_of(course: AnyCourse) -> AnySpool:  # noqa: ARG001
     """Return the spool on a course; nothing where it follows at once."""
     return ()
@@ -188,10 +202,36 @@ def _inflows(plant: Plant, course: Course, state: AnyMotion) -> object:
     return equations.inflows(plant, course.lands, state)
 
 
-@version_for(Course, integrator.sticking_step)
+@kernel
+def staged_with(
+    plant: Plant,
+    lands: Any,  # or what else lets air in
+    state: AnyMotion,
+    direction: int,
+    matrix: Matrix,
+    first: AnyMotion,
+    change: AnyMotion,
+    weight: float,
+    step: float,
+) -> tuple[AnyMotion, float]:
+    """Take one step as :func:`staged` does, by rates that change with time.
+
+    ``plant`` and ``lands`` are those at the instant of the later stages, ``weight`` · ``change`` is
+    h ∂f/∂t.
+    """
+    u1 = solved(matrix, moved(first, change, GAMMA_1 * weight))
+    later = rates(plant, lands, moved(state, u1, 1.0), direction)
+    u2 = solved(matrix, moved(moved(later, u1, C21 / step), change, GAMMA_2 * weight))
+    sum3 = moved(moved(later, u1, C31 / step), u2, C32 / step)
+    u3 = solved(matrix, moved(sum3, change, GAMMA_3 * weight))
+    after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
+    return after, error_size(moved(moved(moved(u1, u1, E1 - 1.0), u2, E2), u3, E3))
+
+
+@version_for((Course, Timed), integrator.sticking_step)
 def _sticking_step(
     plant: Plant,
-    course: Course,
+    course: Course | Timed,
     state: AnyMotion,
     a: PressureRate | HeatedRate,
     b: PressureRate | HeatedRate,
@@ -239,10 +279,4 @@ def staged_on_the_way(
         change = moved(rates(plant, there, state, direction), first, -1.0)
         weight = step * spool.speed / near
     lands = openings(plant, spool_voltage(swung(plant.drive, spool, ALPHA * step)))
-    u1 = solved(matrix, moved(first, change, GAMMA_1 * weight))
-    later = rates(plant, lands, moved(state, u1, 1.0), direction)
-    u2 = solved(matrix, moved(moved(later, u1, C21 / step), change, GAMMA_2 * weight))
-    sum3 = moved(moved(later, u1, C31 / step), u2, C32 / step)
-    u3 = solved(matrix, moved(sum3, change, GAMMA_3 * weight))
-    after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
-    return after, error_size(moved(moved(moved(u1, u1, E1 - 1.0), u2, E2), u3, E3))
+    return staged_with(plant, lands, state, direction, matrix, first, change, weight, step)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
-from rodless_base.kernels import kernel, kernel_by_type, version_for
+from rodless_base.kernels import kernel_by_type, version_for
 from rodless_sim.physics.course import course_at, spool_of
 from rodless_sim.physics.equations import Inflows, inflows
 from rodless_sim.physics.lands import AnyCourse, Course, Timed
@@ -83,36 +83,10 @@ def _until_arrival(drive: Drive, period: int) -> int:
     return drive.dead_time % period
 
 
-@version_for(Timed, advance_period)
-def _advance_timed_period(
-    plant: Plant,
-    course: Timed,
-    state: AnyMotion,
-    flows: Inflows,
-    arrivals: tuple[float, float],
-    period: int,
-    tolerance: float,
-) -> tuple[AnyMotion, AnyCourse, int]:
-    return in_two_parts(plant, course, state, flows, arrivals, period, tolerance)
-
-
-@version_for(Course, advance_period)
+@version_for((Course, Timed), advance_period)
 def _advance_period(
     plant: Plant,
-    course: Course,
-    state: AnyMotion,
-    flows: Inflows,
-    arrivals: tuple[float, float],
-    period: int,
-    tolerance: float,
-) -> tuple[AnyMotion, AnyCourse, int]:
-    return in_two_parts(plant, course, state, flows, arrivals, period, tolerance)
-
-
-@kernel
-def in_two_parts(
-    plant: Plant,
-    course: AnyCourse,
+    course: Course | Timed,
     state: AnyMotion,
     flows: Inflows,
     arrivals: tuple[float, float],

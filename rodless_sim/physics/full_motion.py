@@ -54,6 +54,7 @@ from rodless_sim.physics.step_control import (
     MOST_STEPS_PER_SECOND,
     may_fall,
     step_in_the_fall,
+    step_within,
 )
 
 # A stop and a new start are looked for in no shorter step.
@@ -216,12 +217,7 @@ def advance_full(
     left = step = period
     state, modes = resumed(plant, consistent(plant, state))
     for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
-        step = min(step, LONGEST_STEP)
-        if step >= left:
-            step = left
-        elif step > 0.5 * left:
-            step = 0.5 * left
-        step = time_to_drift(plant, state, step_on(plant, course, step))
+        step = time_to_drift(plant, state, step_on(plant, course, step_within(left, step)))
         state, elapsed, step, event = attempt(plant, course, state, modes, step, tolerance)
         if elapsed > 0.0:
             left -= elapsed

@@ -25,6 +25,7 @@ from rodless_sim.physics.course import (
     GAMMA_2,
     GAMMA_3,
     NEAR,
+    openings_after,
 )
 from rodless_sim.physics.full_numbers import (
     COUNT,
@@ -53,7 +54,7 @@ from rodless_sim.physics.integrator import (
 from rodless_sim.physics.lands import AnyCourse, Course, Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.spool import Spool, spool_voltage, swung
+from rodless_sim.physics.spool import Spool, spool_voltage
 from rodless_sim.physics.state import FullMotion
 
 Array = npt.NDArray[np.float64]
@@ -96,19 +97,6 @@ HERE, BESIDE, SCRATCH = range(3)
 def spanned(plant: Plant, course: AnyCourse, step: float) -> Any:  # noqa: ARG001
     """Return the course as a step of ``step`` s sees it."""
     return course
-
-
-@kernel_by_type
-def openings_after(plant: Plant, course: Any, elapsed: float) -> Any:  # noqa: ARG001
-    """Return the openings ``elapsed`` s later."""
-    return course
-
-
-@version_for(Course, openings_after)
-def _openings_after(plant: Plant, course: Course, elapsed: float) -> Lands:
-    if elapsed == 0.0:
-        return course.lands
-    return openings(plant, spool_voltage(swung(plant.drive, course.spool, elapsed)))
 
 
 @kernel_by_type

@@ -39,6 +39,7 @@ from rodless_sim.physics.step_control import (
     UNSTABLE_SHARE,
     may_fall,
     step_in_the_fall,
+    step_within,
 )
 
 
@@ -133,12 +134,7 @@ def advance_from(
     left = step = period
     direction = sliding_direction(plant, state)
     for _ in range(MOST_STEPS + int(MOST_STEPS_PER_SECOND * period)):
-        step = min(step, LONGEST_STEP)
-        if step >= left:
-            step = left
-        elif step > 0.5 * left:
-            step = 0.5 * left
-        step = step_on(plant, course, step)
+        step = step_on(plant, course, step_within(left, step))
         if direction == 0:
             attempt = sticking_attempt(plant, course, stopped(state), flows, step, tolerance)
         else:

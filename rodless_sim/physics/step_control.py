@@ -31,6 +31,17 @@ FALL_ACCURACY = 10.0
 
 
 @kernel
+def step_within(left: float, step: float) -> float:
+    """Return the step to try, up to ``step``, of the ``left`` s of a period: no sliver is left."""
+    step = min(step, LONGEST_STEP)
+    if step >= left:
+        return left
+    if step > 0.5 * left:
+        return 0.5 * left
+    return step
+
+
+@kernel
 def may_fall(speed: float, stribeck_velocity: float) -> bool:
     """Whether friction may fall with speed at ``speed`` (m/s)."""
     return abs(speed) < 3.0 * stribeck_velocity

@@ -20,7 +20,7 @@ import numpy as np
 
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
 from rodless_sim.physics import course as valve_course
-from rodless_sim.physics import equations, full_rates, full_step, integrator
+from rodless_sim.physics import equations, full_rates, full_step
 from rodless_sim.physics.air_in_tubes import (
     COLUMNS,
     FIRST_ROWS,
@@ -43,33 +43,21 @@ from rodless_sim.physics.air_in_tubes import (
     share_of,
     stiffness,
 )
-from rodless_sim.physics.course import ALPHA, GAMMA_1, GAMMA_2, GAMMA_3
-from rodless_sim.physics.cylinder import PressureRate, volume_a, volume_b
+from rodless_sim.physics.course import ALPHA, openings_after, staged_with
+from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import Inflows, less_leaks, motion_rate, rates
 from rodless_sim.physics.full_rates import air_rates, supply_at_valve
-from rodless_sim.physics.heat import HeatedRate, NetInflow, enthalpy_capacity
+from rodless_sim.physics.heat import NetInflow, enthalpy_capacity
 from rodless_sim.physics.heated import NetInflows
 from rodless_sim.physics.heated import less_leaks as less_heated_leaks
 from rodless_sim.physics.integrator import (
-    B2,
-    B3,
-    C21,
-    C31,
-    C32,
-    E1,
-    E2,
-    E3,
-    GAMMA,
     Matrix,
-    eliminated_chambers,
-    error_size,
-    solved,
     staged,
 )
-from rodless_sim.physics.lands import AnyCourse, Arriving, Course, Lands, Timed
+from rodless_sim.physics.lands import AnyCourse, Arriving, Lands, Timed
 from rodless_sim.physics.plant import Plant, supplied
-from rodless_sim.physics.ports import Inflow, openings, supply_flow
-from rodless_sim.physics.spool import AnySpool, Drive, Memory, spool_voltage, starting_spool, swung
+from rodless_sim.physics.ports import Inflow, supply_flow
+from rodless_sim.physics.spool import AnySpool, Drive, Memory, starting_spool
 from rodless_sim.physics.state import AnyMotion, FullMotion, HeatedMotion, Motion, moved
 from rodless_sim.physics.supply import longest_step, rippled
 
@@ -104,19 +92,6 @@ def _fed_by(plant: Plant, after: FullMotion, supply: float, time: float, share: 
     if not plant.full.supply.acting:
         return now
     return supplied(plant, supply + share * (supply_at_valve(now, after) - supply))
-
-
-@kernel_by_type
-def lands_at(plant: Plant, valve: Any, elapsed: float) -> Any:  # noqa: ARG001
-    """Return the valve's openings ``elapsed`` s later."""
-    return valve
-
-
-@version_for(Course, lands_at)
-def _lands_at(plant: Plant, valve: Course, elapsed: float) -> Lands:
-    if elapsed == 0.0:
-        return valve.lands
-    return openings(plant, spool_voltage(swung(plant.drive, valve.spool, elapsed)))
 
 
 # What is different with tubes, and without any.
@@ -196,7 +171,7 @@ def within(
     share: float,
 ) -> Any:
     """Return what lets air into the chambers at a share of a step: the valve's openings."""
-    return lands_at(plant, valve, share * step)
+    return openings_after(plant, valve, share * step)
 
 
 @version_for(Windows, within)
@@ -218,7 +193,7 @@ def let_in(
     time: float,  # noqa: ARG001
 ) -> Any:
     """Return what lets air into the chambers at ``time``."""
-    return lands_at(plant, valve, 0.0)
+    return openings_after(plant, valve, 0.0)
 
 
 @version_for(Tubes, let_in)
@@ -243,17 +218,7 @@ def arrived(plant: Plant, state: Motion, a: float, b: float) -> Inflows:
     return flows
 
 
-@version_for(HeatedMotion, arrived)
-def _heated_arrived(plant: Plant, state: HeatedMotion, a: float, b: float) -> NetInflows:
-    return warm_arrived(plant, state, a, b)
-
-
-@version_for(FullMotion, arrived)
-def _full_arrived(plant: Plant, state: FullMotion, a: float, b: float) -> NetInflows:
-    return warm_arrived(plant, state, a, b)
-
-
-@kernel
+@version_for((HeatedMotion, FullMotion), arrived)
 def warm_arrived(plant: Plant, state: HeatedMotion | FullMotion, a: float, b: float) -> NetInflows:
     """:func:`arrived` at chambers that have temperatures."""
     flows = NetInflows(
@@ -310,7 +275,10 @@ def fed(plant: Plant, tubes: Tubes, course: Timed, step: float, after: AnyMotion
         early, late = (part + SDIRK) / parts, (part + 1) / parts
         now = fed_by(plant, after, course.supply, time + early * step, early)
         then = fed_by(plant, after, course.supply, time + late * step, late)
-        middle, last = lands_at(plant, valve, early * step), lands_at(plant, valve, late * step)
+        middle, last = (
+            openings_after(plant, valve, early * step),
+            openings_after(plant, valve, late * step),
+        )
         level = start_a.level + late * (level_a - start_a.level)
         stiff = start_a.stiffness + late * (stiff_a - start_a.stiffness)
         a = filled(now, then, middle, last, False, tubes.a, level, stiff, length)
@@ -396,7 +364,7 @@ def _spool_time(drive: Drive) -> float:
 @version_for(Memory, valve_course.course_at)
 def _course_at(plant: Plant, memory: Memory, voltage: float) -> Timed:
     valve = valve_course.course_at(plant, memory.spool, voltage)
-    tubes = tubes_opened(plant, memory.tubes, memory.supply, lands_at(plant, valve, 0.0))
+    tubes = tubes_opened(plant, memory.tubes, memory.supply, openings_after(plant, valve, 0.0))
     return Timed(memory.time, memory.supply, valve, tubes)
 
 
@@ -423,21 +391,6 @@ def _course_after(plant: Plant, course: Timed, elapsed: float, after: AnyMotion)
 def _inflows(plant: Plant, course: Timed, state: AnyMotion) -> object:
     now = now_supplied(plant, course.time)
     return equations.inflows(now, let_in(plant, course.tubes, course.valve, course.time), state)
-
-
-@version_for(Timed, integrator.sticking_step)
-def _sticking_step(
-    plant: Plant,
-    course: Timed,
-    state: AnyMotion,
-    a: PressureRate | HeatedRate,
-    b: PressureRate | HeatedRate,
-    step: float,
-) -> tuple[AnyMotion, float]:
-    # A pivot of nothing: whatever pushes, the carriage stays.
-    chambers = eliminated_chambers(a, b, 1.0 / (GAMMA * step))
-    matrix = Matrix(0.0, 0.0, 0.0, 0.0, chambers[0], chambers[1], chambers[2])
-    return staged(plant, course, state, 0, matrix, motion_rate(0.0, 0.0, a, b), step)
 
 
 @version_for(Timed, staged)
@@ -470,13 +423,7 @@ def staged_in_time(
     near = within(plant, arriving, course.valve, step, SMALL)
     ahead = within(plant, arriving, course.valve, step, ALPHA)
     change, weight = moved(rates(soon, near, state, direction), first, -1.0), 1.0 / SMALL
-    u1 = solved(matrix, moved(first, change, GAMMA_1 * weight))
-    later = rates(then, ahead, moved(state, u1, 1.0), direction)
-    u2 = solved(matrix, moved(moved(later, u1, C21 / step), change, GAMMA_2 * weight))
-    sum3 = moved(moved(later, u1, C31 / step), u2, C32 / step)
-    u3 = solved(matrix, moved(sum3, change, GAMMA_3 * weight))
-    after = moved(moved(moved(state, u1, 1.0), u2, B2), u3, B3)
-    return after, error_size(moved(moved(moved(u1, u1, E1 - 1.0), u2, E2), u3, E3))
+    return staged_with(then, ahead, state, direction, matrix, first, change, weight, step)
 
 
 # For full_step.
@@ -505,7 +452,7 @@ def _spanned(plant: Plant, course: Timed, step: float) -> Spanned:
     return Spanned(course, step, arriving, drawn_by(plant, course.tubes, course))
 
 
-@version_for(Spanned, full_step.openings_after)
+@version_for(Spanned, openings_after)
 def _openings_after(plant: Plant, course: Spanned, elapsed: float) -> Instant:
     supply = rippled(plant.ripple, plant.supply_pressure, course.course.time + elapsed)
     inlet = within(plant, course.arriving, course.course.valve, course.step, elapsed / course.step)
@@ -515,7 +462,7 @@ def _openings_after(plant: Plant, course: Spanned, elapsed: float) -> Instant:
 @version_for(Spanned, full_step.openings_beside)
 def _openings_beside(plant: Plant, course: Spanned) -> tuple[object, float]:
     near = SMALL * course.step
-    return full_step.openings_after(plant, course, near), 1.0 / near
+    return openings_after(plant, course, near), 1.0 / near
 
 
 @version_for(Instant, full_rates.as_supplied)
@@ -552,7 +499,7 @@ def drawn_by(plant: Plant, tubes: tuple[()], course: Timed) -> float:  # noqa: A
 
 @version_for(Tubes, drawn_by)
 def _drawn_by(plant: Plant, tubes: Tubes, course: Timed) -> float:
-    lands = lands_at(plant, course.valve, 0.0)
+    lands = openings_after(plant, course.valve, 0.0)
     now = supplied(plant, course.supply)
     return supply_flow(now, lands, tubes.a.pressure, tubes.b.pressure)
 
