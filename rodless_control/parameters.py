@@ -52,9 +52,12 @@ OUTPUT = declare(
     ),
 )
 
+# Names the law of the controller.
+LAW = "controller.law"
+
 NODE_PARAMETERS = declare(
     Parameter(
-        "controller.law",
+        LAW,
         "pid",
         "",
         "control law: one of this package by name, or a Law of your own as package.module:Class; "

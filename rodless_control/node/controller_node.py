@@ -31,11 +31,12 @@ from rodless_control.loop import ControlLoop
 from rodless_control.node.answers import Answers
 from rodless_control.node.controller_diagnostics import ControllerDiagnostics
 from rodless_control.node.inputs import Inputs
-from rodless_control.node.law_parameters import LAW, LawChoice, parameters_of_law
+from rodless_control.node.law_parameters import LawChoice, parameters_of_law
 from rodless_control.node.position_watch import WATCH_PERIOD
 from rodless_control.node.ready import Readiness, started_line
 from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.watchdog import Watchdog
+from rodless_control.parameters import LAW
 
 # What ~/reset and ~/enable answer.
 HOLDS = "holds where it is until a new set-point comes"

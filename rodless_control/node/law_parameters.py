@@ -16,9 +16,7 @@ from rodless_base.parameters import ParameterError
 from rodless_base.ros.given import given_parameters
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.laws import LAWS
-from rodless_control.parameters import NODE_PARAMETERS
-
-LAW = "controller.law"
+from rodless_control.parameters import LAW, NODE_PARAMETERS
 
 
 def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str, object]]:

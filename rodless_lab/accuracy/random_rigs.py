@@ -37,44 +37,45 @@ PERIOD = 1e-3  # s
 DURATION = 1.2  # s
 RANGE = MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE  # V
 
-# The physics; what the clock, the instruments and the commands do is not asked here.
-PHYSICS = ("supply.", "atmosphere.", "air.", "valve.", "cylinder.", "end_stop.", "friction.")
-# Left as they are: a locked carriage stays where it is, and the start is drawn by itself. The
-# critical ratio follows from the isentropic index. What the paper leaves out is off, so that each
-# number stays the same rig.
-FIXED = (
-    "valve.command_timeout",
-    "cylinder.model",
-    "cylinder.locked",
-    "cylinder.initial_position",
-    "air.critical_ratio",
-    "valve.flow_law",
-    "valve.sonic_conductance",
-    "valve.critical_ratio",
-    "valve.subsonic_index",
-    "valve.discharge",
-    "valve.discharge_coefficient",
-    "valve.dynamics",
-    "valve.natural_frequency",
-    "valve.damping",
-    "valve.hysteresis",
-    "valve.dead_time",
-    "supply.delivery",
-    "supply.droop",
-    "supply.kind",
-    "supply.receiver_volume",
-    "supply.ripple_amplitude",
-    "supply.ripple_frequency",
-    "supply.switch_off_pressure",
-    "supply.switch_on_pressure",
-    "supply.time_constant",
-    "friction.dynamics",
-    "friction.bristle_stiffness",
-    "friction.bristle_damping",
-    "friction.bristle_damping_speed",
-    "friction.drift",
-    "friction.drift_time",
-    "friction.drift_seed",
+# What is drawn: the paper's physics, and nothing that a newer option declares, so that each number
+# stays the same rig. A locked carriage stays where it is, the start is drawn by itself, and the
+# critical ratio follows from the isentropic index.
+DRAWN = (
+    "supply.pressure",
+    "supply.temperature",
+    "atmosphere.pressure",
+    "atmosphere.temperature",
+    "air.gas_constant",
+    "air.isentropic_index",
+    "air.viscosity",
+    "valve.assembly",
+    "valve.gap_fade_voltage",
+    "valve.closed_voltage",
+    "valve.curve_centre",
+    "valve.area_coefficients",
+    "valve.flow_coefficients",
+    "valve.spool_diameter",
+    "valve.sleeve_diameter",
+    "valve.gap_length",
+    "valve.gap_height",
+    "cylinder.bore",
+    "cylinder.stroke",
+    "cylinder.moving_mass",
+    "cylinder.dead_volume_a",
+    "cylinder.dead_volume_b",
+    "end_stop.restitution",
+    "friction.form",
+    "friction.forward.static",
+    "friction.forward.coulomb",
+    "friction.forward.stribeck_velocity",
+    "friction.forward.viscous",
+    "friction.reverse.static",
+    "friction.reverse.coulomb",
+    "friction.reverse.stribeck_velocity",
+    "friction.reverse.viscous",
+    "friction.high_speed_viscous",
+    "friction.saturation_velocity",
+    "friction.capture_velocity",
 )
 # Measured curves. Drawn number by number they are no valve's: done for half of the rigs.
 AREA = "valve.area_coefficients"
@@ -140,11 +141,7 @@ def _can_move(parameters: RigParameters) -> bool:
 
 
 def _drawn_parameters() -> list[Parameter]:
-    return [
-        parameter
-        for name, parameter in RigParameters.DECLARATIONS.items()
-        if name.startswith(PHYSICS) and name not in FIXED
-    ]
+    return [RigParameters.DECLARATIONS[name] for name in DRAWN]
 
 
 def _from_whole_range(generator: np.random.Generator) -> dict[str, object]:

@@ -16,6 +16,7 @@ from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
+from rodless_control.parameters import LAW
 from rodless_control.references import Reference
 from rodless_control.setpoint import FROM_PARAMETERS, reference_from
 from rodless_lab.simulation.closed_loop import Loop
@@ -24,7 +25,6 @@ from rodless_lab.studies.fields import Fields
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
-LAW = "controller.law"
 SEED = "sensors.seed"
 
 

@@ -14,8 +14,9 @@ from typing import Any
 
 from rodless_base.kernels import source_digest
 from rodless_control import ControllerParameters
+from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import Axis, Choice, Dimension, Range
-from rodless_lab.studies.base import LAW, Base
+from rodless_lab.studies.base import Base
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.study import Study
 from rodless_sim import RigParameters

@@ -18,6 +18,7 @@ from pathlib import Path
 from rodless_base.columns import quantities
 from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameters import ParameterError, Value
+from rodless_control.parameters import LAW
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.design import (
     LARGEST_SEED,
@@ -30,7 +31,7 @@ from rodless_lab.simulation.design import (
     seed_of,
     shares,
 )
-from rodless_lab.studies.base import LAW, SEED, Base, read_base
+from rodless_lab.studies.base import SEED, Base, read_base
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.sensitivity import SALTELLI, saltelli

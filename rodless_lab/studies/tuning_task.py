@@ -17,11 +17,11 @@ import numpy.typing as npt
 
 from rodless_base.one_line import in_one_line
 from rodless_base.parameters import Value
+from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.quantile import quantile
 from rodless_lab.simulation.run_metrics import RunMetrics
-from rodless_lab.studies.base import LAW
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rodless_control.laws import LAWS
+from rodless_control.parameters import LAW
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,6 @@ class Panel:
     title: str
     fields: tuple[Field | Choice, ...]
     is_open: bool = False  # from the start
-
-
-LAW = "controller.law"
 
 
 def _sensor(name: str, label: str) -> Choice:

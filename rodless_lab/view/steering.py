@@ -13,7 +13,8 @@ from itertools import chain
 
 from nicegui import ui
 
-from rodless_lab.view.panels import LAW, PANELS, REFERENCES, Choice, Panel
+from rodless_control.parameters import LAW
+from rodless_lab.view.panels import PANELS, REFERENCES, Choice, Panel
 from rodless_lab.view.requests import Requests
 from rodless_lab.view.widgets import (
     ChoiceField,

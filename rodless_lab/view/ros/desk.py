@@ -18,6 +18,7 @@ from rcl_interfaces.msg import ParameterEvent
 
 from rodless_base.one_line import traced
 from rodless_base.start import Stop
+from rodless_control.parameters import LAW
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import python_value
 from rodless_lab.session.running_rig import NODES, RunningRig
@@ -25,7 +26,6 @@ from rodless_lab.session.services import ask_each
 from rodless_lab.session.set_parameters import change_parameters, failed_law
 from rodless_lab.session.status import LEVELS
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.panels import LAW
 from rodless_lab.view.state import CONTROLLER, PLANT, NodeState, ViewState, number_in
 
 # For each answer of a node, in wall-clock s.
