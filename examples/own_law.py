@@ -26,7 +26,7 @@ TARGET = 0.058  # m
 class PressureDamped(Law):
     """Proportional to the error, damped by the difference of the pressures."""
 
-    GAIN, DAMPING, ACROSS = 60.0, 1e-6, 0.25  # V/m, V/Pa, V to cross the valve's flat centre
+    GAIN, DAMPING, ACROSS = 90.0, 1e-6, 0.4  # V/m, V/Pa, V to cross the valve's flat centre
 
     def update(self, measurement, reference, interval):  # noqa: ARG002
         """Return the voltage for one sample; ``interval`` is in s."""
