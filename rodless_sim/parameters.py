@@ -124,6 +124,7 @@ class RigParameters(ParameterSet):
             friction,
             cylinder_series,
             cylinder,
+            tubes,
             coupling,
             faults,
             frames,

@@ -31,7 +31,8 @@ MEANING = {
     ),
     NO_PRESSURE: (
         "a pressure is not positive",
-        "check the pressures given, valve.area_coefficients and valve.flow_coefficients",
+        "check the pressures given, valve.area_coefficients, valve.flow_coefficients and, with "
+        "tubes, tubes.length and cylinder.dead_volume_*",
     ),
     NO_VOLUME: (
         "a chamber has no volume",

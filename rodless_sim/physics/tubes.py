@@ -14,7 +14,7 @@ What they do is in :mod:`~rodless_sim.physics.air_in_tubes`.
 import math
 from typing import NamedTuple
 
-from rodless_base.parameters import Parameter, ParameterSet, declare
+from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
 from rodless_sim.physics.sources import JUDGEMENT
 
 DELAY = "delay"
@@ -71,3 +71,23 @@ def of(parameters: ParameterSet) -> Tube | tuple[()]:
     )
     length = number("tubes.length")
     return Tube(length, number("tubes.diameter"), length / sound)
+
+
+def check(parameters: ParameterSet) -> None:
+    """Refuse tubes that hold more than the dead volume they are part of.
+
+    What leaves a chamber is on its way for the time of sound, whatever becomes of the chamber: one
+    much smaller than its tube would be emptied below vacuum.
+    """
+    if parameters.text("tubes.model") != DELAY:
+        return
+    length, diameter = parameters.number("tubes.length"), parameters.number("tubes.diameter")
+    held = 0.25 * math.pi * diameter**2 * length
+    for name in ("cylinder.dead_volume_a", "cylinder.dead_volume_b"):
+        volume = parameters.number(name)
+        if volume < held:
+            raise ParameterError(
+                f"{name}: {volume:g} m³ refused, the tube is part of it and holds {held:.3g} m³ "
+                f"(tubes.length {length:g} m, tubes.diameter {diameter:g} m): raise it, or give a "
+                "smaller tube"
+            )

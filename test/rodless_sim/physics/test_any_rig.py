@@ -79,6 +79,10 @@ def rigs(draw: st.DrawFn) -> RigParameters:
     amplitudes: Any = values["valve.area_coefficients"]
     if max(map(abs, amplitudes[::3])) > LARGEST_AMPLITUDE:
         values["valve.area_coefficients"] = scaled_amplitudes(amplitudes, -6)
+    diameter, length = (float(str(values[f"tubes.{of}"])) for of in ("diameter", "length"))
+    if values["tubes.model"] != "none":
+        for volume in ("cylinder.dead_volume_a", "cylinder.dead_volume_b"):
+            values[volume] = max(float(str(values[volume])), 0.8 * diameter**2 * length)
     index = float(str(values["air.isentropic_index"]))
     values["air.critical_ratio"] = (2.0 / (index + 1.0)) ** (index / (index - 1.0))
     values["time.period"] = max(round(float(str(values["time.period"])), 6), 1e-4)

@@ -42,7 +42,9 @@ OPTIONS: dict[str, dict[str, tuple[float, float] | str]] = {
     "tubes": {
         "tubes.model": "delay",
         "tubes.length": (0.1, 5.0),
-        "tubes.diameter": (2e-3, 1e-2),
+        "tubes.diameter": (2e-3, 4e-3),
+        "cylinder.dead_volume_a": (6.3e-5, 1e-4),
+        "cylinder.dead_volume_b": (6.3e-5, 1e-4),
     },
     "ripple": {
         "supply.ripple_amplitude": (1.0, 1e5),

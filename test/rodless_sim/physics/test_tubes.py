@@ -19,6 +19,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from rodless_base.parameters import ParameterError
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
 from rodless_lab.bare_rigs import IDEAL
@@ -263,14 +264,25 @@ def test_leaking_air_flows_as_steadily_as_without_tubes() -> None:
 
 @pytest.mark.parametrize("voltage", [0.0, 10.0])
 def test_an_open_valve_does_not_swing_against_a_small_chamber(voltage: float) -> None:
-    """Nowhere does the chamber pass the supply or the atmosphere, however long the tube."""
-    dead = {"cylinder.dead_volume_a": 2e-6, "cylinder.dead_volume_b": 2e-6}
+    """The chamber passes neither supply nor atmosphere, even where it is all tube."""
+    dead = {"cylinder.dead_volume_a": 2.52e-5, "cylinder.dead_volume_b": 2.52e-5}
     values = {**HELD, **dead, "tubes.length": 2.0, "cylinder.initial_position": 0.0}
     run = simulate(RigParameters(values), np.full(300, voltage), 1e-3)
     low, high = 101325.0 - 1.0, 621325.0 + 1.0
     for pressure in (run.pressure_a, run.pressure_b):
         assert low <= pressure.min() <= pressure.max() <= high
     assert np.ptp(run.pressure_a[-50:]) < 1.0
+
+
+def test_a_tube_larger_than_the_dead_volume_it_is_part_of_is_refused() -> None:
+    """2 m of 4 mm hold 25 cm³: the line names the volume, what the tube holds and the way out."""
+    values = {"tubes.model": "delay", "tubes.length": 2.0}
+    fits = {**values, "cylinder.dead_volume_a": 2.52e-5, "cylinder.dead_volume_b": 2.52e-5}
+    RigParameters(fits)
+    line = r"dead_volume_b: 2\.5e-05 m³ refused.* holds 2\.51e-05 m³ .*length 2 m.*: raise it"
+    with pytest.raises(ParameterError, match=line):
+        RigParameters({**fits, "cylinder.dead_volume_b": 2.5e-5})
+    RigParameters({**values, "tubes.model": "none"})
 
 
 def test_rig_simulation_and_loop_have_the_same_bits() -> None:
