@@ -123,11 +123,14 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     _impl_class = _CompileResults
 
-    def __init__(self, function: object) -> None:
-        """Look in numba's ``config.CACHE_DIR``; raises RuntimeError or OSError if it cannot."""
+    def __init__(self, function: object, form: str = "") -> None:
+        """Look in numba's ``config.CACHE_DIR``; raises RuntimeError or OSError if it cannot.
+
+        The forms of one function do not take each other's place.
+        """
         super().__init__(function)
         self._cache_file = _CheckedFiles(
-            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
+            self._cache_path, self._impl.filename_base + form, self._impl.locator.get_source_stamp()
         )
 
     def load_overload(self, signature: object, target: object) -> object:

@@ -24,6 +24,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
+from numba.core.registry import CPUDispatcher
 from numba.extending import overload
 
 from rodless_base.kernel_cache import KernelCache, complain, private_folder
@@ -181,20 +182,46 @@ def unlinked(function: Kernel, **functions: Callable[..., object]) -> Kernel:
     return cast(Kernel, FunctionType(function.__code__, scope, function.__name__))
 
 
+class _Inlined(CPUDispatcher):  # type: ignore[misc]
+    """What is compiled twice at most: for compiled code, and once more where Python calls it.
+
+    What takes a function's arguments from Python is much larger than a small function with many
+    constants: a third of all compiling, for what is hardly ever called from there.
+    """
+
+    def __init__(self, function: Callable[..., object], options: dict[str, object]) -> None:
+        super().__init__(function, targetoptions=options)
+        inner = {**options, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self.inner = CPUDispatcher(function, targetoptions=inner)
+
+    def get_call_template(self, args: object, kws: object) -> object:
+        return self.inner.get_call_template(args, kws)
+
+    def get_overload(self, sig: object) -> object:
+        return self.inner.get_overload(sig)
+
+
 def _compiled(function: Kernel, keep: bool, outlined: bool = False) -> Kernel:
-    options = {"nogil": True} if outlined else {"forceinline": True}
-    compiled = numba.njit(error_model="numpy", **options)(function)
-    if keep and _CACHE_FOLDER is not None and isinstance(compiled, Dispatcher):
+    if numba.config.DISABLE_JIT:
+        return function
+    options: dict[str, object] = {"nopython": True, "boundscheck": None, "error_model": "numpy"}
+    if outlined:
+        compiled = CPUDispatcher(function, targetoptions={**options, "nogil": True})
+    else:
+        compiled = _Inlined(function, {**options, "forceinline": True})
+    if keep and _CACHE_FOLDER is not None:
         _keep(compiled, _CACHE_FOLDER)
+        if not outlined:
+            _keep(compiled.inner, _CACHE_FOLDER, "inlined")
     return cast(Kernel, compiled)
 
 
-def _keep(compiled: Dispatcher, folder: Path) -> None:
+def _keep(compiled: Dispatcher, folder: Path, form: str = "") -> None:
     """Do what numba's ``cache=True`` does, with a cache that survives damage, in ``folder``."""
     others = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)
     try:
-        cast(Any, compiled)._cache = KernelCache(compiled.py_func)
+        cast(Any, compiled)._cache = KernelCache(compiled.py_func, form)
     except (RuntimeError, OSError) as error:
         complain(f"compiled code is not kept, each start compiles anew: {error}")
     finally:
@@ -210,10 +237,9 @@ def specialise(function: Kernel, *example: object) -> Kernel:
         return function
     signature = tuple(numba.typeof(value) for value in example)
     try:
-        function.compile(signature)
+        return cast(Kernel, function.compile(signature))
     except NumbaError as error:
         raise TypeError(f"does not compile: {_first_cause(error)}") from error
-    return cast(Kernel, function.get_overload(signature))
 
 
 def _first_cause(error: NumbaError) -> str:

@@ -79,10 +79,10 @@ def by_radau(
     plant = Plant.of(parameters)
     if plant.drive:
         raise ValueError("by_radau() keeps the openings constant: it knows no spool that moves")
-    if plant.tubes or plant.ripple:
-        raise ValueError("by_radau() knows neither tubes.model nor supply.ripple_amplitude")
     if plant.full:
         raise ValueError("by_radau() knows neither bristles nor a piston of its own nor drift")
+    if plant.tubes or plant.ripple:
+        raise ValueError("by_radau() knows neither tubes.model nor supply.ripple_amplitude")
     deadline = time.monotonic() + timeout
     state: Array = np.array(starting_motion(plant, parameters, position), dtype=np.float64)
     rows: list[Array] = [state[None]]

@@ -13,7 +13,7 @@ import math
 from rodless_base.kernels import kernel_by_type
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.spool import AnySpool, place_of
+from rodless_sim.physics.spool import AnySpool, Memory, place_of
 from rodless_sim.physics.state import AnyMotion, FullMotion, HeatedMotion, Motion
 
 SOUND = 0
@@ -31,8 +31,7 @@ MEANING = {
     ),
     NO_PRESSURE: (
         "a pressure is not positive",
-        "check the pressures given, valve.area_coefficients, valve.flow_coefficients and, with "
-        "tubes, tubes.length and cylinder.dead_volume_*",
+        "check the pressures given, valve.area_coefficients and valve.flow_coefficients",
     ),
     NO_VOLUME: (
         "a chamber has no volume",
@@ -48,6 +47,10 @@ MEANING = {
         "the cylinder.dead_volume_*",
     ),
 }
+EMPTIED = (
+    "tubes draw air from a chamber for the time of sound, here more than it has: raise "
+    "cylinder.dead_volume_*, or shorten tubes.length"
+)
 
 
 class SimulationError(RuntimeError):
@@ -85,6 +88,8 @@ def simulation_error(
 ) -> SimulationError:
     """Return the error for a fault in the sample period that began at ``time`` (s)."""
     what, advice = MEANING[fault]
+    if fault == NO_PRESSURE and isinstance(spool, Memory) and spool.tubes:
+        advice = EMPTIED
     air = f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa"
     if isinstance(state, HeatedMotion | FullMotion):
         air += f", temperatures {state.temperature_a:g} and {state.temperature_b:g} K"

@@ -48,7 +48,7 @@ class Plant(NamedTuple):
     def of(cls, parameters: ParameterSet) -> "Plant":
         """Return the constants for ``parameters``, those of a rig."""
         air, valve = Air.of(parameters), Valve.of(parameters)
-        further = full.of(parameters)
+        further, tube = full.of(parameters), tubes.of(parameters)
         plant = cls(
             air=air,
             valve=valve,
@@ -64,8 +64,9 @@ class Plant(NamedTuple):
             heat=heat.balance(parameters) if further else heat.of(parameters),
             drive=spool.of(parameters),
             full=further,
-            ripple=supply.of(parameters),
-            tubes=tubes.of(parameters),
+            # One of nothing, if need be: each kind of plant takes a minute to compile.
+            ripple=supply.of(parameters, kept=bool(further or tube)),
+            tubes=tube,
         )
         return damaged(plant, parameters)
 

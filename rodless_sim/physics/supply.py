@@ -47,10 +47,10 @@ class Ripple(NamedTuple):
     angular_frequency: float  # rad/s
 
 
-def of(parameters: ParameterSet) -> Ripple | tuple[()]:
-    """Return the constants for ``parameters``; none where the supply is steady."""
+def of(parameters: ParameterSet, kept: bool) -> Ripple | tuple[()]:
+    """Return the constants for ``parameters``; none where the supply is steady, unless ``kept``."""
     amplitude = parameters.number("supply.ripple_amplitude")
-    if amplitude == 0.0:
+    if amplitude == 0.0 and not kept:
         return ()
     return Ripple(amplitude, 2.0 * math.pi * parameters.number("supply.ripple_frequency"))
 
@@ -85,4 +85,4 @@ def longest_step(ripple: tuple[()]) -> float:  # noqa: ARG001
 
 @version_for(Ripple, longest_step)
 def _longest_step(ripple: Ripple) -> float:
-    return 1.0 / ripple.angular_frequency
+    return 1.0 / ripple.angular_frequency if ripple.amplitude > 0.0 else math.inf

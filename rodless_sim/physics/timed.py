@@ -514,7 +514,7 @@ def memory_of(plant: Plant, motion: AnyMotion, voltage: float, time: float = 0.0
     out of the chambers.
     """
     spool = starting_spool(plant.drive, voltage)
-    if plant.ripple == () and plant.tubes == ():
+    if plant.ripple == ():
         return spool
     supply = float(supply_at_valve(now_supplied(plant, time), motion))
     return Memory(spool, time, supply, resting_tubes(plant, motion, time) if plant.tubes else ())

@@ -212,7 +212,7 @@ def test_other_users_of_numba_keep_their_cache(monkeypatch: pytest.MonkeyPatch) 
 
     assert numba.config.CACHE_DIR == "/somewhere/else"
     assert half(3.0) == 1.5
-    with pytest.raises(Exception, match="not a function"):
+    with pytest.raises(Exception, match="not a"):
         kernels.kernel(3)  # type: ignore[type-var]
     assert numba.config.CACHE_DIR == "/somewhere/else"
 
