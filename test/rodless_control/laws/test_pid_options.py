@@ -84,8 +84,8 @@ def test_parked_a_carriage_that_creeps_is_held(bare: Make) -> None:
     for correction, expected in ((3000.0, 0.045), (0.0, 0.0)):
         pid = crept(bare, parking_correction=correction)
         command = pid.update(Measurement(0, 0.1 - 40e-6), ReferencePoint(0.1), INTERVAL)
-        assert command.p == pytest.approx(expected, abs=1e-9)
-        assert command.voltage == pytest.approx(5.0 + expected, abs=1e-9)
+        assert command.p == pytest.approx(expected, abs=1e-6)
+        assert command.voltage == pytest.approx(5.0 + expected, abs=1e-6)
 
 
 def test_the_correction_of_a_parked_carriage_is_switched_on_without_a_jump(bare: Make) -> None:
@@ -95,7 +95,7 @@ def test_the_correction_of_a_parked_carriage_is_switched_on_without_a_jump(bare:
     before = pid.update(*sample, 0.0).voltage
     pid.configure(pid.parameters.with_values({"controller.parking_correction": 3000.0}))
     command = pid.update(*sample, 0.0)
-    assert command.p == pytest.approx(0.045, abs=1e-9)
+    assert command.p == pytest.approx(0.045, abs=1e-6)
     assert command.voltage == pytest.approx(before, abs=1e-12)
 
 
