@@ -29,6 +29,7 @@ Options for a carriage that must stop within micrometres and keep still, off by 
 - ``acceleration_feedforward``: f has a share of d²r/dt² too (``parts/reference``).
 - ``parking_error``: a carriage that is there is left alone (``parts/parking``): p, d and f shrink
   to 1 %, and the integral holds.
+- ``parking_correction``: a parked carriage that creeps is held at the edge of the band; p has it.
 """
 
 import math
@@ -152,6 +153,16 @@ PARAMETERS = declare(
         100.0,
     ),
     *parking.declared("controller", 0.0, 2.0, 33.5, OPTION).values(),
+    Parameter(
+        "controller.parking_correction",
+        0.0,
+        "V/m",
+        "voltage while parked per slow error beyond parking_error, so that the carriage does not "
+        "creep away; 0 for none",
+        OPTION,
+        0.0,
+        1e5,
+    ),
 )
 
 
@@ -244,7 +255,9 @@ def gains_of(parameters: ParameterSet) -> Gains:
             gain_boost=parameters.number("controller.gain_boost"),
             gain_boost_width=parameters.number("controller.gain_boost_width"),
             acceleration_feedforward=parameters.number("controller.acceleration_feedforward"),
-            parking=ParkingLimits.of(parameters, "controller"),
+            parking=ParkingLimits.of(
+                parameters, "controller", parameters.number("controller.parking_correction")
+            ),
         ),
         **numbers(parameters, "controller", Gains),
     )
@@ -361,6 +374,7 @@ def update(
     if automaton.parked > 0.0:
         share = parking.acting(automaton)
         p, d, feedforward = share * p, share * d, share * feedforward
+        p += parking.held(gains.options.parking, automaton)
     else:
         others = p + d + feedforward + offset
         integral = integrated(gains, integral, others, error, interval)
@@ -419,7 +433,8 @@ class Pid(CompiledLaw):
     @staticmethod
     def _reactions(gains: Gains, memory: Memory) -> float:
         """Sum (V) of all terms but the integral at the last sample."""
-        share = parking.acting(Parking(memory.slow_error, memory.parked))
+        automaton = Parking(memory.slow_error, memory.parked)
         ahead = fed_forward(gains, memory.reference_velocity, memory.reference_acceleration)
-        p = proportional(gains, memory.error)
-        return share * (p - gains.kd * memory.filtered_velocity + ahead)
+        acting = proportional(gains, memory.error) - gains.kd * memory.filtered_velocity + ahead
+        held = parking.held(gains.options.parking, automaton) if memory.parked > 0.0 else 0.0
+        return parking.acting(automaton) * acting + held

@@ -18,6 +18,16 @@ Parked, 1 % of the law acts and its integral holds: friction holds the carriage,
 nearly closed keeps the pressures. A relay with hysteresis around a dead band is the usual cure for
 hunting under stiction: Olsson and Åström, "Friction generated limit cycles", *IEEE Transactions on
 Control Systems Technology* 9(4), 2001, 629-636. An ``error`` of 0 never parks.
+
+A parked carriage may creep: gas that warms or cools changes the force, and seals give way before
+they slip. Where the law has a ``correction`` (V/m), it holds the carriage at the edge of the band,
+
+    w = correction·(e_s − min(max(e_s, −error), error))
+
+with a parked e_s that is slower, ``CREEP`` times the bandwidth, so that noise neither moves the
+valve nor ends the parking. What a slow e_s would miss, a carriage that breaks loose, leaves by
+
+    leave  when |e − e_s| ≥ 3·error
 """
 
 import math
@@ -25,6 +35,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
+from rodless_control.laws.parts.saturation import within
 
 # The share of the law that acts while parked.
 PARKED_SHARE = 0.01
@@ -33,6 +44,11 @@ PARKED_SHARE = 0.01
 NEAR = 8.0
 SLOW = 0.01
 
+# A parked carriage that is corrected: the slow error's bandwidth as a share of the one before, and
+# the error beside the slow one, as a multiple of the one to park at, that is no creep any more.
+CREEP = 0.3
+LOOSE = 3.0
+
 
 class ParkingLimits(NamedTuple):
     """Constants of the automaton."""
@@ -40,14 +56,16 @@ class ParkingLimits(NamedTuple):
     error: float  # m
     hysteresis: float
     bandwidth: float  # rad/s
+    correction: float = 0.0  # V/m, 0 for none
 
     @classmethod
-    def of(cls, parameters: ParameterSet, law: str) -> "ParkingLimits":
-        """Return the constants that ``law`` is given by ``parameters``."""
+    def of(cls, parameters: ParameterSet, law: str, correction: float = 0.0) -> "ParkingLimits":
+        """Return the constants that ``law`` is given by ``parameters``, and its ``correction``."""
         return cls(
             parameters.number(f"{law}.parking_error"),
             parameters.number(f"{law}.parking_hysteresis"),
             parameters.number(f"{law}.parking_bandwidth"),
+            correction,
         )
 
 
@@ -113,12 +131,15 @@ def parked(
         return afoot()
     if interval <= 0.0:
         return parking
-    share = -math.expm1(-limits.bandwidth * interval)
+    creeping = parking.parked > 0.0 and limits.correction > 0.0
+    bandwidth = CREEP * limits.bandwidth if creeping else limits.bandwidth
+    share = -math.expm1(-bandwidth * interval)
     slow_error = parking.slow_error + share * (error - parking.slow_error)
     if reference_velocity != 0.0:
         stays = False
     elif parking.parked > 0.0:
-        stays = abs(slow_error) < limits.hysteresis * limits.error
+        loose = creeping and abs(error - slow_error) >= LOOSE * limits.error
+        stays = abs(slow_error) < limits.hysteresis * limits.error and not loose
     else:
         near = abs(error) < NEAR * limits.error and abs(velocity) < SLOW
         stays = near and abs(slow_error) < limits.error
@@ -129,3 +150,10 @@ def parked(
 def acting(parking: Parking) -> float:
     """Share of the law that acts."""
     return PARKED_SHARE if parking.parked > 0.0 else 1.0
+
+
+@kernel
+def held(limits: ParkingLimits, parking: Parking) -> float:
+    """Effort (V) that holds a parked carriage at the edge of the band; 0 within it."""
+    inside = within(parking.slow_error, -limits.error, limits.error)
+    return limits.correction * (parking.slow_error - inside)

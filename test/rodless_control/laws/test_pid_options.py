@@ -24,7 +24,8 @@ def test_they_are_off_by_default() -> None:
     """What was written before there were any goes on as it was."""
     values = PidParameters()
     assert values["controller.filter"] == "low_pass"
-    for option in ("gain_boost", "acceleration_feedforward", "parking_error"):
+    options = ("gain_boost", "acceleration_feedforward", "parking_error", "parking_correction")
+    for option in options:
         assert values[f"controller.{option}"] == 0.0
 
 
@@ -68,6 +69,34 @@ def test_parked_the_integral_holds_and_a_hundredth_of_the_rest_acts(bare: Make) 
     assert command.i == commands[-2].i > 0.0
     assert command.p == pytest.approx(0.01 * 1000.0 * 1e-5, rel=1e-9)
     assert command.voltage == pytest.approx(5.0 + command.p + command.i, rel=1e-12)
+
+
+def crept(make: Make, **options: float) -> Pid:
+    """Return a PID without gains, parked at the target, whose carriage has crept 40 µm from it."""
+    pid = Pid(make(kp=0.0, ki=0.0, parking_error=25e-6, parking_bandwidth=50.0, **options))
+    for error in [0.0] * 10 + [40e-6] * 1000:
+        pid.update(Measurement(0, 0.1 - error), ReferencePoint(0.1), INTERVAL)
+    return pid
+
+
+def test_parked_a_carriage_that_creeps_is_held(bare: Make) -> None:
+    """40 µm off, 15 µm beyond the 25 µm of parking: 3000 V/m of it, and none where not asked."""
+    for correction, expected in ((3000.0, 0.045), (0.0, 0.0)):
+        pid = crept(bare, parking_correction=correction)
+        command = pid.update(Measurement(0, 0.1 - 40e-6), ReferencePoint(0.1), INTERVAL)
+        assert command.p == pytest.approx(expected, abs=1e-6)
+        assert command.voltage == pytest.approx(5.0 + expected, abs=1e-6)
+
+
+def test_the_correction_of_a_parked_carriage_is_switched_on_without_a_jump(bare: Make) -> None:
+    """The voltage of that instant is the one before; then the offset fades."""
+    pid = crept(bare, tracking_time=1.0)
+    sample = Measurement(0, 0.1 - 40e-6), ReferencePoint(0.1)
+    before = pid.update(*sample, 0.0).voltage
+    pid.configure(pid.parameters.with_values({"controller.parking_correction": 3000.0}))
+    command = pid.update(*sample, 0.0)
+    assert command.p == pytest.approx(0.045, abs=1e-6)
+    assert command.voltage == pytest.approx(before, abs=1e-12)
 
 
 @pytest.mark.parametrize(

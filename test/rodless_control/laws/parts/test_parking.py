@@ -18,18 +18,22 @@ from rodless_control.laws.parts.parking import (
     ParkingLimits,
     acting,
     afoot,
+    held,
     parked,
 )
 
 LIMITS = ParkingLimits(error=25e-6, hysteresis=2.0, bandwidth=33.5)
+CORRECTED = LIMITS._replace(correction=1000.0)
 INTERVAL = 1e-3
 PARKED = Parking(0.0, 1.0)
 
 
-def samples_until(parking: Parking, error: float, wanted: float) -> int:
+def samples_until(
+    parking: Parking, error: float, wanted: float, limits: ParkingLimits = LIMITS
+) -> int:
     """Count the samples with a constant error until ``parked`` is ``wanted``."""
     for count in range(1, 2000):
-        parking = parked(LIMITS, parking, error, 0.0, 0.0, INTERVAL)
+        parking = parked(limits, parking, error, 0.0, 0.0, INTERVAL)
         if parking.parked == wanted:
             return count
     raise AssertionError("never")
@@ -91,3 +95,26 @@ def test_time_that_stands_still_changes_nothing() -> None:
 def test_parked_a_hundredth_of_the_law_acts() -> None:
     """And all of it otherwise."""
     assert (acting(PARKED), acting(afoot())) == (PARKED_SHARE, 1.0) == (0.01, 1.0)
+
+
+def test_a_carriage_that_creeps_is_held_at_the_edge_of_the_band() -> None:
+    """1000 V/m on what the slow error is beyond 25 µm, either way; none within, none unasked."""
+    for slow_error, expected in ((45e-6, 0.02), (-45e-6, -0.02), (24e-6, 0.0), (-24e-6, 0.0)):
+        assert held(CORRECTED, Parking(slow_error, 1.0)) == pytest.approx(expected, abs=1e-15)
+    assert held(LIMITS, Parking(45e-6, 1.0)) == 0.0
+
+
+def test_corrected_it_parks_as_before_and_leaves_later() -> None:
+    """The slow error of the parked one has 0.3 times the bandwidth: 70 µm leave at ln 3.5."""
+    assert samples_until(Parking(1e-3, 0.0), 10e-6, 1.0, CORRECTED) == samples_until(
+        Parking(1e-3, 0.0), 10e-6, 1.0
+    )
+    expected = math.log(70.0 / (70.0 - 50.0)) / (0.3 * 33.5)
+    assert samples_until(PARKED, 70e-6, 0.0, CORRECTED) == math.ceil(expected / INTERVAL)
+
+
+def test_corrected_a_carriage_that_breaks_loose_leaves_at_once() -> None:
+    """76 µm within a sample are no creep, 74 µm may be; uncorrected, the slow error alone says."""
+    for error, expected in ((74e-6, 1.0), (76e-6, 0.0), (-76e-6, 0.0)):
+        assert parked(CORRECTED, PARKED, error, 0.0, 0.0, INTERVAL).parked == expected
+        assert parked(LIMITS, PARKED, error, 0.0, 0.0, INTERVAL).parked == 1.0
