@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from rodless_control.laws import LAWS
 from rodless_control.parameters import LAW
+from rodless_sim.physics.coupling import MAGNETIC
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Choice:
     name: str
     label: str
     options: Mapping[str, str] | Mapping[bool, str]
+    where: tuple[str, object] | None = None  # shown where this parameter has this value
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,12 @@ PANELS = (
             ),
             Field("fault.valve.stuck_voltage", "Stuck at", "V", 0.0, 10.0, 0.05),
             Choice("fault.carriage.seized", "Carriage", {False: "free", True: "seized"}),
+            Choice(
+                "fault.carriage.decoupled",
+                "Magnets of the carriage",
+                {False: "hold", True: "let go"},
+                ("coupling.kind", MAGNETIC),
+            ),
             _sensor("position", "Position sensor"),
             _sensor("pressure_a", "Sensor of chamber A"),
             _sensor("pressure_b", "Sensor of chamber B"),

@@ -33,8 +33,9 @@ const SECTION = `
 <rect class="b" y="146" height="60"/>
 <g class="moving">
   <rect class="piston" x="-82" y="146" width="164" height="60"/>
-
+  <text class="mid alone" x="0" y="183" text-anchor="middle">piston</text>
 </g>
+<path class="apart" d=""/>
 <g class="carried">
   <path class="carriage" d="M-84,96 h168 v40 h-168 z M-84,216 h168 v12 h-168 z"/>
   <text class="big" x="0" y="124" text-anchor="middle"></text>
@@ -150,17 +151,18 @@ export class Scene {
     this.part(".ruler").innerHTML = `<line class="tick" ${ends} y1="68" y2="68"/>${marks}${unit}`;
   }
 
-  // A row of samples, and flows in L/min past the four edges, if known.
-  update(row, flows) {
-    const [, position, velocity, a, b, supply, voltage] = row;
+  // A row of samples, and how it is drawn: where the spool is (V), whether the magnets have parted,
+  // words, and flows in L/min past the four edges, if known.
+  update(row, { spool, lost, motion, valve, flows }) {
+    const [, position, , a, b, supply, voltage, , , piston] = row;
     if (supply) this.supply = supply;
-    if (position !== null) this.carriage(position, a, b);
-    this.motion(velocity);
+    if (position !== null) this.carriage(position, piston ?? position, lost, a, b);
+    this.part(".motion").textContent = motion;
     this.part(".pa").textContent = kilopascals(a);
     this.part(".pb").textContent = kilopascals(b);
     this.part(".low").textContent = (ATMOSPHERE / 1e3).toFixed(0);
     this.part(".high").textContent = (this.supply / 1e3).toFixed(0);
-    this.valve(voltage, a, b);
+    this.valve(voltage, spool, valve, a, b);
     this.flows(flows);
   }
 
@@ -168,38 +170,27 @@ export class Scene {
     return pressureColour(pressure, ATMOSPHERE, Math.max(this.supply, ATMOSPHERE + 1e5));
   }
 
-  carriage(position, a, b) {
+  carriage(position, piston, lost, a, b) {
     this.svg.classList.remove("empty");
-    const at = this.x(position);
+    const at = this.x(piston);
+    const carried = this.x(position);
     const left = Math.max(at - HALF - 180, 0);
     this.part(".a").setAttribute("width", left);
     this.part(".b").setAttribute("x", at + HALF);
     this.part(".b").setAttribute("width", Math.max(1020 - at - HALF, 0));
     this.part(".a").style.fill = this.colour(a);
     this.part(".b").style.fill = this.colour(b);
-    for (const name of [".moving", ".carried"]) {
-      this.part(name).setAttribute("transform", `translate(${at.toFixed(2)},0)`);
-    }
+    this.part(".moving").setAttribute("transform", `translate(${at.toFixed(2)},0)`);
+    this.part(".carried").setAttribute("transform", `translate(${carried.toFixed(2)},0)`);
+    this.svg.classList.toggle("lost", lost);
+    this.part(".apart").setAttribute("d", `M${carried.toFixed(2)},176 H${at.toFixed(2)}`);
     this.part(".carried text").textContent = `${(position * 1e3).toFixed(1)} mm`;
   }
 
-  motion(velocity) {
-    const text = this.part(".motion");
-    if (velocity === null || velocity === undefined) {
-      text.textContent = "";
-    } else if (velocity === 0) {
-      text.textContent = "■ stuck";
-    } else {
-      const speed = Math.abs(velocity * 1e3);
-      const arrow = velocity > 0 ? "▶" : "◀";
-      text.textContent = `${arrow} slipping, ${speed.toFixed(speed < 1 ? 2 : 1)} mm/s`;
-    }
-  }
-
-  valve(voltage, a, b) {
+  valve(voltage, spool, words, a, b) {
     const known = voltage !== null && voltage !== undefined;
     this.part(".volts").textContent = known ? `${voltage.toFixed(2)} V` : "–";
-    const away = known ? Math.min(Math.max(voltage, 0), 10) - this.closed : 0;
+    const away = spool === null ? 0 : Math.min(Math.max(spool, 0), 10) - this.closed;
     // Towards 5 the land of port 4 opens it to the supply, and that of port 2 opens it to 3.
     const shift = -away * MM_PER_VOLT * SPOOL_SCALE;
     this.part(".spool").setAttribute("transform", `translate(${shift.toFixed(2)},0)`);
@@ -207,13 +198,7 @@ export class Scene {
     this.part(".supply").style.stroke = this.colour(this.supply);
     this.part(".pipe-a").style.stroke = this.part(".port-a").style.fill = this.colour(a);
     this.part(".pipe-b").style.stroke = this.part(".port-b").style.fill = this.colour(b);
-    this.part(".lands").textContent = !known
-      ? ""
-      : Math.abs(away) < 0.005
-        ? "closed"
-        : away > 0
-          ? "A fills, B empties"
-          : "B fills, A empties";
+    this.part(".lands").textContent = words;
   }
 
   // The dashes move with the air; a line as wide as the flow is large.
