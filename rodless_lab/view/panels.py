@@ -70,7 +70,7 @@ PANELS = (
         "Control law",
         (
             Choice(LAW, "Law", {law: law.replace("_", " ") for law in LAWS} | {"pid": "PID"}),
-            Field("controller.kp", "Proportional", "V/m", 0.0, 2000.0, 10.0),
+            Field("controller.kp", "Proportional", "V/m", 0.0, 5000.0, 10.0),
             Field("controller.ki", "Integral", "V/(m·s)", 0.0, 500.0, 5.0),
             Field("controller.kd", "Derivative", "V·s/m", 0.0, 200.0, 1.0),
             Field("controller.feedforward", "Feed-forward", "V·s/m", 0.0, 200.0, 1.0),
