@@ -90,7 +90,8 @@ export class Plot {
       high += missing / 2;
     }
     const step = niceStep(high - low, most);
-    const whole = { low: Math.floor(low / step + 1e-9), high: Math.ceil(high / step - 1e-9) };
+    // Noise about a number costs no step of its own.
+    const whole = { low: Math.floor(low / step + 0.02), high: Math.ceil(high / step - 0.02) };
     return { low: whole.low * step, high: whole.high * step, step };
   }
 
