@@ -55,11 +55,15 @@ MODULES ?=
 SECONDS ?= 60
 SEED ?= 1
 
-.PHONY: demo experiments docs docs-links test test-fast test-lowest fuzz mutation reliability bench lint \
+.PHONY: demo view experiments docs docs-links test test-fast test-lowest fuzz mutation reliability bench lint \
 	lock audit sbom headers release-check clean
 
 demo: installed
 	$(VENV)/bin/rodless demo
+
+# A rig of its own in the browser, until Ctrl-C.
+view: view-tools
+	$(VENV)/bin/rodless view --rig --preset calibrated
 
 # Fails if a reproduced number leaves its stated tolerance.
 experiments: installed
@@ -156,8 +160,8 @@ clean:
 
 # One make at a time builds the environment, however many run in this checkout: the inner make looks
 # at the stamps again once it holds the lock.
-.PHONY: installed test-tools bench-tools docs-tools mutation-tools supply-tools
-installed test-tools bench-tools docs-tools mutation-tools supply-tools:
+.PHONY: installed test-tools view-tools bench-tools docs-tools mutation-tools supply-tools
+installed test-tools view-tools bench-tools docs-tools mutation-tools supply-tools:
 	@flock Makefile $(MAKE) -s $(VENV)/$@
 
 $(VENV)/python$(PYTHON_VERSION):

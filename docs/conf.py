@@ -32,10 +32,10 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
     "myst_nb",
     "sphinxcontrib.mermaid",
     "sphinx_copybutton",
+    "mathml",
     "repository_links",
     "remaining_pages",
     "verb_pages",
@@ -67,9 +67,13 @@ myst_enable_extensions = ["dollarmath"]
 myst_dmath_double_inline = True
 myst_heading_anchors = 3
 myst_fence_as_directive = ["mermaid"]
-mermaid_dark_theme = "dark"
-mermaid_height = "auto"
-mermaid_fullscreen = False
+
+# Nothing is drawn in the reader's browser, and nothing loaded from elsewhere: formulas are MathML,
+# diagrams pictures that are drawn here, by Mermaid inside of Python.
+html_math_renderer = "mathml"
+mermaid_output_format = "svg"
+mermaid_cmd = [sys.executable, "-m", "mermaidx"]
+mermaid_params = ["--quiet", "--theme", "neutral", "--config", str(HERE / "_ext/mermaid.json")]
 
 # The notebooks are run at each build; one that fails, fails the build.
 nb_execution_mode = "force"

@@ -11,6 +11,7 @@
 import re
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -80,6 +81,56 @@ def test_the_reference_is_made_from_the_code(site: Path) -> None:
         assert f'id="{name}"' in page, name
     verbs = (site / "verbs.html").read_text(encoding="utf-8")
     assert verbs.count("usage: rodless ") > 20
+
+
+class Loads(HTMLParser):
+    """What a page loads without a click: addresses of scripts, styles, pictures and the like."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Take the addresses of a tag; a link that is clicked loads nothing before."""
+        if tag != "a":
+            self.found += [value or "" for name, value in attrs if name in ADDRESSES]
+
+
+ADDRESSES = ("src", "srcset", "href", "data", "poster", "action")
+ELSEWHERE = re.compile(r"^\s*(?:https?:)?//", re.IGNORECASE)
+
+
+def test_the_site_loads_nothing_from_elsewhere(site: Path) -> None:
+    """A lecture room may have no network: no page, style or script asks for another address."""
+    pages, styles = list(site.rglob("*.html")), list(site.rglob("*.css"))
+    assert len(pages) > 60
+    assert styles
+    found = 0
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        loads = Loads()
+        loads.feed(text)
+        found += len(loads.found)
+        assert [one for one in loads.found if ELSEWHERE.match(one)] == [], page
+        for script in re.findall(r"<script[^>]*>(.*?)</script>", text, re.DOTALL):
+            assert not re.search(r"(?:import|from|fetch\()\s*[\"'](?:https?:)?//", script), page
+    assert found > 10 * len(pages)
+    for style in styles:
+        text = style.read_text(encoding="utf-8")
+        assert not re.search(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", text), style
+
+
+def test_formulas_and_diagrams_are_drawn_when_the_site_is_built(site: Path) -> None:
+    """As MathML and as a picture; no source of one is left on a page."""
+    model = (site / "model.html").read_text(encoding="utf-8")
+    assert model.count("<math ") > 80
+    assert r"\frac" not in model
+    page = (site / "architecture.html").read_text(encoding="utf-8")
+    (file,) = re.findall(r'<object data="([^"]+)" type="image/svg\+xml">', page)
+    drawn = ElementTree.parse(site / file).getroot()
+    shown = " ".join("".join(drawn.itertext()).split())
+    for words in ("ControlLoop.sample(measurement)", "rodless_sim: the plant", "topics"):
+        assert words in shown
 
 
 def test_rosdoc2_is_told_where_the_site_is() -> None:

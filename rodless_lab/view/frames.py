@@ -10,11 +10,12 @@
 
 from typing import Any
 
-from rodless_lab.view.samples import Mark
+from rodless_lab.view import words
+from rodless_lab.view.samples import COLUMNS, Mark, Row, spool_of
 from rodless_lab.view.state import ViewState
 
-# Frames a page gets per s.
-RATE = 20.0
+# Frames a page gets per s: 20 at least, as timers are late by a millisecond or two.
+RATE = 22.0
 
 # What plots of a running rig show, in s.
 WINDOW = 20.0
@@ -23,7 +24,7 @@ WINDOW = 20.0
 def setup(state: ViewState) -> dict[str, Any]:
     """Return what a page must know before its first frame."""
     playback = state.playback
-    common = {"stroke": state.stroke, "closed": state.closed_voltage}
+    common = {"stroke": state.stroke, "closed": state.closed_voltage, "first_term": len(COLUMNS)}
     if playback is None:
         return {**common, "mode": "live", "window": WINDOW, "terms": list(state.terms)}
     return {
@@ -43,13 +44,46 @@ def frame(state: ViewState, mark: Mark) -> tuple[dict[str, Any], Mark]:
     if playback is not None:
         when = playback.cursor
         now, *others = (tape.row_at(when) for tape in playback.tapes)
-        return {"cursor": when, "row": now, "ghost": others[0][1] if others else None}, Mark()
+        return {
+            "cursor": when,
+            "row": now,
+            "drawn": _drawn(now, words.is_lost(now), state.closed_voltage),
+            "ghost": others[0][1] if others else None,
+        }, Mark()
     anew, rows, end = state.history.since(mark)
-    flows = state.flows() if rows else None
     return {
         "anew": anew,
         "rows": rows,
-        "flows": flows and [round(flow, 3) for flow in flows],
+        "drawn": _drawn_live(state, rows[-1]) if rows else None,
         "target": state.target,
         "locked": not state.takes_set_points,
     }, end
+
+
+def _drawn_live(state: ViewState, row: Row) -> dict[str, Any]:
+    """Return how the running rig is drawn, with the faults that it has."""
+    flows = state.flows()
+    parted = state.parameter("fault.carriage.decoupled") is True
+    return {
+        **_drawn(
+            row,
+            parted or words.is_lost(row, state.slip_distance),
+            state.closed_voltage,
+            seized=state.parameter("fault.carriage.seized") is True,
+            stuck=state.parameter("fault.valve.spool") not in (None, "free"),
+        ),
+        "flows": flows and [round(flow, 3) for flow in flows],
+    }
+
+
+def _drawn(
+    row: Row, lost: bool, closed: float, seized: bool = False, stuck: bool = False
+) -> dict[str, Any]:
+    """Return what is drawn beside the numbers of a row: where the spool is, and words."""
+    return {
+        "spool": spool_of(row),
+        "lost": lost,
+        "motion": words.motion(row, lost, seized),
+        "valve": words.valve(row, closed, stuck),
+        "flows": None,
+    }

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from rodless_control.laws import LAWS
 from rodless_control.parameters import LAW
+from rodless_sim.physics.coupling import MAGNETIC
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Choice:
     name: str
     label: str
     options: Mapping[str, str] | Mapping[bool, str]
+    where: tuple[str, object] | None = None  # shown where this parameter has this value
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ PANELS = (
         "Control law",
         (
             Choice(LAW, "Law", {law: law.replace("_", " ") for law in LAWS} | {"pid": "PID"}),
-            Field("controller.kp", "Proportional", "V/m", 0.0, 2000.0, 10.0),
+            Field("controller.kp", "Proportional", "V/m", 0.0, 5000.0, 10.0),
             Field("controller.ki", "Integral", "V/(m·s)", 0.0, 500.0, 5.0),
             Field("controller.kd", "Derivative", "V·s/m", 0.0, 200.0, 1.0),
             Field("controller.feedforward", "Feed-forward", "V·s/m", 0.0, 200.0, 1.0),
@@ -117,6 +119,12 @@ PANELS = (
             ),
             Field("fault.valve.stuck_voltage", "Stuck at", "V", 0.0, 10.0, 0.05),
             Choice("fault.carriage.seized", "Carriage", {False: "free", True: "seized"}),
+            Choice(
+                "fault.carriage.decoupled",
+                "Magnets of the carriage",
+                {False: "hold", True: "let go"},
+                ("coupling.kind", MAGNETIC),
+            ),
             _sensor("position", "Position sensor"),
             _sensor("pressure_a", "Sensor of chamber A"),
             _sensor("pressure_b", "Sensor of chamber B"),

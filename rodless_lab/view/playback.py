@@ -11,20 +11,23 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.constants import CARRIAGE
-from rodless_base.topics import JOINT_STATES, REFERENCE
+from rodless_base.constants import CARRIAGE, PISTON, SPOOL
+from rodless_base.frames import joint_among
+from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
 from rodless_lab.runs.from_bag import run_in
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.samples import Row
+from rodless_lab.view.samples import COLUMNS, Row
+from rodless_lab.view.valve_flows import spool_voltage
 
 Array = npt.NDArray[np.float64]
 
@@ -37,7 +40,7 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
 
 @dataclass(frozen=True)
 class Tape:
-    """A recorded run; ``columns`` are those of rows, shape (8, n), NaN where nothing was."""
+    """A recorded run; ``columns`` are those of rows, shape (11, n), NaN where nothing was."""
 
     name: str
     run: MeasuredRun
@@ -81,19 +84,23 @@ def open_tape(path: Path) -> Tape:
     # Times of the run count from its first sample.
     stamps = bag[f"{namespace}/{JOINT_STATES}"].stamp
     first = float(stamps[-1]) - float(run.time[-1]) if len(stamps) else 0.0
-    columns = np.vstack(
-        [
-            run.time,
-            run.position,
-            _velocity(bag, namespace, run, first),
-            run.pressure_a,
-            run.pressure_b,
-            run.supply_pressure,
-            run.voltage,
-            _reference(bag, namespace, run, setpoint, first),
-        ]
-    )
-    return Tape(path.name, run, setpoint, columns)
+    joints = partial(_of_joint, bag, namespace, run.time, first)
+    velocity = joints(JOINT_STATES, CARRIAGE, "velocity")
+    by_position = np.gradient(run.position, run.time)
+    columns = {
+        "time": run.time,
+        "position": run.position,
+        "velocity": np.where(np.isnan(velocity), by_position, velocity),
+        "pressure_a": run.pressure_a,
+        "pressure_b": run.pressure_b,
+        "supply_pressure": run.supply_pressure,
+        "voltage": run.voltage,
+        "reference": _reference(bag, namespace, run, setpoint, first),
+        "spool": spool_voltage(joints(VALVE_STATE, SPOOL, "position")),
+        "piston_position": joints(JOINT_STATES, PISTON, "position"),
+        "piston_velocity": joints(JOINT_STATES, PISTON, "velocity"),
+    }
+    return Tape(path.name, run, setpoint, np.vstack([columns[name] for name in COLUMNS]))
 
 
 def rig_namespace(bag: Bag) -> str:
@@ -105,16 +112,23 @@ def rig_namespace(bag: Bag) -> str:
     return found[0].rstrip("/")
 
 
-def _velocity(bag: Bag, namespace: str, run: MeasuredRun, first: float) -> Array:
-    """Velocity (m/s) as recorded, else by the change of position."""
-    messages = bag[f"{namespace}/{JOINT_STATES}"]
-    values = messages.fields.get("velocity")
+def _of_joint(
+    bag: Bag, namespace: str, time: Array, first: float, topic: str, joint: str, field: str
+) -> Array:
+    """Return a joint's position, velocity or effort at ``time``; NaN where none was recorded."""
+    missing = np.full(time.shape, np.nan)
+    name = f"{namespace}/{topic}"
+    if name not in bag or not len(bag[name]):
+        return missing
+    messages = bag[name]
+    values = messages.fields.get(field)
     names = list(getattr(messages.messages[0], "name", []))
-    if values is None or values.ndim != 2 or len(names) != values.shape[1]:
-        return np.gradient(run.position, run.time)
-    place = next((k for k, name in enumerate(names) if name.endswith(CARRIAGE)), 0)
+    found = joint_among(joint, names)
+    if found is None or values is None or values.ndim != 2 or len(names) != values.shape[1]:
+        return missing
     # Of the sample before: between stuck and slipping there is no velocity in the middle.
-    return _held(messages.stamp - first, np.asarray(values[:, place], float), run.time)
+    recorded = np.asarray(values[:, names.index(found)], float)
+    return _held(messages.stamp - first, recorded, time)
 
 
 def _reference(

@@ -6,7 +6,7 @@ const DASHES = [[], [9, 5], [3, 4], [12, 4, 3, 4], [1, 3]];
 // Set-points go out at most so often, in ms, while the target is dragged.
 const TARGET_PERIOD = 50;
 
-const PLOTS = (terms) => [
+const PLOTS = (terms, first) => [
   {
     title: "Position",
     unit: "mm",
@@ -43,7 +43,7 @@ const PLOTS = (terms) => [
           scale: 1,
           span: 0.2,
           series: terms.map((label, k) => ({
-            column: 8 + k,
+            column: first + k,
             label,
             colour: TERM_COLOURS[k % TERM_COLOURS.length],
             dash: DASHES[k % DASHES.length],
@@ -73,7 +73,7 @@ export default {
       this.scene.setup(config);
       this.rows = [];
       this.cursor = null;
-      const options = PLOTS(config.terms);
+      const options = PLOTS(config.terms, config.first_term);
       this.count = options.length;
       await this.$nextTick();
       this.plots = options.map((one, k) => new Plot(this.$refs[`plot${k + 1}`][0], one));
@@ -84,7 +84,7 @@ export default {
       this.frames += 1;
       if (this.config.mode === "bag") {
         this.cursor = news.cursor;
-        this.scene.update(news.row, null);
+        this.scene.update(news.row, news.drawn);
         this.scene.ghost(news.ghost);
       } else {
         if (news.anew) this.rows = [];
@@ -94,7 +94,7 @@ export default {
           const oldest = newest[0] - this.config.window - 1;
           const first = this.rows.findIndex((row) => row[0] >= oldest);
           if (first > 200) this.rows.splice(0, first);
-          this.scene.update(newest, news.flows);
+          this.scene.update(newest, news.drawn);
         }
       }
       // Before the first set-point the carriage holds where it is.

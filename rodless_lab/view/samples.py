@@ -23,10 +23,27 @@ COLUMNS = {
     "supply_pressure": "Pa",
     "voltage": "V",
     "reference": "m",
+    "spool": "V",  # the voltage that would hold the spool where it is
+    "piston_position": "m",  # of a piston that is a mass of its own
+    "piston_velocity": "m/s",
 }
 
 # A row is a number for each column, None where none has come.
 Row = tuple[float | None, ...]
+
+_PLACES = {name: place for place, name in enumerate(COLUMNS)}
+
+
+def value(row: Row, name: str) -> float | None:
+    """Return what a row has in a column."""
+    return row[_PLACES[name]]
+
+
+def spool_of(row: Row) -> float | None:
+    """Return where the spool is, in V; of a rig that does not say it, where its command is."""
+    spool = value(row, "spool")
+    return value(row, "voltage") if spool is None else spool
+
 
 # Rows that are kept: at 40 a second more than pages show.
 LENGTH = 1000

@@ -17,8 +17,9 @@ from rodless_base.constants import CLOSED_VOLTAGE, STROKE
 from rodless_base.parameters import ParameterError
 from rodless_lab.view.inputs import BY_THEMSELVES
 from rodless_lab.view.playback import Playback
-from rodless_lab.view.samples import History
+from rodless_lab.view.samples import History, spool_of, value
 from rodless_lab.view.valve_flows import EdgeFlows, ValveFlows
+from rodless_lab.view.words import SLIP_DISTANCE
 
 PLANT, CONTROLLER = "plant", "controller"
 
@@ -82,6 +83,11 @@ class ViewState:
         return self.number("valve.closed_voltage", CLOSED_VOLTAGE)
 
     @property
+    def slip_distance(self) -> float:
+        """Lag (m) of the carriage at which the magnets part."""
+        return self.number("coupling.slip_distance", SLIP_DISTANCE)
+
+    @property
     def takes_set_points(self) -> bool:
         """Whether the reference goes by set-points."""
         return self.parameter("reference.type") not in BY_THEMSELVES
@@ -112,10 +118,11 @@ class ViewState:
         row = self.history.last
         if row is None or self._flows is None:
             return None
-        pressure_a, pressure_b, supply, voltage = row[3:7]
-        if pressure_a is None or pressure_b is None or supply is None or voltage is None:
+        spool, supply = spool_of(row), value(row, "supply_pressure")
+        pressure_a, pressure_b = value(row, "pressure_a"), value(row, "pressure_b")
+        if pressure_a is None or pressure_b is None or supply is None or spool is None:
             return None
-        return self._flows.at(voltage, pressure_a, pressure_b, supply)
+        return self._flows.at(spool, pressure_a, pressure_b, supply)
 
 
 def _valve_flows(parameters: Mapping[str, object]) -> ValveFlows | None:

@@ -9,15 +9,26 @@
 """What flows past the valve's four edges, from readings and the plant's own parameters."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
 
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import edge_flow, openings
+from rodless_sim.physics.valve import SPOOL_GAIN, SPOOL_OFFSET
+
+Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 # From m³/s to L/min.
 LITRES_PER_MINUTE = 6e4
+
+
+def spool_voltage(displacement: Number) -> Number:
+    """Return the voltage (V) that holds the spool at a displacement (m), by eq. (24)."""
+    return (displacement - SPOOL_OFFSET) / SPOOL_GAIN
 
 
 class EdgeFlows(NamedTuple):
@@ -48,7 +59,7 @@ class ValveFlows:
     def at(
         self, voltage: float, pressure_a: float, pressure_b: float, supply_pressure: float
     ) -> EdgeFlows:
-        """Return the flows at a voltage (V) and absolute pressures (Pa)."""
+        """Return the flows with the spool where ``voltage`` (V) holds it; pressures absolute."""
         plant, ambient = self._plant, self._plant.ambient_pressure
         lands = openings(plant, min(max(voltage, MINIMUM_VOLTAGE), MAXIMUM_VOLTAGE))
         forward, reverse = lands.opening, lands.closing

@@ -156,7 +156,9 @@ class ChoiceField:
     def refresh(self) -> None:
         """Show what the node has now; nothing where no node has it."""
         value = self._state.parameter(self._choice.name)
-        self._select.set_visibility(value is not None)
+        where = self._choice.where
+        offered = where is None or self._state.parameter(where[0]) == where[1]
+        self._select.set_visibility(value is not None and offered)
         if not isinstance(value, str | bool) or self._asking or value == self._select.value:
             return
         if value not in self._options:  # such as a law of the user's own

@@ -27,7 +27,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.closing import Closing
-from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, SPOOL
+from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, PISTON, SPOOL
 from rodless_base.frames import joint_among
 from rodless_base.one_line import traced
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
@@ -41,7 +41,9 @@ from rodless_base.topics import (
 )
 from rodless_control import Pid
 from rodless_lab.view.errors import ViewError
+from rodless_lab.view.samples import COLUMNS
 from rodless_lab.view.state import CONTROLLER, ViewState
+from rodless_lab.view.valve_flows import spool_voltage
 
 # How often the topics are looked up, in wall-clock s; how often who publishes them.
 PERIOD = 1.0 / 40.0
@@ -115,19 +117,23 @@ class LiveRig(Closing):
         return take
 
     def _take_joint(self, message: JointState) -> None:
-        name = joint_among(CARRIAGE, message.name)
-        if name is None or len(message.position) != len(message.name):
+        if joint_among(CARRIAGE, message.name) is None:
             return
-        place = message.name.index(name)
+        if len(message.position) != len(message.name):
+            return
         self._stamp = stamp_nanoseconds(message.header.stamp)
-        self._values["position"] = _finite(message.position[place])
-        has_velocity = len(message.velocity) == len(message.name)
-        self._values["velocity"] = _finite(message.velocity[place]) if has_velocity else None
+        for joint, prefix in ((CARRIAGE, ""), (PISTON, "piston_")):
+            for field in ("position", "velocity"):
+                self._values[prefix + field] = _of_joint(message, joint, field)
 
     def _take_valve(self, message: JointState) -> None:
-        name = joint_among(SPOOL, message.name)
-        if name is not None and len(message.effort) == len(message.name):
-            self._values["voltage"] = _finite(message.effort[message.name.index(name)])
+        if joint_among(SPOOL, message.name) is None:
+            return
+        voltage = _of_joint(message, SPOOL, "effort")
+        if voltage is not None:
+            self._values["voltage"] = voltage
+        displacement = _of_joint(message, SPOOL, "position")
+        self._values["spool"] = None if displacement is None else spool_voltage(displacement)
 
     def _take_set_point(self, message: Float64) -> None:
         self._state.target, self._state.target_heard = _finite(message.data), monotonic()
@@ -160,19 +166,9 @@ class LiveRig(Closing):
     def _add_row(self) -> None:
         if self._stamp is None:
             return
-        get = self._values.get
-        row = (
-            self._stamp / NANOSECONDS_PER_SECOND,
-            get("position"),
-            get("velocity"),
-            get("pressure_a"),
-            get("pressure_b"),
-            get("supply_pressure"),
-            get("voltage"),
-            get("reference"),
-            *map(get, self._terms),
-        )
-        self._state.history.add(row)
+        _time, *names = COLUMNS
+        values = map(self._values.get, (*names, *self._terms))
+        self._state.history.add((self._stamp / NANOSECONDS_PER_SECOND, *values))
 
     def _discover(self) -> None:
         """Follow what publishers come and go: the terms of the law, and who tells the voltage."""
@@ -204,6 +200,15 @@ class LiveRig(Closing):
         # Those of the PID in its own order, which is not that of the alphabet.
         own_order = {term: place for place, term in enumerate(Pid.TERMS)}
         return tuple(sorted(terms, key=lambda term: (own_order.get(term, len(own_order)), term)))
+
+
+def _of_joint(message: JointState, joint: str, field: str) -> float | None:
+    """Return a joint's position, velocity or effort; None where the message does not have it."""
+    name = joint_among(joint, message.name)
+    values = getattr(message, field)
+    if name is None or len(values) != len(message.name):
+        return None
+    return _finite(values[message.name.index(name)])
 
 
 def _finite(value: float) -> float | None:

@@ -38,10 +38,11 @@ export class Plot {
       top: size * 1.9,
       bottom: height - size * (isLast ? 1.6 : 0.5),
     };
-    const [low, high] = this.range(data, from, to);
+    const most = Math.max(2, (box.bottom - box.top) / (size * 1.7));
+    const { low, high, step } = this.range(data, from, to, most);
     const x = (t) => box.left + ((t - from) / (to - from)) * (box.right - box.left);
     const y = (v) => box.bottom - ((v - low) / (high - low)) * (box.bottom - box.top);
-    this.axes(g, box, size, { from, to, low, high, isLast }, x, y);
+    this.axes(g, box, size, { from, to, low, high, step, isLast }, x, y);
     g.save();
     g.beginPath();
     g.rect(box.left, box.top - 2, box.right - box.left, box.bottom - box.top + 4);
@@ -66,8 +67,9 @@ export class Plot {
     return found === null || found === undefined ? null : (found - offset) * scale;
   }
 
-  // Bounds on whole steps, so that they stay where they are while the lines move a little.
-  range(data, from, to) {
+  // Bounds on whole steps, at most about so many: both have a number, and they stay where they are
+  // while the lines move a little.
+  range(data, from, to, most) {
     let low = Infinity;
     let high = -Infinity;
     for (const rows of data) {
@@ -87,11 +89,13 @@ export class Plot {
       low -= missing / 2;
       high += missing / 2;
     }
-    const step = niceStep(high - low, 4);
-    return [Math.floor(low / step + 1e-9) * step, Math.ceil(high / step - 1e-9) * step];
+    const step = niceStep(high - low, most);
+    // Noise about a number costs no step of its own.
+    const whole = { low: Math.floor(low / step + 0.02), high: Math.ceil(high / step - 0.02) };
+    return { low: whole.low * step, high: whole.high * step, step };
   }
 
-  axes(g, box, size, { from, to, low, high, isLast }, x, y) {
+  axes(g, box, size, { from, to, low, high, step, isLast }, x, y) {
     const { title, unit } = this.options;
     g.font = `${size}px ${FONT}`;
     g.lineWidth = 1;
@@ -100,7 +104,6 @@ export class Plot {
     g.fillStyle = "#333333";
     g.textBaseline = "middle";
     g.textAlign = "right";
-    const step = niceStep(high - low, Math.max(2, (box.bottom - box.top) / (size * 1.7)));
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
       const v = k * step;

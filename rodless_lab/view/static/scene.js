@@ -33,8 +33,9 @@ const SECTION = `
 <rect class="b" y="146" height="60"/>
 <g class="moving">
   <rect class="piston" x="-82" y="146" width="164" height="60"/>
-
+  <text class="mid alone" x="0" y="183" text-anchor="middle">piston</text>
 </g>
+<path class="apart" d=""/>
 <g class="carried">
   <path class="carriage" d="M-84,96 h168 v40 h-168 z M-84,216 h168 v12 h-168 z"/>
   <text class="big" x="0" y="124" text-anchor="middle"></text>
@@ -105,6 +106,7 @@ export class Scene {
     svg.innerHTML = SECTION;
     svg.classList.add("empty");
     this.parts = {};
+    this.shown = {};
     this.onTarget = onTarget;
     this.stroke = 0.2;
     this.closed = 5.08;
@@ -119,6 +121,17 @@ export class Scene {
 
   part(name) {
     return (this.parts[name] ??= this.svg.querySelector(name));
+  }
+
+  // Writes what has changed alone: each write makes the browser lay out and paint anew.
+  put(name, what, value) {
+    const key = `${name} ${what}`;
+    if (this.shown[key] === value) return;
+    this.shown[key] = value;
+    const part = this.part(name);
+    if (what === "text") part.textContent = value;
+    else if (what.startsWith("style.")) part.style[what.slice(6)] = value;
+    else part.setAttribute(what, value);
   }
 
   setup({ stroke, closed, mode }) {
@@ -150,17 +163,18 @@ export class Scene {
     this.part(".ruler").innerHTML = `<line class="tick" ${ends} y1="68" y2="68"/>${marks}${unit}`;
   }
 
-  // A row of samples, and flows in L/min past the four edges, if known.
-  update(row, flows) {
-    const [, position, velocity, a, b, supply, voltage] = row;
+  // A row of samples, and how it is drawn: where the spool is (V), whether the magnets have parted,
+  // words, and flows in L/min past the four edges, if known.
+  update(row, { spool, lost, motion, valve, flows }) {
+    const [, position, , a, b, supply, voltage, , , piston] = row;
     if (supply) this.supply = supply;
-    if (position !== null) this.carriage(position, a, b);
-    this.motion(velocity);
-    this.part(".pa").textContent = kilopascals(a);
-    this.part(".pb").textContent = kilopascals(b);
-    this.part(".low").textContent = (ATMOSPHERE / 1e3).toFixed(0);
-    this.part(".high").textContent = (this.supply / 1e3).toFixed(0);
-    this.valve(voltage, a, b);
+    if (position !== null) this.carriage(position, piston ?? position, lost, a, b);
+    this.put(".motion", "text", motion);
+    this.put(".pa", "text", kilopascals(a));
+    this.put(".pb", "text", kilopascals(b));
+    this.put(".low", "text", (ATMOSPHERE / 1e3).toFixed(0));
+    this.put(".high", "text", (this.supply / 1e3).toFixed(0));
+    this.valve(voltage, spool, valve, a, b);
     this.flows(flows);
   }
 
@@ -168,52 +182,38 @@ export class Scene {
     return pressureColour(pressure, ATMOSPHERE, Math.max(this.supply, ATMOSPHERE + 1e5));
   }
 
-  carriage(position, a, b) {
+  carriage(position, piston, lost, a, b) {
     this.svg.classList.remove("empty");
-    const at = this.x(position);
+    const at = this.x(piston);
+    const carried = this.x(position);
     const left = Math.max(at - HALF - 180, 0);
-    this.part(".a").setAttribute("width", left);
-    this.part(".b").setAttribute("x", at + HALF);
-    this.part(".b").setAttribute("width", Math.max(1020 - at - HALF, 0));
-    this.part(".a").style.fill = this.colour(a);
-    this.part(".b").style.fill = this.colour(b);
-    for (const name of [".moving", ".carried"]) {
-      this.part(name).setAttribute("transform", `translate(${at.toFixed(2)},0)`);
-    }
-    this.part(".carried text").textContent = `${(position * 1e3).toFixed(1)} mm`;
+    this.put(".a", "width", left.toFixed(2));
+    this.put(".b", "x", (at + HALF).toFixed(2));
+    this.put(".b", "width", Math.max(1020 - at - HALF, 0).toFixed(2));
+    this.put(".a", "style.fill", this.colour(a));
+    this.put(".b", "style.fill", this.colour(b));
+    this.put(".moving", "transform", `translate(${at.toFixed(2)},0)`);
+    this.put(".carried", "transform", `translate(${carried.toFixed(2)},0)`);
+    this.svg.classList.toggle("lost", lost);
+    if (lost) this.put(".apart", "d", `M${carried.toFixed(2)},176 H${at.toFixed(2)}`);
+    this.put(".carried text", "text", `${(position * 1e3).toFixed(1)} mm`);
   }
 
-  motion(velocity) {
-    const text = this.part(".motion");
-    if (velocity === null || velocity === undefined) {
-      text.textContent = "";
-    } else if (velocity === 0) {
-      text.textContent = "■ stuck";
-    } else {
-      const speed = Math.abs(velocity * 1e3);
-      const arrow = velocity > 0 ? "▶" : "◀";
-      text.textContent = `${arrow} slipping, ${speed.toFixed(speed < 1 ? 2 : 1)} mm/s`;
-    }
-  }
-
-  valve(voltage, a, b) {
+  valve(voltage, spool, words, a, b) {
     const known = voltage !== null && voltage !== undefined;
-    this.part(".volts").textContent = known ? `${voltage.toFixed(2)} V` : "–";
-    const away = known ? Math.min(Math.max(voltage, 0), 10) - this.closed : 0;
+    this.put(".volts", "text", known ? `${voltage.toFixed(2)} V` : "–");
+    const away = spool === null ? 0 : Math.min(Math.max(spool, 0), 10) - this.closed;
     // Towards 5 the land of port 4 opens it to the supply, and that of port 2 opens it to 3.
     const shift = -away * MM_PER_VOLT * SPOOL_SCALE;
-    this.part(".spool").setAttribute("transform", `translate(${shift.toFixed(2)},0)`);
-    this.part(".feed").style.fill = this.part(".port.feed").style.fill = this.colour(this.supply);
-    this.part(".supply").style.stroke = this.colour(this.supply);
-    this.part(".pipe-a").style.stroke = this.part(".port-a").style.fill = this.colour(a);
-    this.part(".pipe-b").style.stroke = this.part(".port-b").style.fill = this.colour(b);
-    this.part(".lands").textContent = !known
-      ? ""
-      : Math.abs(away) < 0.005
-        ? "closed"
-        : away > 0
-          ? "A fills, B empties"
-          : "B fills, A empties";
+    this.put(".spool", "transform", `translate(${shift.toFixed(2)},0)`);
+    this.put(".feed", "style.fill", this.colour(this.supply));
+    this.put(".port.feed", "style.fill", this.colour(this.supply));
+    this.put(".supply", "style.stroke", this.colour(this.supply));
+    this.put(".pipe-a", "style.stroke", this.colour(a));
+    this.put(".port-a", "style.fill", this.colour(a));
+    this.put(".pipe-b", "style.stroke", this.colour(b));
+    this.put(".port-b", "style.fill", this.colour(b));
+    this.put(".lands", "text", words);
   }
 
   // The dashes move with the air; a line as wide as the flow is large.
@@ -223,16 +223,16 @@ export class Scene {
       const size = Math.abs(flow);
       const width = Math.min(1.5 + Math.sqrt(size), 8);
       this.offsets[k] -= Math.sign(flow) * Math.min(2 + size * 0.4, 10);
-      for (const line of this.svg.querySelectorAll(`.f${k}`)) {
-        const edge = line.classList.contains("under") ? 3 : 0;
-        line.style.display = size < 0.05 ? "none" : "";
-        line.style.strokeWidth = (width + edge).toFixed(1);
-        line.style.strokeDashoffset = this.offsets[k].toFixed(1);
+      for (const [line, edge] of [[`.f${k}.under`, 3], [`.f${k}:not(.under)`, 0]]) {
+        this.put(line, "style.display", size < 0.05 ? "none" : "");
+        if (size < 0.05) continue;
+        this.put(line, "style.strokeWidth", (width + edge).toFixed(1));
+        this.put(line, "style.strokeDashoffset", this.offsets[k].toFixed(1));
       }
     }
-    this.part(".in").textContent = flows ? litres(flows[0] + flows[2]) : "";
-    this.part(".out-a").textContent = flows ? litres(flows[1]) : "";
-    this.part(".out-b").textContent = flows ? litres(flows[3]) : "";
+    this.put(".in", "text", flows ? litres(flows[0] + flows[2]) : "");
+    this.put(".out-a", "text", flows ? litres(flows[1]) : "");
+    this.put(".out-b", "text", flows ? litres(flows[3]) : "");
   }
 
   ghost(position) {
@@ -251,19 +251,17 @@ export class Scene {
 
   drawTarget() {
     const shown = this.held ?? this.target;
-    const group = this.part(".target");
-    const line = this.part(".want");
-    group.style.display = line.style.display = shown === null || !this.isLive ? "none" : "";
+    const hidden = shown === null || !this.isLive;
+    for (const name of [".target", ".want"]) this.put(name, "style.display", hidden ? "none" : "");
     if (shown === null) return;
-    const at = this.x(shown).toFixed(2);
-    group.setAttribute("transform", `translate(${at},0)`);
-    line.setAttribute("transform", `translate(${at},0)`);
-    group.classList.toggle("locked", this.locked);
-    group.setAttribute("aria-valuenow", (shown * 1e3).toFixed(1));
-    group.setAttribute("aria-valuemin", "0");
-    group.setAttribute("aria-valuemax", (this.stroke * 1e3).toFixed(1));
-    group.setAttribute("aria-disabled", String(this.locked));
-    this.part(".target text").textContent = `target ${(shown * 1e3).toFixed(1)} mm`;
+    const at = `translate(${this.x(shown).toFixed(2)},0)`;
+    for (const name of [".target", ".want"]) this.put(name, "transform", at);
+    this.part(".target").classList.toggle("locked", this.locked);
+    this.put(".target", "aria-valuenow", (shown * 1e3).toFixed(1));
+    this.put(".target", "aria-valuemin", "0");
+    this.put(".target", "aria-valuemax", (this.stroke * 1e3).toFixed(1));
+    this.put(".target", "aria-disabled", String(this.locked));
+    this.put(".target text", "text", `target ${(shown * 1e3).toFixed(1)} mm`);
   }
 
   at(event) {

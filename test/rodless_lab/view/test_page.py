@@ -451,10 +451,32 @@ def test_a_node_that_is_killed_is_missed_and_welcome_back(
     assert tab.errors == []
 
 
+def test_a_lost_carriage_is_drawn_apart_from_its_piston(tab: Tab) -> None:
+    """Each where it is, joined by a line, with a word on the piston and another outline."""
+    shown = tab.page.evaluate(
+        "() => { const svg = document.querySelector('svg.scene');"
+        " const view = getElement(document.querySelector('.rig-view').id.slice(1));"
+        " const row = [9, 0.05, 0, 3e5, 4e5, 6e5, 5, null, 6, 0.15, 0.1];"
+        " const at = name => new DOMMatrix(getComputedStyle(svg.querySelector(name)).transform).e;"
+        " const display = () => getComputedStyle(svg.querySelector('.alone')).display;"
+        " const drawn = { spool: 6, motion: 'moves', valve: 'opens', flows: null };"
+        " view.scene.update(row, { ...drawn, lost: false }); const before = display();"
+        " view.scene.update(row, { ...drawn, lost: true });"
+        " return [before, display(), at('.carried'), at('.moving'), view.scene.x(0.05),"
+        " view.scene.x(0.15), svg.querySelector('.motion').textContent]; }"
+    )
+    before, lost, carriage, piston, *expected, motion = shown
+    assert (before, motion) == ("none", "moves")
+    assert lost != "none"
+    assert [carriage, piston] == pytest.approx(expected, abs=0.01)
+    assert piston - carriage > 100.0
+    assert tab.errors == []
+
+
 def test_the_frames_are_small(tab: Tab) -> None:
     """What a page is sent 20 times a second: a few rows of numbers."""
     element = "getElement(document.querySelector('.rig-view').id.slice(1))"
     tab.wait(f"() => {element}.rows.length > 5")
     rows = tab.page.evaluate(f"() => {element}.rows.slice(-5)")
-    assert all(len(row) == 12 for row in rows)
+    assert all(len(row) == 15 for row in rows)
     assert len(json.dumps(rows[0])) < 400

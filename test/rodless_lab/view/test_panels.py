@@ -10,6 +10,7 @@
 
 import pytest
 
+from rodless_base.parameter_file import preset_names
 from rodless_control import ControllerParameters
 from rodless_control.laws import LAWS, law_class
 from rodless_lab.view.panels import LAW, PANELS, REFERENCES, Choice, Field
@@ -32,6 +33,18 @@ def test_a_slider_goes_no_farther_than_its_parameter(field: Field) -> None:
         declared.check(field.own(end))
     assert isinstance(declared.default, float)
     assert field.low <= field.shown(declared.default) <= field.high
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_preset_is_within_the_sliders(preset: str) -> None:
+    """A knob at the end of its slider would not show where its parameter is."""
+    values = {**RigParameters.preset(preset), **ControllerParameters.preset(preset)}
+    shown = {field.name: field for field in FIELDS if field.name in values}
+    assert len(shown) > 20
+    for name, field in shown.items():
+        value = values[name]
+        assert isinstance(value, float)
+        assert field.low <= field.shown(value) <= field.high, name
 
 
 @pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)

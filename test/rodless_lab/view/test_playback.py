@@ -52,11 +52,12 @@ def test_a_bag_becomes_rows(bags: Path) -> None:
     tape = open_tape(bags / "slow")
     rows = tape.rows()
     assert MOST_ROWS / 2 <= len(rows) <= MOST_ROWS
-    time, position, velocity, a, b, supply, voltage, reference = tape.row_at(2.0)
+    time, position, velocity, a, b, supply, voltage, reference, *others = tape.row_at(2.0)
     assert (time, position) == pytest.approx((2.0, 0.04))
     assert velocity == pytest.approx(0.02)
     assert (a, b, supply, voltage) == pytest.approx((4e5, 4.1e5, 6e5, 5.5))
     assert reference == 0.05
+    assert others == [None, None, None]  # where spool and piston are is not in this bag
     assert tape.row_at(0.1)[7] is None
     assert tape.row_at(-1.0) == tape.row_at(0.0)
     assert tape.row_at(99.0)[0] == pytest.approx(3.999)

@@ -171,7 +171,7 @@ def test_bags_are_those_of_the_folder(requests: Requests, tmp_path: Path) -> Non
 def test_a_frame_has_what_is_new(state: ViewState) -> None:
     """Rows once, the target, whether it can be moved, and the flows of the newest row."""
     state.target = 0.05
-    row = (1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, 0.05)
+    row = (1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, 0.05, 5.6, None, None)
     state.history.add(row)
     news, mark = frames.frame(state, Mark())
     assert (news["anew"], news["rows"], news["target"], news["locked"]) == (
@@ -180,20 +180,56 @@ def test_a_frame_has_what_is_new(state: ViewState) -> None:
         0.05,
         False,
     )
-    assert len(news["flows"]) == 4
-    assert news["flows"][0] > 0.0
+    assert len(news["drawn"]["flows"]) == 4
+    assert news["drawn"]["flows"][0] > 0.0
+    assert news["drawn"]["motion"] == "■ stuck"
     assert frames.frame(state, mark)[0]["rows"] == []
     state.take_parameters("controller", {"reference.type": "sine"})
     assert frames.frame(state, mark)[0]["locked"]
     assert frames.setup(state)["stroke"] == 0.2
 
 
+# Of a rig that says neither its reference nor where spool and piston are.
+NOTHING = (None, None, None, None)
+
+
+def test_a_spool_that_is_stuck_is_drawn_where_it_is(state: ViewState) -> None:
+    """Its flows are those of its place, not of the command; the words say so."""
+    state.history.add((1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 10.0, 0.05, 0.0, None, None))
+    state.take_parameters("plant", {"fault.valve.spool": "stuck"})
+    drawn = frames.frame(state, Mark())[0]["drawn"]
+    assert drawn["spool"] == 0.0
+    assert drawn["valve"] == "spool stuck: B fills, A empties"
+    assert drawn["flows"][2] > 10.0 * drawn["flows"][0]
+
+
+@pytest.mark.parametrize(
+    ("piston", "faults", "lost"),
+    [
+        (0.012, {}, False),
+        (0.016, {}, True),
+        (0.016, {"coupling.slip_distance": 0.01}, False),
+        (0.010, {"fault.carriage.decoupled": True}, True),
+    ],
+)
+def test_a_carriage_is_lost_past_the_reach_of_its_magnets(
+    state: ViewState, piston: float, faults: dict[str, object], lost: bool
+) -> None:
+    """Or where they let go; the page says what each of the two does."""
+    state.take_parameters("plant", faults)
+    state.history.add((1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, 0.05, 5.6, piston, 0.08))
+    drawn = frames.frame(state, Mark())[0]["drawn"]
+    assert drawn["lost"] is lost
+    words = "carriage ■ stuck; piston ▶ slipping, 80.0 mm/s"
+    assert drawn["motion"] == ("lost " if lost else "") + words
+
+
 def test_flows_of_a_rig_that_is_not_known_are_not_drawn() -> None:
     """Readings alone do not tell the valve."""
     state = ViewState()
-    state.history.add((1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, None))
+    state.history.add((1.0, 0.01, 0.0, 4e5, 3e5, 6e5, 5.6, *NOTHING))
     assert state.flows() is None
     state.take_parameters("plant", dict(RigParameters()), whole=True)
     assert state.flows() is not None
-    state.history.add((2.0, 0.01, 0.0, None, 3e5, 6e5, 5.6, None))
+    state.history.add((2.0, 0.01, 0.0, None, 3e5, 6e5, 5.6, *NOTHING))
     assert state.flows() is None

@@ -10,8 +10,9 @@
 
 import pytest
 
-from rodless_lab.view.valve_flows import ValveFlows
+from rodless_lab.view.valve_flows import ValveFlows, spool_voltage
 from rodless_sim import Rig, RigParameters
+from rodless_sim.physics.valve import spool_displacement
 
 # kg/s of a free-air flow in L/min at 20 °C and one atmosphere, as the parameters have them.
 KILOGRAMS = 101325.0 / (287.0 * 293.15) / 6e4
@@ -34,6 +35,12 @@ def test_the_edges_add_up_to_what_the_chambers_receive(voltage: float, assembly:
     assert state.mass_flow_b / (found.supply_to_b - found.b_to_exhaust) == pytest.approx(
         ratio, rel=1e-6
     )
+
+
+@pytest.mark.parametrize("voltage", [0.0, 5.08, 10.0])
+def test_where_the_spool_is_tells_its_voltage(voltage: float) -> None:
+    """The other way round than the plant has it, which publishes metres."""
+    assert spool_voltage(spool_displacement(voltage)) == pytest.approx(voltage, abs=1e-12)
 
 
 def test_above_the_closed_voltage_a_is_filled_and_b_emptied() -> None:
