@@ -50,9 +50,45 @@ def chamber_voltages() -> Array:
     return steps((closed, 0.2), (5.7, 0.8), (4.6, 0.9), (closed, 0.4), (5.45, 0.7), (4.2, 0.5))
 
 
+def heat_voltages() -> Array:
+    """Fill and vent quickly, and wait with the valve closed: air cools or warms for a second."""
+    closed = CLOSED_VOLTAGE
+    return steps(
+        *((closed, 0.2), (5.7, 0.6), (closed, 1.2), (4.4, 0.6), (closed, 1.2)),
+        *((6.5, 0.3), (closed, 0.8), (3.6, 0.3), (closed, 0.8)),
+    )
+
+
+def leak_voltages() -> Array:
+    """Fill either chamber and let both settle, the valve closed or open by a hair."""
+    closed = CLOSED_VOLTAGE
+    return steps(
+        *((closed, 0.4), (5.7, 0.5), (closed, 1.2), (4.4, 0.5), (closed, 1.2)),
+        *((closed + 0.1, 0.8), (closed - 0.1, 0.8), (closed + 0.04, 0.6), (closed - 0.04, 0.6)),
+    )
+
+
+def spool_voltages() -> Array:
+    """Steps of all sizes that last milliseconds, then slow triangles about the closed position."""
+    closed = CLOSED_VOLTAGE
+    spans = np.random.default_rng(1).integers(8, 30, (3, 5)) * 1e-3
+    pulses = [
+        (closed + sign * size, float(span))
+        for row in spans
+        for size, span in zip((0.5, 1.0, 2.0, 3.0, 4.5), row, strict=True)
+        for sign in (1.0, -1.0)
+    ]
+    up, down = ramp(closed - 0.2, closed + 0.2, 0.5), ramp(closed + 0.2, closed - 0.2, 0.5)
+    slow = [up, down] * 2
+    return np.concatenate([steps((closed, 0.1), *pulses, (closed, 0.2), *pulses), *slow])
+
+
 # By what is to be identified.
 EXCITATIONS: dict[str, Callable[[], Array]] = {
     "chambers": chamber_voltages,
     "friction": friction_voltages,
+    "heat": heat_voltages,
+    "leak": leak_voltages,
+    "spool": spool_voltages,
     "valve": chamber_voltages,
 }

@@ -182,7 +182,7 @@ def solve(
         xtol=1e-7,
         ftol=1e-7,
         gtol=1e-7,
-        max_nfev=40,
+        max_nfev=200,
     )
     values = np.asarray(found.x) * scale
     residuals = problem.residuals(values)[: problem.readings]
