@@ -32,16 +32,11 @@ from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import SUPPLY, PressureFit
 from rodless_lab.identification.pressures.heat import identify_heat, with_temperatures
 from rodless_lab.identification.pressures.leaks import identify_leaks
-from rodless_lab.identification.pressures.spool import identify_spool, with_dynamics
 from rodless_lab.identification.pressures.unknowns import (
     AREA_FACTOR,
     CLOSED,
-    DAMPING,
-    DEAD_TIME,
-    FREQUENCY,
     GAP,
     HEAT_TRANSFER,
-    HYSTERESIS,
     LEAKS,
     VOLUMES,
 )
@@ -149,18 +144,6 @@ def hidden_leaks(generator: np.random.Generator) -> tuple[RigParameters, Values]
     return rig.with_values(truth), {**truth, **others}
 
 
-def hidden_spool(generator: np.random.Generator) -> tuple[RigParameters, Values]:
-    """Draw dynamics, hysteresis and dead time of the valve, and what :func:`hidden_valve` draws."""
-    rig, others = hidden_valve(generator)
-    truth = {
-        FREQUENCY: generator.uniform(80.0, 150.0),
-        DAMPING: generator.uniform(0.5, 0.9),
-        HYSTERESIS: generator.uniform(1e-3, 4e-3),
-        DEAD_TIME: generator.uniform(5e-4, 3e-3),
-    }
-    return with_dynamics(rig).with_values(truth), {**truth, **others}
-
-
 def _any_size(generator: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(generator.uniform(np.log(low), np.log(high))))
 
@@ -198,7 +181,6 @@ SUBJECTS = {
     "chambers": Subject(hidden_chambers, EXCITATIONS["chambers"](), _pressures(identify_chambers)),
     "heat": Subject(hidden_heat, EXCITATIONS["heat"](), _pressures(identify_heat)),
     "leak": Subject(hidden_leaks, EXCITATIONS["leak"](), _pressures(identify_leaks)),
-    "spool": Subject(hidden_spool, EXCITATIONS["spool"](), _pressures(identify_spool)),
     "valve": Subject(hidden_valve, EXCITATIONS["valve"](), _pressures(identify_valve)),
 }
 

@@ -68,33 +68,11 @@ def leak_voltages() -> Array:
     )
 
 
-def spool_voltages() -> Array:
-    """Steps of all sizes that last milliseconds, then slow triangles about the closed position.
-
-    The larger a step the shorter it is: friction holds the carriage, and no error of its position
-    gets into the pressures.
-    """
-    closed = CLOSED_VOLTAGE
-    longest = {0.5: 16, 1.0: 13, 2.0: 9, 3.0: 7, 4.5: 6}
-    generator = np.random.default_rng(1)
-    pulses = [
-        (closed + sign * size, span * PERIOD)
-        for _ in range(8)
-        for size, most in longest.items()
-        for span in [float(generator.integers(4, most))]
-        for sign in (1.0, -1.0)
-    ]
-    up, down = ramp(closed - 0.2, closed + 0.2, 0.5), ramp(closed + 0.2, closed - 0.2, 0.5)
-    slow = [up, down] * 2
-    return np.concatenate([steps((closed, 0.1), *pulses, (closed, 0.2), *pulses), *slow])
-
-
 # By what is to be identified.
 EXCITATIONS: dict[str, Callable[[], Array]] = {
     "chambers": chamber_voltages,
     "friction": friction_voltages,
     "heat": heat_voltages,
     "leak": leak_voltages,
-    "spool": spool_voltages,
     "valve": chamber_voltages,
 }

@@ -11,12 +11,13 @@
 import numpy as np
 import pytest
 
-from rodless_lab.identification.excitation import chamber_voltages, spool_voltages
+from rodless_lab.identification.excitation import chamber_voltages, steps
 from rodless_lab.identification.pressures.problem import Problem
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, simulate
 
-VOLTAGES = np.concatenate([chamber_voltages(), spool_voltages()[:700]])
+PULSES = steps(*((5.08 + size, 0.02) for size in (0.5, -0.5, 1.0, -1.0, 2.0, -2.0, 4.5, -4.5)))
+VOLTAGES = np.concatenate([chamber_voltages(), PULSES])
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@
 """Subjects that find an effect: rigs that have none of it, and names nobody knows."""
 
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,23 +18,15 @@ from quiet_stop import Quiet
 from rodless_base.parameters import Value
 from rodless_lab.cli import drive, identify
 from rodless_lab.identification import coverage, subjects
-from rodless_lab.identification.coverage import KNOWN, hidden_chambers, hidden_valve, measured_run
+from rodless_lab.identification.coverage import KNOWN, hidden_chambers, measured_run
 from rodless_lab.identification.excitation import EXCITATIONS
-from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.identification.pressures.heat import heat_findings, identify_heat
 from rodless_lab.identification.pressures.leaks import identify_leaks, leak_findings
-from rodless_lab.identification.pressures.spool import identify_spool, spool_findings
-from rodless_lab.identification.pressures.unknowns import (
-    DEAD_TIME,
-    HEAT_TRANSFER,
-    HYSTERESIS,
-    LEAKS,
-)
+from rodless_lab.identification.pressures.unknowns import HEAT_TRANSFER, LEAKS
 
 FOUND = {
-    "heat": (identify_heat, heat_findings, hidden_chambers),
-    "leak": (identify_leaks, leak_findings, hidden_chambers),
-    "spool": (identify_spool, spool_findings, hidden_valve),
+    "heat": (identify_heat, heat_findings),
+    "leak": (identify_leaks, leak_findings),
 }
 
 
@@ -48,22 +41,21 @@ FOUND = {
             1.0,
         ),
         ("leak", {}, LEAKS, 1e-9),
-        ("spool", {"valve.dynamics": "second_order"}, [HYSTERESIS, DEAD_TIME], 1e-3),
     ],
 )
 def test_an_effect_that_is_not_there_is_bounded(
     subject: str, values: dict[str, Value], absent: list[str], most: float
 ) -> None:
-    """Of adiabatic walls, tight chambers and a prompt spool: not told from 0, and at most so much.
+    """Of adiabatic walls and tight chambers: not told from 0, and at most so much.
 
     The model fits, the rest is found all the same, and the file leaves out what is not there.
     """
-    fit_run, findings_of_fit, hide = FOUND[subject]
+    identify_it, findings = FOUND[subject]
     generator = np.random.default_rng(2)
-    hidden, truth = hide(generator)
+    hidden, truth = hidden_chambers(generator)
     run = measured_run(hidden.with_values(values), EXCITATIONS[subject](), generator)
-    fit: PressureFit = fit_run(run, KNOWN)
-    written = {found.name: found.value for found in findings_of_fit(fit)}
+    fit = identify_it(run, KNOWN)
+    written = {found.name: found.value for found in findings(fit)}
     assert fit.verdict.fits
     for name in absent:
         estimate = fit.estimates[name]
@@ -80,7 +72,7 @@ def test_every_subject_has_voltages_and_a_measured_coverage() -> None:
 
 @pytest.mark.parametrize("command", [identify, drive], ids=["identify", "drive"])
 def test_an_unknown_subject_is_refused(
-    command: object, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Exit code 2 and the names that there are; nothing is read or written."""
     output = tmp_path / "found.yaml"

@@ -92,9 +92,9 @@ def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
         check_intervals(found, PRESSURE_WIDTHS[name], name)
 
 
-@pytest.mark.parametrize("subject", ["heat", "leak", "spool"])
+@pytest.mark.parametrize("subject", ["heat", "leak"])
 def test_intervals_of_effects_hold(subject: str) -> None:
-    """What is claimed of heat, leaks and the spool holds the truth, and something is claimed."""
+    """What is claimed of heat and leaks holds the truth, and something is claimed."""
     done = trials(subject, 10)
     check_alarms(done)
     found = coverage_of(done)

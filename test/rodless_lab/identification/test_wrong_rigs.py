@@ -68,10 +68,7 @@ def blamed(run: MeasuredRun) -> PressureFit:
     ids=["dynamics", "dead time", "hysteresis"],
 )
 def test_a_late_spool_is_found_out(values: dict[str, object]) -> None:
-    """A spool that lags, comes late or has play: the drive of the valve is blamed.
-
-    Which of the three it is takes the voltages of ``drive spool``.
-    """
+    """A spool that lags, comes late or has play: the drive of the valve is blamed."""
     verdict = blamed(measured("chambers", values)).verdict
     assert not verdict.fits
     causes = [f"{kind} of the valve" for kind in ("dynamics", "dead time", "hysteresis")]
