@@ -137,11 +137,14 @@ def hidden_heat(generator: np.random.Generator) -> tuple[RigParameters, Values]:
 
 
 def hidden_leaks(generator: np.random.Generator) -> tuple[RigParameters, Values]:
-    """Draw the areas of all leaks, closed position, and as :func:`hidden_chambers`."""
+    """Draw the areas of all leaks, closed position, and as :func:`hidden_chambers`.
+
+    Dead volumes are hidden, but not among what is found.
+    """
     rig, others = hidden_chambers(generator)
     truth = {name: _any_size(generator, 2e-9, 2e-8) for name in LEAKS}
     truth[CLOSED] = _closed(generator)
-    return rig.with_values(truth), {**truth, **others}
+    return rig.with_values(truth), {**truth, GAP: others[GAP], SUPPLY: others[SUPPLY]}
 
 
 def _any_size(generator: np.random.Generator, low: float, high: float) -> float:

@@ -25,7 +25,6 @@ from rodless_lab.identification.pressures.unknowns import (
     CLOSED,
     GAP,
     LEAKS,
-    VOLUMES,
     closed_voltage,
     dead_volumes,
     gap,
@@ -63,5 +62,8 @@ def identify_leaks(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
 
 
 def leak_findings(fit: PressureFit) -> list[Finding]:
-    """Return what the fit says of the plant's parameters."""
-    return findings_of(fit, (*LEAKS, *VOLUMES, GAP, CLOSED, SUPPLY))
+    """Return what the fit says of the plant's parameters, dead volumes left out.
+
+    While the carriage rests, a dead volume cannot be told from the exponent of the air.
+    """
+    return findings_of(fit, (*LEAKS, GAP, CLOSED, SUPPLY))
