@@ -202,7 +202,8 @@ def _jacobian(residuals_of: Callable[[Array], Array], scaled: Array, found: Arra
     The solver's steps are relative, and vanish there: a column would be 0, the interval endless.
     Rows are weighted as the solver weights them for its loss.
     """
-    jacobian, residuals = found.copy(), residuals_of(scaled)
+    jacobian: Array = found.copy()
+    residuals = residuals_of(scaled)
     weight = (1.0 + (residuals / ROBUST) ** 2) ** -0.75
     for column in np.flatnonzero(np.abs(scaled) < AT_ZERO):
         beside = scaled.copy()
