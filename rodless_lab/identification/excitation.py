@@ -60,12 +60,17 @@ def heat_voltages() -> Array:
 
 
 def leak_voltages() -> Array:
-    """Fill either chamber and let both settle, the valve closed or open by a hair."""
+    """Move, then fill either chamber and let both settle, the valve closed or open by a hair.
+
+    What the carriage displaces shows the scale of all flows: at rest a valve that passes more
+    looks like larger leaks of larger chambers.
+    """
     closed = CLOSED_VOLTAGE
-    return steps(
+    settling = steps(
         *((closed, 0.4), (5.7, 0.5), (closed, 1.2), (4.4, 0.5), (closed, 1.2)),
         *((closed + 0.1, 0.8), (closed - 0.1, 0.8), (closed + 0.04, 0.6), (closed - 0.04, 0.6)),
     )
+    return np.concatenate([chamber_voltages(), settling])
 
 
 # By what is to be identified.

@@ -62,8 +62,5 @@ def identify_leaks(run: MeasuredRun, parameters: RigParameters) -> PressureFit:
 
 
 def leak_findings(fit: PressureFit) -> list[Finding]:
-    """Return what the fit says of the plant's parameters, dead volumes left out.
-
-    While the carriage rests, a dead volume cannot be told from the exponent of the air.
-    """
+    """Return what the fit says of the plant's parameters; dead volumes are for `chambers`."""
     return findings_of(fit, (*LEAKS, GAP, CLOSED, SUPPLY))
