@@ -21,6 +21,8 @@ from rodless_lab.identification.friction.uniform_motion import (
 )
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import PressureFit
+from rodless_lab.identification.pressures.heat import identify_heat
+from rodless_lab.identification.pressures.leaks import identify_leaks
 from rodless_lab.identification.pressures.valve import identify_valve
 from rodless_lab.identification.valve_bench.area_curve import (
     AreaCurve,
@@ -61,6 +63,8 @@ __all__ = [
     "friction_points",
     "identify_chambers",
     "identify_friction",
+    "identify_heat",
+    "identify_leaks",
     "identify_valve",
     "run_of_trace",
     "stick_slip_events",

@@ -30,10 +30,14 @@ from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.hidden_effects import EFFECTS, outcome
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import SUPPLY, PressureFit
+from rodless_lab.identification.pressures.heat import identify_heat, with_temperatures
+from rodless_lab.identification.pressures.leaks import identify_leaks
 from rodless_lab.identification.pressures.unknowns import (
     AREA_FACTOR,
     CLOSED,
     GAP,
+    HEAT_TRANSFER,
+    LEAKS,
     VOLUMES,
 )
 from rodless_lab.identification.pressures.valve import AREA, identify_valve
@@ -114,7 +118,7 @@ def hidden_chambers(generator: np.random.Generator) -> tuple[RigParameters, Valu
 def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]:
     """Draw closed position, size of the openings, gap height and supply pressure."""
     truth = {
-        CLOSED: generator.uniform(4.98, 5.18),
+        CLOSED: _closed(generator),
         AREA_FACTOR: generator.uniform(0.8, 1.25),
         GAP: generator.uniform(4e-6, 8e-6),
         SUPPLY: _supply(generator),
@@ -123,6 +127,32 @@ def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]
     area = tuple((amplitude * KNOWN.numbers(AREA)).tolist())
     values = {name: value for name, value in truth.items() if name != AREA_FACTOR}
     return KNOWN.with_values({**values, AREA: area}), truth
+
+
+def hidden_heat(generator: np.random.Generator) -> tuple[RigParameters, Values]:
+    """Draw the heat transfer coefficient, closed position, and as :func:`hidden_chambers`."""
+    rig, others = hidden_chambers(generator)
+    truth = {HEAT_TRANSFER: _any_size(generator, 20.0, 200.0), CLOSED: _closed(generator)}
+    return with_temperatures(rig).with_values(truth), {**truth, **others}
+
+
+def hidden_leaks(generator: np.random.Generator) -> tuple[RigParameters, Values]:
+    """Draw the areas of all leaks, closed position, and as :func:`hidden_chambers`.
+
+    Dead volumes are hidden, but not among what is found.
+    """
+    rig, others = hidden_chambers(generator)
+    truth = {name: _any_size(generator, 2e-9, 2e-8) for name in LEAKS}
+    truth[CLOSED] = _closed(generator)
+    return rig.with_values(truth), {**truth, GAP: others[GAP], SUPPLY: others[SUPPLY]}
+
+
+def _any_size(generator: np.random.Generator, low: float, high: float) -> float:
+    return float(np.exp(generator.uniform(np.log(low), np.log(high))))
+
+
+def _closed(generator: np.random.Generator) -> float:
+    return float(generator.uniform(4.98, 5.18))
 
 
 def _supply(generator: np.random.Generator) -> float:
@@ -152,6 +182,8 @@ def _pressures(
 SUBJECTS = {
     "friction": Subject(hidden_friction, EXCITATIONS["friction"](), _friction),
     "chambers": Subject(hidden_chambers, EXCITATIONS["chambers"](), _pressures(identify_chambers)),
+    "heat": Subject(hidden_heat, EXCITATIONS["heat"](), _pressures(identify_heat)),
+    "leak": Subject(hidden_leaks, EXCITATIONS["leak"](), _pressures(identify_leaks)),
     "valve": Subject(hidden_valve, EXCITATIONS["valve"](), _pressures(identify_valve)),
 }
 

@@ -50,9 +50,34 @@ def chamber_voltages() -> Array:
     return steps((closed, 0.2), (5.7, 0.8), (4.6, 0.9), (closed, 0.4), (5.45, 0.7), (4.2, 0.5))
 
 
+def heat_voltages() -> Array:
+    """Fill and vent quickly, and wait with the valve closed: air cools or warms for a second."""
+    closed = CLOSED_VOLTAGE
+    return steps(
+        *((closed, 0.2), (5.7, 0.6), (closed, 1.2), (4.4, 0.6), (closed, 1.2)),
+        *((6.5, 0.3), (closed, 0.8), (3.6, 0.3), (closed, 0.8)),
+    )
+
+
+def leak_voltages() -> Array:
+    """Move, then fill either chamber and let both settle, the valve closed or open by a hair.
+
+    What the carriage displaces shows the scale of all flows: at rest a valve that passes more
+    looks like larger leaks of larger chambers.
+    """
+    closed = CLOSED_VOLTAGE
+    settling = steps(
+        *((closed, 0.4), (5.7, 0.5), (closed, 1.2), (4.4, 0.5), (closed, 1.2)),
+        *((closed + 0.1, 0.8), (closed - 0.1, 0.8), (closed + 0.04, 0.6), (closed - 0.04, 0.6)),
+    )
+    return np.concatenate([chamber_voltages(), settling])
+
+
 # By what is to be identified.
 EXCITATIONS: dict[str, Callable[[], Array]] = {
     "chambers": chamber_voltages,
     "friction": friction_voltages,
+    "heat": heat_voltages,
+    "leak": leak_voltages,
     "valve": chamber_voltages,
 }

@@ -27,11 +27,11 @@ class Finding:
     """A parameter's new value with the estimates behind it, by what they are called.
 
     ``value`` is ``None`` where the data does not inform it: the file then says so and leaves the
-    parameter at its default.
+    parameter at its default. A choice that goes with other findings has no estimates of its own.
     """
 
     name: str
-    value: float | tuple[float, ...] | None
+    value: float | tuple[float, ...] | str | None
     estimates: Mapping[str, Estimate]
 
 
@@ -85,12 +85,14 @@ def _entry(found: Finding) -> list[str]:
         comments.append(line if not estimate.note else f"{line}; {estimate.note}")
     if found.value is None:
         return comments
-    return [*comments, f"    {found.name}: {_number(found.value)}"]
+    return [*comments, f"    {found.name}: {_text(found.value)}"]
 
 
-def _number(value: float | tuple[float, ...]) -> str:
+def _text(value: float | tuple[float, ...] | str) -> str:
+    if isinstance(value, str):
+        return value
     if isinstance(value, tuple):
-        return "[" + ", ".join(_number(item) for item in value) + "]"
+        return "[" + ", ".join(_text(item) for item in value) + "]"
     text = f"{value:.9g}"
     # YAML 1.1 reads 1e-05 as a text and 5 as an integer: a real has a point.
     mantissa, mark, exponent = text.partition("e")

@@ -25,6 +25,8 @@ from rodless_lab.identification.pressures.chambers import (
     identify_chambers,
 )
 from rodless_lab.identification.pressures.fit import PressureFit
+from rodless_lab.identification.pressures.heat import heat_findings, identify_heat
+from rodless_lab.identification.pressures.leaks import identify_leaks, leak_findings
 from rodless_lab.identification.pressures.valve import (
     identify_valve,
     valve_findings,
@@ -70,6 +72,8 @@ def _of_pressures(
 SUBJECTS: dict[str, Identify] = {
     "chambers": _of_pressures(identify_chambers, chambers_findings),
     "friction": _friction,
+    "heat": _of_pressures(identify_heat, heat_findings),
+    "leak": _of_pressures(identify_leaks, leak_findings),
     "valve": _of_pressures(identify_valve, valve_findings),
 }
 

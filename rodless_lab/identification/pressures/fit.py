@@ -9,7 +9,7 @@
 """Grey-box fit of valve and chambers: the rig's own equations against measured pressures."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +39,10 @@ MARGIN = 1.2
 
 # Relative step of the solver's finite differences.
 DIFFERENCE = 1e-5
+
+# Below this share of its natural size a value is 0, and its step is this share.
+AT_ZERO = 1e-6
+STEP_AT_ZERO = 1e-3
 
 # Residuals beyond this many standard errors count linearly instead of squared.
 ROBUST = 3.0
@@ -182,14 +186,30 @@ def solve(
         xtol=1e-7,
         ftol=1e-7,
         gtol=1e-7,
-        max_nfev=40,
+        max_nfev=200,
     )
     values = np.asarray(found.x) * scale
     residuals = problem.residuals(values)[: problem.readings]
     inflation = _correlation(residuals.reshape(2, -1))
-    jacobian = np.asarray(found.jac) / scale
+    jacobian = _jacobian(residuals_of, np.asarray(found.x), np.asarray(found.jac)) / scale
     cost = 2.0 * float(found.cost)
     return Solution(problem, parameters, unknowns, values, residuals, jacobian, cost, inflation)
+
+
+def _jacobian(residuals_of: Callable[[Array], Array], scaled: Array, found: Array) -> Array:
+    """Return the solver's Jacobian with the columns of what ended at 0 made anew.
+
+    The solver's steps are relative, and vanish there: a column would be 0, the interval endless.
+    Rows are weighted as the solver weights them for its loss.
+    """
+    jacobian: Array = found.copy()
+    residuals = residuals_of(scaled)
+    weight = (1.0 + (residuals / ROBUST) ** 2) ** -0.75
+    for column in np.flatnonzero(np.abs(scaled) < AT_ZERO):
+        beside = scaled.copy()
+        beside[column] += STEP_AT_ZERO
+        jacobian[:, column] = weight * (residuals_of(beside) - residuals) / STEP_AT_ZERO
+    return jacobian
 
 
 def _estimates(solution: Solution) -> dict[str, Estimate]:

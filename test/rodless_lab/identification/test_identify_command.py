@@ -35,7 +35,7 @@ def intervals(text: str) -> dict[str, tuple[float, float]]:
     return found
 
 
-@pytest.mark.parametrize("subject", ["friction", "chambers", "valve"])
+@pytest.mark.parametrize("subject", list(SUBJECTS))
 def test_hidden_rig_is_found_through_a_bag(tmp_path: Path, write_bag, subject: str) -> None:
     """A rig with hidden parameters, measured and recorded: the file's intervals cover them.
 
@@ -59,6 +59,8 @@ def test_hidden_rig_is_found_through_a_bag(tmp_path: Path, write_bag, subject: s
             assert low <= found.number(name) <= high, name
             compared += 1
     assert compared >= 3
+    # What was found acts in a plant that loads the file.
+    assert found.text("chambers.thermodynamics") == hidden.text("chambers.thermodynamics")
 
 
 def test_area_curve_is_scaled_as_a_whole(tmp_path: Path, write_bag) -> None:

@@ -92,6 +92,17 @@ def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
         check_intervals(found, PRESSURE_WIDTHS[name], name)
 
 
+@pytest.mark.parametrize("subject", ["heat", "leak"])
+def test_intervals_of_effects_hold(subject: str) -> None:
+    """What is claimed of heat and leaks holds the truth, and something is claimed."""
+    done = trials(subject, 10)
+    check_alarms(done)
+    found = coverage_of(done)
+    assert sum(one.informed for one in found.values()) >= 10
+    for name, one in found.items():
+        assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name
+
+
 def test_a_bias_of_the_pressure_sensors_is_not_hidden() -> None:
     """Told of perfect sensors while they are biased, the interval of F_c is wrong, and narrow.
 
