@@ -44,9 +44,9 @@ class PlantReport:
     rate: float  # Hz, samples due per wall-clock s; 0 while none is due by the clock
 
     def text(self) -> str:
-        """Return mode, preset and rate in words."""
+        """Return mode, preset and rate in words; the controller's own gains may be others."""
         rate = [f"{self.rate:g} Hz"] if self.rate else []
-        preset = [f"preset {self.preset}"] if self.preset else []
+        preset = [f"plant's preset {self.preset}"] if self.preset else []
         return ", ".join([self.mode, *preset, *rate])
 
 

@@ -149,3 +149,18 @@ def test_only_the_plant_of_its_own_namespace_is_heard() -> None:
     odd = status("/camera", mode="auto")
     odd.values.append(KeyValue(key="Target frequency (Hz)", value="high"))
     assert plant_report(odd, "/") is None
+
+
+@pytest.mark.parametrize(
+    ("report", "words"),
+    [
+        (
+            PlantReport("realtime", "calibrated", 1000.0),
+            "realtime, plant's preset calibrated, 1000 Hz",
+        ),
+        (PlantReport("lockstep", "", 0.0), "lockstep"),
+    ],
+)
+def test_the_preset_it_tells_of_is_the_plants(report: PlantReport, words: str) -> None:
+    """A controller on gains of its own does not claim the preset that only the plant has."""
+    assert report.text() == words

@@ -57,5 +57,5 @@ def test_nodes_say_once_that_they_are_ready_and_what_to_do_next(start_node: Star
     assert plant.output.count("ready: ") == 1
     assert "waiting for commands on /one/valve/voltage" in plant.output
     assert controller.output.count("started: ") == controller.output.count("ready: ") == 1
-    assert "ready: realtime, preset paper, 100 Hz, law pid, " in controller.output
+    assert "ready: realtime, plant's preset paper, 100 Hz, law pid, " in controller.output
     assert "reference setpoint; move it with a set-point on /one/setpoint" in controller.output
