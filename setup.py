@@ -35,8 +35,8 @@ DOCS_REQUIREMENTS = [
     "sphinx>=7.3",
     "myst-nb>=1.1",  # pages in Markdown; runs the notebooks and shows what comes out
     "furo>=2024.8.6",  # the theme
-    "sphinxcontrib-mermaid>=1",  # diagrams written as text,
-    "mermaidx>=0.10",  # and what draws them, without Node.js and a browser
+    "sphinxcontrib-mermaid>=1",  # diagrams written as text
+    "mermaidx>=0.10",  # draws those, without Node.js and a browser
     "sphinx-copybutton>=0.5",
 ]
 

@@ -8,6 +8,7 @@
 
 """The site: `make docs` builds it into build/docs."""
 
+import shlex
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -72,7 +73,7 @@ myst_fence_as_directive = ["mermaid"]
 # diagrams pictures that are drawn here, by Mermaid inside of Python.
 html_math_renderer = "mathml"
 mermaid_output_format = "svg"
-mermaid_cmd = [sys.executable, "-m", "mermaidx"]
+mermaid_cmd = shlex.join([sys.executable, "-m", "mermaidx"])
 mermaid_params = ["--quiet", "--theme", "neutral", "--config", str(HERE / "_ext/mermaid.json")]
 
 # The notebooks are run at each build; one that fails, fails the build.

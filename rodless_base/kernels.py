@@ -202,6 +202,8 @@ class _Inlined(CPUDispatcher):  # type: ignore[misc]
 
 
 def _compiled(function: Kernel, keep: bool, outlined: bool = False) -> Kernel:
+    if not isinstance(function, FunctionType):
+        raise TypeError(f"{function!r} is not a plain function: only those are compiled")
     if numba.config.DISABLE_JIT:
         return function
     options: dict[str, object] = {"nopython": True, "boundscheck": None, "error_model": "numpy"}

@@ -8,6 +8,8 @@
 
 """Formulas as MathML, which browsers draw by themselves: a page loads nothing for them."""
 
+from html import escape
+
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
@@ -37,7 +39,7 @@ def mathml(node: nodes.Element) -> str:
         return str(tex2mathml(text))
     except (ValueError, SyntaxError) as error:  # the latter from docutils before 0.21
         LOGGER.warning("%s: %s", text, error, location=node)
-        return text
+        return escape(text)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.physics.friction import Friction, form_force, side_of
-from rodless_sim.physics.friction_forms.direction import dry
+from rodless_sim.physics.friction_forms.direction import Direction, dry
 from rodless_sim.physics.sources import JUDGEMENT
 
 LUGRE = "lugre"
@@ -114,3 +114,16 @@ def contact(bristles: Bristles, friction: Friction, velocity: float, deflection:
     faded = math.exp(-((speed / bristles.damping_speed) ** 2))
     force = bristles.stiffness * deflection + bristles.damping * faded * rate
     return Contact(force + direction * viscous, rate)
+
+
+@kernel
+def growth(bristles: Bristles, side: Direction, speed: float, slope: float) -> float:
+    """Return how fast (1/s) motion at ``speed`` (m/s) runs away where friction falls with it.
+
+    Rigid, it would by ``slope`` (1/s). Bristles that must bend first are slower: about steady
+    sliding λ² + a λ = a · slope, a = σ₀ v/g(v).
+    """
+    bend = bristles.stiffness * speed / max(dry(side, speed).force, LEAST)
+    if slope <= 0.0 or bend <= 0.0:
+        return min(slope, 0.0)
+    return 2.0 * bend * slope / (bend + math.sqrt(bend * (bend + 4.0 * slope)))

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel, outlined_kernel
+from rodless_sim.physics.bristles import growth
 from rodless_sim.physics.course import course_after, step_on
 from rodless_sim.physics.drift import ROUNDING, STEP, stepped
 from rodless_sim.physics.events import (
@@ -125,9 +126,11 @@ def shorter_step(plant: Plant, before: Body, after: Body, mode: int, step: float
         direction = 1 if before.velocity + after.velocity > 0.0 else -1
     speed, speed_after = abs(before.velocity), abs(after.velocity)
     drag = sliding(after.friction, direction * speed_after, direction)
+    side = side_of(after.friction, direction)
     slope = -after.share / after.mass * drag.by_speed
-    velocity = side_of(after.friction, direction).stribeck_velocity
-    return step_in_the_fall(speed, speed_after, slope, velocity, step)
+    if plant.full.bristles.acting:
+        slope = growth(plant.full.bristles, side, speed_after, slope)
+    return step_in_the_fall(speed, speed_after, slope, side.stribeck_velocity, step)
 
 
 @kernel

@@ -18,7 +18,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numba
 import numpy as np
@@ -212,8 +212,9 @@ def test_other_users_of_numba_keep_their_cache(monkeypatch: pytest.MonkeyPatch) 
 
     assert numba.config.CACHE_DIR == "/somewhere/else"
     assert half(3.0) == 1.5
-    with pytest.raises(Exception, match="not a"):
-        kernels.kernel(3)  # type: ignore[type-var]
+    for wrong in (3, half):
+        with pytest.raises(TypeError, match="is not a plain function"):
+            kernels.kernel(wrong)  # type: ignore[type-var]
     assert numba.config.CACHE_DIR == "/somewhere/else"
 
 
@@ -241,6 +242,25 @@ def test_a_direct_call_is_the_same_function_for_one_set_of_types() -> None:
     with pytest.raises(TypeError):
         quick(None, 4.0)
     assert fraction.signatures == [(numba.float64, numba.float64)]  # type: ignore[attr-defined]
+
+
+def test_what_compiled_code_calls_is_not_made_for_python() -> None:
+    """Of the inner kernel there is only what its caller needs, until Python calls it itself."""
+
+    @kernels.kernel
+    def inner(x: float) -> float:
+        return x + 1.0
+
+    @kernels.outlined_kernel
+    def outer(x: float) -> float:
+        return 2.0 * inner(x)
+
+    near: Any = inner
+    assert outer(1.0) == 4.0
+    assert near.signatures == []
+    assert near.inner.signatures == [(numba.float64,)]
+    assert inner(1.0) == 2.0
+    assert near.signatures == [(numba.float64,)]
 
 
 def test_a_linked_copy_calls_what_it_is_given() -> None:

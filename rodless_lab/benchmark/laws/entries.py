@@ -28,9 +28,9 @@ class Entry:
 
 
 def of_package() -> list[Entry]:
-    """Return the laws of the package: as ``calibrated`` tunes them, and the PID with its options.
+    """Return the laws of the package: as ``calibrated`` tunes them, and the PID of another file.
 
-    The last are those of ``config/laws/pid_parking.yaml``.
+    That is ``config/laws/pid_parking.yaml``.
     """
     found = [entry(name) for name in LAWS]
     with_options = entry("pid", preset_directory() / PID_WITH_PARKING)

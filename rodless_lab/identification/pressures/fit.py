@@ -154,7 +154,8 @@ def solve(
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
     """
     plant = Plant.of(parameters)
-    if plant.tubes or plant.ripple or (plant.full and plant.full.supply.acting):
+    rippling = parameters.number("supply.ripple_amplitude") > 0.0
+    if plant.tubes or rippling or (plant.full and plant.full.supply.acting):
         raise ParameterError(
             "tubes.model, supply.ripple_amplitude, supply.droop, supply.kind: refused, the fit "
             "takes air to arrive at once, and the supply to have the mean of its readings; "

@@ -9,16 +9,14 @@
 """Rigs from all declared ranges at once: whatever the parameters, the motion stays a rig's."""
 
 import math
-from typing import Any
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
 
 from rodless_base.parameters import Parameter, ParameterError
 from rodless_sim import Rig, RigParameters, SimulationError, Trace, simulate
-from rodless_sim.physics.valve import LARGEST_AMPLITUDE, scaled_amplitudes
 
 # How plant time passes on a wall clock is no matter of motion; the tolerance is what is compared.
 # Free texts, such as a model number, only set others or name things.
@@ -38,6 +36,17 @@ PAIRS = (
     ("valve.spool_diameter", "valve.sleeve_diameter"),
     ("cylinder.initial_position", "cylinder.stroke"),
     ("time.period", "valve.command_timeout"),
+    ("coupling.catch_distance", "coupling.slip_distance"),
+    ("chambers.polytropic_index", "air.isentropic_index"),
+    ("atmosphere.pressure", "supply.switch_on_pressure"),
+    ("supply.switch_on_pressure", "supply.switch_off_pressure"),
+)
+
+PRESSURES = (
+    "atmosphere.pressure",
+    "supply.switch_on_pressure",
+    "supply.switch_off_pressure",
+    "supply.pressure",
 )
 
 # What decides which equations are compiled, which takes a minute each time; the rest is drawn.
@@ -70,38 +79,38 @@ DRY = ("static", "coulomb")
 HOLDING = ("cylinder.locked", "fault.carriage.seized", "fault.valve.spool")
 
 
-def value_of(declared: Parameter) -> st.SearchStrategy[object]:
-    """Any value that the declaration allows."""
-    if declared.choices:
-        return st.sampled_from(declared.choices)
-    if isinstance(declared.default, bool):
-        return st.booleans()
+def value_of(declared: Parameter, draw: np.random.Generator) -> object:
+    """Any value that the declaration allows; of a number now and then an end of its range."""
+    choices = (False, True) if isinstance(declared.default, bool) else declared.choices
+    if choices:
+        return choices[draw.integers(len(choices))]
+    # No curve through numbers drawn one by one is a valve's.
+    if isinstance(declared.default, tuple):
+        return declared.default
     low, high = declared.minimum, declared.maximum
     if isinstance(declared.default, int):
-        return st.integers(int(low), int(high))
-    number = st.floats(low, high)
-    if isinstance(declared.default, tuple):
-        return st.one_of(st.just(declared.default), st.tuples(*[number for _ in declared.default]))
-    # Evenly by size too: evenly by value nearly all would be of the size of the maximum.
-    if low >= 0.0:
-        least = math.log(max(low, 1e-6 * high))
-        number |= st.floats(least, math.log(high)).map(
-            lambda power: min(max(math.exp(power), low), high)
+        return int(draw.integers(int(low), int(high), endpoint=True))
+    kind = draw.integers(8)
+    if kind < 2:
+        return (low, high)[kind]
+    # By size too: evenly by value nearly all would be of the size of the maximum.
+    if low >= 0.0 and kind < 6:
+        return float(
+            np.clip(math.exp(draw.uniform(*np.log([max(low, 1e-6 * high), high]))), low, high)
         )
-    return number
+    return float(draw.uniform(low, high))
 
 
-@st.composite
-def rigs(draw: st.DrawFn) -> RigParameters:
-    """Any rig at all."""
+def any_rig(draw: np.random.Generator, kind: dict[str, object]) -> RigParameters:
+    """Any rig of a kind; raises ParameterError for what no rig can be."""
     values = {
-        name: draw(value_of(declared), label=name)
+        name: value_of(declared, draw)
         for name, declared in RigParameters.DECLARATIONS.items()
         if name not in OUTSIDE and (declared.choices or not isinstance(declared.default, str))
     }
-    values.update(draw(st.sampled_from(KINDS)))
+    values.update(kind)
     for name in HOLDING:
-        if draw(st.integers(0, 7)):
+        if draw.integers(8):
             values[name] = RigParameters.DECLARATIONS[name].default
     if values["friction.dynamics"] == "lugre":
         _bristle(values)
@@ -110,10 +119,13 @@ def rigs(draw: st.DrawFn) -> RigParameters:
         top = RigParameters.DECLARATIONS[low].maximum
         values[low] = min(one, other, top)
         values[high] = max(one, other, RigParameters.DECLARATIONS[high].minimum)
-    # Drawn in mm²: the declared range is that of the angles too.
-    amplitudes: Any = values["valve.area_coefficients"]
-    if max(map(abs, amplitudes[::3])) > LARGEST_AMPLITUDE:
-        values["valve.area_coefficients"] = scaled_amplitudes(amplitudes, -6)
+    atmosphere, least, most, supply = (float(str(values[name])) for name in PRESSURES)
+    if values["supply.kind"] == "compressor":
+        values["supply.pressure"] = supply = min(max(supply, least), most)
+    ripple = float(str(values["supply.ripple_amplitude"]))
+    values["supply.ripple_amplitude"] = min(ripple, supply - atmosphere)
+    if values["coupling.kind"] == "rigid":
+        values["fault.carriage.decoupled"] = False
     diameter, length = (float(str(values[f"tubes.{of}"])) for of in ("diameter", "length"))
     if values["tubes.model"] != "none":
         for volume in ("cylinder.dead_volume_a", "cylinder.dead_volume_b"):
@@ -121,11 +133,7 @@ def rigs(draw: st.DrawFn) -> RigParameters:
     index = float(str(values["air.isentropic_index"]))
     values["air.critical_ratio"] = (2.0 / (index + 1.0)) ** (index / (index - 1.0))
     values["time.period"] = max(round(float(str(values["time.period"])), 6), 1e-4)
-    try:
-        return RigParameters(values)
-    except ParameterError:
-        assume(False)
-        raise
+    return RigParameters(values)
 
 
 def _bristle(values: dict[str, object]) -> None:
@@ -135,84 +143,88 @@ def _bristle(values: dict[str, object]) -> None:
     values.update({name: max(float(str(values[name])), least) for name in names})
 
 
-VOLTAGES = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=4)
+class Case(NamedTuple):
+    """A rig, and what is done with it."""
 
-# The same examples on every machine and in every run.
-FEW = settings(
-    max_examples=60,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
-)
+    parameters: RigParameters
+    voltages: list[float]  # V, each held as long as the others
+    start: float  # a share of the stroke
+    coarse: Trace  # with a tolerance of 1
+    fine: Trace  # of 0.01
 
 
 def run(parameters: RigParameters, voltages: list[float], start: float, tolerance: float) -> Trace:
-    """A quarter of a second, or four periods, from ``start``, a share of the stroke.
-
-    Heated chambers that leak may not be found to settle, and tubes may draw a chamber empty: both
-    are refused, and such a rig rejected.
-    """
+    """A quarter of a second, or four periods, from ``start``, a share of the stroke."""
     period = parameters.number("time.period")
     each = max(1, round(0.25 / period / len(voltages)))
     position = start * parameters.number("cylinder.stroke")
     chosen = parameters.with_values({"time.tolerance": tolerance})
-    try:
-        return simulate(chosen, np.repeat(voltages, each), period, position)
-    except SimulationError as error:
-        assume("check the leak.*, or give pressures" not in str(error))
-        assume("tubes draw air from a chamber" not in str(error))
-        raise
+    return simulate(chosen, np.repeat(voltages, each), period, position)
+
+
+def cases(kind: int) -> Iterator[Case]:
+    """Rigs of a kind, drawn by number: the same on every machine and in every run.
+
+    Refused are combinations that no rig has. Heated chambers that leak may not be found to settle,
+    and tubes may draw a chamber empty: both are said, and left out. At most as many again are. Of
+    rigs with bristles or a piston of its own a few, at the ends of many ranges at once, are said to
+    be too fast to follow.
+    """
+    found = lost = 0
+    for number in range(2 * MANY):
+        draw = np.random.default_rng([kind, number])
+        try:
+            parameters = any_rig(draw, KINDS[kind])
+            voltages = draw.uniform(0.0, 10.0, draw.integers(1, 5)).tolist()
+            start = float(draw.random())
+            coarse, fine = (
+                run(parameters, voltages, start, tolerance) for tolerance in (1.0, 0.01)
+            )
+        except ParameterError:
+            continue
+        except SimulationError as error:
+            if kind in WITH_MORE_STATES and "too fast to follow" in str(error):
+                lost += 1
+            elif not any(words in str(error) for words in SAID):
+                raise
+            continue
+        yield Case(parameters, voltages, start, coarse, fine)
+        found += 1
+        if found == MANY:
+            assert lost <= MOST_LOST
+            return
+    raise AssertionError(f"of {2 * MANY} rigs only {found} ran")
+
+
+MANY = 40
+WITH_MORE_STATES, MOST_LOST = (3, 4), 4
+SAID = ("check the leak.*, or give pressures", "tubes draw air from a chamber")
 
 
 @pytest.mark.slow
-@FEW
-@given(rigs(), VOLTAGES, st.floats(0.0, 1.0))
-def test_motion_stays_that_of_a_rig(
-    parameters: RigParameters, voltages: list[float], start: float
-) -> None:
-    """Finite, within the stroke, pressures positive; what the instruments read is finite too."""
-    trace = run(parameters, voltages, start, 1.0)
-    for name, values in trace.columns().items():
-        assert np.isfinite(values).all(), name
-    assert trace.position.min() >= 0.0
-    assert trace.position.max() <= parameters.number("cylinder.stroke")
-    assert min(trace.pressure_a.min(), trace.pressure_b.min()) > 0.0
-    rig = Rig(parameters)
-    rig.advance(voltages[0], parameters.number("time.period"))
-    seen = rig.read()
-    for name in ("position", "pressure_a", "pressure_b", "supply_pressure"):
-        gone = parameters[f"fault.{name}.sensor"] == "gone"
-        assert math.isnan(getattr(seen, name)) if gone else math.isfinite(getattr(seen, name))
+@pytest.mark.parametrize("kind", range(len(KINDS)))
+def test_motion_stays_that_of_a_rig(kind: int) -> None:
+    """Finite, within the stroke, pressures positive; what the instruments read is finite too.
 
-
-@pytest.mark.slow
-@FEW
-@given(rigs(), VOLTAGES, st.floats(0.0, 1.0))
-def test_the_error_is_small_whatever_the_rig(
-    parameters: RigParameters, voltages: list[float], start: float
-) -> None:
-    """Within 5 µm of the run with a hundredth of the tolerance."""
-    coarse, fine = (run(parameters, voltages, start, tolerance) for tolerance in (1.0, 0.01))
-    assert np.abs(coarse.position - fine.position).max() < 5e-6
-
-
-@pytest.mark.slow
-def test_the_rigs_differ_and_move() -> None:
-    """The examples are no one rig: they reach from end to end of ranges, and some move."""
-    found: list[tuple[RigParameters, float]] = []
-
-    @settings(FEW, max_examples=200)
-    @given(rigs(), VOLTAGES, st.floats(0.0, 1.0))
-    def collect(parameters: RigParameters, voltages: list[float], start: float) -> None:
-        found.append((parameters, float(np.ptp(run(parameters, voltages, start, 1.0).position))))
-
-    collect()
-    bores = [parameters.number("cylinder.bore") for parameters, _ in found]
+    The error is small: within 5 µm of the run with a hundredth of the tolerance. And the rigs are
+    not one: they reach from end to end of ranges, and many move.
+    """
+    bores, travels = [], []
+    for parameters, voltages, _, coarse, fine in cases(kind):
+        for name, values in coarse.columns().items():
+            assert np.isfinite(values).all(), name
+        assert coarse.position.min() >= 0.0
+        assert coarse.position.max() <= parameters.number("cylinder.stroke")
+        assert min(coarse.pressure_a.min(), coarse.pressure_b.min()) > 0.0
+        rig = Rig(parameters)
+        rig.advance(voltages[0], parameters.number("time.period"))
+        seen = rig.read()
+        for name in ("position", "pressure_a", "pressure_b", "supply_pressure"):
+            gone = parameters[f"fault.{name}.sensor"] == "gone"
+            assert math.isnan(getattr(seen, name)) if gone else math.isfinite(getattr(seen, name))
+        assert np.abs(coarse.position - fine.position).max() < 5e-6
+        bores.append(parameters.number("cylinder.bore"))
+        travels.append(float(np.ptp(coarse.position)))
     assert max(bores) > 0.05
     assert min(bores) < 0.01
-    assert {parameters.text("valve.assembly") for parameters, _ in found} == {
-        "printed",
-        "reconciled",
-    }
-    assert any(travel > 1e-4 for _, travel in found)
+    assert np.mean(np.array(travels) > 1e-4) > 0.05

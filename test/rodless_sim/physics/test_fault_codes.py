@@ -16,6 +16,7 @@ from rodless_sim import RigParameters
 from rodless_sim.physics.faults import MEANING, SimulationError, fault_of, simulation_error
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import Motion
+from rodless_sim.physics.timed import memory_of
 
 PLANT = Plant.of(RigParameters())
 # Where the volume of 15 cm³ behind each cap is used up: 15e-6 / 490.874e-6 m past it.
@@ -43,6 +44,18 @@ def test_a_state_that_no_rig_has_is_told(change: dict[str, float], words: str) -
     assert isinstance(error, SimulationError)
     assert str(error).startswith(f"after 1.5 s: {words} (position {state.position:g} m, ")
     assert f"pressures {state.pressure_a:g} and {state.pressure_b:g} Pa); check " in str(error)
+
+
+def test_a_chamber_that_tubes_have_emptied_is_told() -> None:
+    """The tubes are named where there are some, and else what a vacuum comes from."""
+    parameters = RigParameters({"tubes.model": "delay"})
+    state = Motion(0.1, 0.0, -1.0, 3e5)
+    memory = memory_of(Plant.of(parameters), Motion(0.1, 0.0, 4e5, 3e5), 5.0)
+    fault = fault_of(PLANT, state)
+    assert "raise cylinder.dead_volume_*, or shorten tubes.length" in str(
+        simulation_error(fault, 0.0, state, memory)
+    )
+    assert "tubes" not in str(simulation_error(fault, 0.0, state))
 
 
 @pytest.mark.parametrize(
