@@ -106,7 +106,10 @@ def test_carriage_arrives_and_the_figures_are_those_of_the_bag(finished: Path) -
 
 
 def test_the_figures_are_those_of_the_closed_loop(finished: Path, preset: str) -> None:
-    """The same step in process settles after the same time and ends at the same place."""
+    """The same step in process settles after the same time and ends at the same place.
+
+    The demo has them from readings: those of ``calibrated`` are noisy and a little off.
+    """
     run = closed_loop(
         RigParameters.preset(preset).with_values({"supply.pressure": SUPPLY_PRESSURE}),
         PidParameters.preset(preset),
@@ -116,12 +119,14 @@ def test_the_figures_are_those_of_the_closed_loop(finished: Path, preset: str) -
     )
     expected = step_metrics(run.time, run.position, run.voltage, 0.0, 0.058, 0.501)
     metrics = metrics_of(finished)
-    assert metrics["settling_time"] == pytest.approx(expected.settling_time, abs=1e-9)
-    assert metrics["rise_time"] == pytest.approx(expected.rise_time, abs=1e-9)
-    assert metrics["final_error"] == pytest.approx(expected.final_error, abs=1e-9)
+    late, off = (1e-9, 1e-9) if preset == "paper" else (0.03, 1.5e-4)
+    assert metrics["settling_time"] == pytest.approx(expected.settling_time, abs=late)
+    assert metrics["rise_time"] == pytest.approx(expected.rise_time, abs=late)
+    assert metrics["final_error"] == pytest.approx(expected.final_error, abs=off)
     said = (finished / "said").read_text(encoding="utf-8")
-    assert re.search(rf"settling time to ±0.2 mm +{expected.settling_time:.3f} s", said)
-    assert re.search(rf"final error, actual - target +{expected.final_error * 1e3:.3f} mm", said)
+    settled, error = metrics["settling_time"], 1e3 * metrics["final_error"]
+    assert re.search(rf"settling time to ±0.2 mm +{settled:.3f} s", said)
+    assert re.search(rf"final error, actual - target +{error:.3f} mm", said)
     if preset == "paper":
         assert metrics["settling_time"] == pytest.approx(1.219, abs=0.005)
 

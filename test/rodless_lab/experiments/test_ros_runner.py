@@ -17,6 +17,7 @@ import pytest
 
 from rodless_base.start import Stop
 from rodless_control import PidParameters, references
+from rodless_lab.bare_rigs import IDEAL
 from rodless_lab.cli.experiment import main, parsed
 from rodless_lab.experiments import fixed_chamber, ros_runner, step
 from rodless_lab.experiments.catalogue import EXPERIMENTS
@@ -89,7 +90,7 @@ def test_sine_over_ros_starts_where_it_is_told_to(runner: Runner) -> None:
 
 def test_voltages_beyond_the_valve_are_held_at_its_limits(runner: Runner) -> None:
     """Commands of -3 V and 12 V over ROS are 0 V and 10 V, as in process."""
-    rig = RigParameters.preset("calibrated").with_values({"supply.pressure": 6e5})
+    rig = RigParameters.preset("calibrated").with_values({**IDEAL, "supply.pressure": 6e5})
     voltages = np.repeat([-3.0, 12.0, 5.3], 40)
     found, expected = (where.open_loop(rig, voltages, 1e-3, 0.1) for where in (runner, IN_PROCESS))
     assert_same(found, expected)
