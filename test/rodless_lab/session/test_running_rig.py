@@ -114,8 +114,16 @@ def test_nodes_that_report_their_namesakes_are_believed(
     def report(node: str, count: int) -> None:
         values = [KeyValue(key="nodes of this name", value=str(count))]
         status = DiagnosticStatus(name=f"/here/{node}", values=values)
-        publisher.publish(DiagnosticArray(status=[status]))
-        rig.next_diagnostic(node, 30.0)
+        said = DiagnosticArray(status=[status])
+        rig.observer.forget_diagnostic(node)
+
+        def heard() -> bool:
+            # Until the rig's own subscription is known here, what is published is lost.
+            publisher.publish(said)
+            last = rig.diagnostic(node)
+            return last is not None and last.values == {"nodes of this name": str(count)}
+
+        assert rig.wait_for(heard, 30.0)
 
     with RunningRig("here", Quiet()) as rig:
         assert rig.wait_for(publisher.get_subscription_count, 30.0)
