@@ -27,7 +27,7 @@ from rodless_base.constants import absolute
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.identification.friction.run import identify_friction
-from rodless_lab.identification.hidden_effects import EFFECTS, outcome
+from rodless_lab.identification.hidden_effects import EFFECTS, any_size, outcome
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import SUPPLY, PressureFit
 from rodless_lab.identification.pressures.heat import identify_heat, with_temperatures
@@ -132,7 +132,7 @@ def hidden_valve(generator: np.random.Generator) -> tuple[RigParameters, Values]
 def hidden_heat(generator: np.random.Generator) -> tuple[RigParameters, Values]:
     """Draw the heat transfer coefficient, closed position, and as :func:`hidden_chambers`."""
     rig, others = hidden_chambers(generator)
-    truth = {HEAT_TRANSFER: _any_size(generator, 20.0, 200.0), CLOSED: _closed(generator)}
+    truth = {HEAT_TRANSFER: any_size(generator, 20.0, 200.0), CLOSED: _closed(generator)}
     return with_temperatures(rig).with_values(truth), {**truth, **others}
 
 
@@ -142,13 +142,9 @@ def hidden_leaks(generator: np.random.Generator) -> tuple[RigParameters, Values]
     Dead volumes are hidden, but not among what is found.
     """
     rig, others = hidden_chambers(generator)
-    truth = {name: _any_size(generator, 2e-9, 2e-8) for name in LEAKS}
+    truth = {name: any_size(generator, 2e-9, 2e-8) for name in LEAKS}
     truth[CLOSED] = _closed(generator)
     return rig.with_values(truth), {**truth, GAP: others[GAP], SUPPLY: others[SUPPLY]}
-
-
-def _any_size(generator: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(generator.uniform(np.log(low), np.log(high))))
 
 
 def _closed(generator: np.random.Generator) -> float:

@@ -21,11 +21,16 @@ from rodless_base.parameters import Value
 Draw = Callable[[np.random.Generator], dict[str, Value]]
 
 
+def any_size(generator: np.random.Generator, low: float, high: float) -> float:
+    """Draw a size, its logarithm anywhere alike."""
+    return float(np.exp(generator.uniform(np.log(low), np.log(high))))
+
+
 def _between(name: str, low: float, high: float, **others: Value) -> Draw:
-    """Return a draw of a parameter, its logarithm anywhere alike, with ``others`` as they are."""
+    """Return a draw of a parameter of :func:`any_size`, with ``others`` as they are."""
 
     def draw(generator: np.random.Generator) -> dict[str, Value]:
-        size = float(np.exp(generator.uniform(np.log(low), np.log(high))))
+        size = any_size(generator, low, high)
         return {**{key.replace("__", "."): value for key, value in others.items()}, name: size}
 
     return draw

@@ -203,10 +203,13 @@ def _jacobian(residuals_of: Callable[[Array], Array], scaled: Array, found: Arra
     The solver's steps are relative, and vanish there: a column would be 0, the interval endless.
     Rows are weighted as the solver weights them for its loss.
     """
+    at_zero = np.flatnonzero(np.abs(scaled) < AT_ZERO)
+    if not len(at_zero):
+        return found
     jacobian: Array = found.copy()
     residuals = residuals_of(scaled)
     weight = (1.0 + (residuals / ROBUST) ** 2) ** -0.75
-    for column in np.flatnonzero(np.abs(scaled) < AT_ZERO):
+    for column in at_zero:
         beside = scaled.copy()
         beside[column] += STEP_AT_ZERO
         jacobian[:, column] = weight * (residuals_of(beside) - residuals) / STEP_AT_ZERO

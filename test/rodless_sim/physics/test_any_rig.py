@@ -148,7 +148,6 @@ class Case(NamedTuple):
 
     parameters: RigParameters
     voltages: list[float]  # V, each held as long as the others
-    start: float  # a share of the stroke
     coarse: Trace  # with a tolerance of 1
     fine: Trace  # of 0.01
 
@@ -188,7 +187,7 @@ def cases(kind: int) -> Iterator[Case]:
             elif not any(words in str(error) for words in SAID):
                 raise
             continue
-        yield Case(parameters, voltages, start, coarse, fine)
+        yield Case(parameters, voltages, coarse, fine)
         found += 1
         if found == MANY:
             assert lost <= MOST_LOST
@@ -210,7 +209,7 @@ def test_motion_stays_that_of_a_rig(kind: int) -> None:
     not one: they reach from end to end of ranges, and many move.
     """
     bores, travels = [], []
-    for parameters, voltages, _, coarse, fine in cases(kind):
+    for parameters, voltages, coarse, fine in cases(kind):
         for name, values in coarse.columns().items():
             assert np.isfinite(values).all(), name
         assert coarse.position.min() >= 0.0
