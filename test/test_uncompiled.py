@@ -18,7 +18,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from every_option import RIGS, run_of
 
 HERE = Path(__file__).resolve().parent
 
@@ -45,17 +47,19 @@ QUICK = (
 )
 
 
-@pytest.mark.slow
-def test_they_pass_uncompiled() -> None:
-    """With NUMBA_DISABLE_JIT=1 all of them pass, in a process of their own."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:cov"]
+# To be compiled for the comparison, which takes a minute: of what has most options at once, two.
+COMPARED = ("bristles, heat, spool, compressor", "magnets, drift")
+
+
+def in_python(*arguments: str | Path) -> str:
+    """Run Python with compiled functions as plain ones; return what it printed."""
     environment = {
         **os.environ,
         "NUMBA_DISABLE_JIT": "1",
         "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
     }
     done = subprocess.run(
-        [*command, "-m", "not ros and not slow", *(f"test/{name}" for name in QUICK)],
+        [sys.executable, *arguments],
         cwd=HERE.parent,
         env=environment,
         capture_output=True,
@@ -63,6 +67,33 @@ def test_they_pass_uncompiled() -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    passed = re.search(r"(\d+) passed", done.stdout)
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_they_pass_uncompiled() -> None:
+    """With NUMBA_DISABLE_JIT=1 all of them pass, in a process of their own."""
+    pytest_here = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:cov")
+    chosen = ("-m", "not ros and not slow", *(f"test/{name}" for name in QUICK))
+    passed = re.search(r"(\d+) passed", in_python(*pytest_here, *chosen))
     assert passed is not None
     assert int(passed[1]) > 400
+
+
+@pytest.mark.slow
+def test_every_option_moves_as_it_does_compiled(tmp_path: Path) -> None:
+    """As plain Python each rig moves, is stopped by the end, and comes out sound.
+
+    Those compared are the compiled ones but for rounding, which grows with each breakaway.
+    """
+    in_python(HERE / "shared" / "every_option.py", tmp_path / "runs.npz")
+    found = np.load(tmp_path / "runs.npz")
+    assert set(found.files) == set(RIGS)
+    for name in RIGS:
+        assert np.isfinite(found[name]).all(), name
+        position = found[name][1]
+        assert 0.0 <= position.min() < position.max() <= 0.2, name
+    for name in COMPARED:
+        expected = run_of(name)
+        scale = np.abs(expected).max(axis=1, keepdims=True)
+        assert np.all(np.abs(found[name] - expected) <= 1e-8 * scale), name

@@ -22,6 +22,7 @@ LAWS = {
     "pid": "rodless_control.laws.pid:Pid",
     "state_feedback": "rodless_control.laws.state_feedback:StateFeedback",
     "cascade": "rodless_control.laws.cascade:Cascade",
+    "mode_switching": "rodless_control.laws.mode_switching:ModeSwitching",
     "sliding_mode": "rodless_control.laws.sliding_mode:SlidingMode",
     "adrc": "rodless_control.laws.adrc:Adrc",
 }
@@ -94,7 +95,7 @@ def of_other_law(name: str, declared: Iterable[str]) -> str:
     own = set(declared)
     others = {
         parameter: law
-        for law in LAWS
+        for law in reversed(LAWS)  # where two have it, the first
         for parameter in law_class(law).PARAMETERS
         if parameter not in own
     }

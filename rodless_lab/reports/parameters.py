@@ -74,13 +74,22 @@ def parameter_reference() -> str:
 
 def _laws() -> str:
     """The parameters that the other laws of the package bring in place of those of the PID."""
+    others = {name: law_class(name).PARAMETERS for name in LAWS if name != DEFAULT_LAW}
     return LAWS_INTRODUCTION + "".join(
-        f"\n### {name}\n\n{HEADER}"
-        + "\n".join(_rows(ControllerParameters.for_law(name), own))
-        + "\n"
-        for name, own in ((name, law_class(name).PARAMETERS) for name in LAWS)
-        if name != DEFAULT_LAW
+        f"\n### {name}\n\n{_law(name, own)}\n" for name, own in others.items()
     )
+
+
+def _law(name: str, own: Mapping[str, Parameter]) -> str:
+    """One law's table; the parameters of laws that it is made of stand in theirs."""
+    parts = [law for law in LAWS if law != name and law_class(law).PARAMETERS.keys() <= own.keys()]
+    inherited = {parameter for law in parts for parameter in law_class(law).PARAMETERS}
+    rest = {parameter: value for parameter, value in own.items() if parameter not in inherited}
+    table = HEADER + "\n".join(_rows(ControllerParameters.for_law(name), rest))
+    if not parts:
+        return table
+    named = " and ".join(f"`{law}`" for law in parts)
+    return f"With those of {named}:\n\n{table}"
 
 
 def _state() -> str:

@@ -18,6 +18,9 @@ from rodless_control.laws import LAWS, law_class, make_law
 
 PID_WITH_PARKING = "laws/pid_parking.yaml"
 
+# Of a law whose gains are not those of ``calibrated``, the file that has them.
+FILES = {"mode_switching": "laws/mode_switching.yaml"}
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -28,12 +31,13 @@ class Entry:
 
 
 def of_package() -> list[Entry]:
-    """Return the laws of the package: as ``calibrated`` tunes them, and the PID of another file.
+    """Return the laws of the package: as ``calibrated`` or a file of their own tunes them.
 
-    That is ``config/laws/pid_parking.yaml``.
+    The PID competes twice, with the gains of ``config/laws/pid_parking.yaml`` too.
     """
-    found = [entry(name) for name in LAWS]
-    with_options = entry("pid", preset_directory() / PID_WITH_PARKING)
+    folder = preset_directory()
+    found = [entry(name, folder / FILES[name] if name in FILES else None) for name in LAWS]
+    with_options = entry("pid", folder / PID_WITH_PARKING)
     return [found[0], Entry("pid with parking", with_options.law), *found[1:]]
 
 

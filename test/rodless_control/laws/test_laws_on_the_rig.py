@@ -21,8 +21,9 @@ from rodless_sim.instruments.instruments import DATA_SHEET
 
 RIG = RigParameters.preset("calibrated").with_values(DATA_SHEET)
 
-PARKING, CASCADE = (
-    preset_directory() / "laws" / f"{name}.yaml" for name in ("pid_parking", "cascade")
+PARKING, CASCADE, SWITCHING = (
+    preset_directory() / "laws" / f"{name}.yaml"
+    for name in ("pid_parking", "cascade", "mode_switching")
 )
 
 
@@ -30,6 +31,7 @@ def tuned() -> dict[str, Law]:
     """Return the laws with gains for such rigs, by name."""
     others = {name: law_class(name)() for name in LAWS if name != "pid"}
     others["cascade"] = entry("cascade", CASCADE).law
+    others["mode_switching"] = entry("mode_switching", SWITCHING).law
     return {"pid with parking": Pid(PidParameters.from_file(PARKING)), **others}
 
 

@@ -1,0 +1,78 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The gains of ``config/laws/mode_switching.yaml`` on two hundred rigs: docs/laws.md."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rodless_base.parameter_file import preset_directory
+from rodless_control import PidParameters
+from rodless_control.controller import Law
+from rodless_control.references import Reference
+from rodless_lab.benchmark.laws.entries import entry
+from rodless_lab.simulation.ensemble import Ensemble, ensemble
+from rodless_lab.studies.study import Study
+from rodless_lab.studies.tuning_task import read_task
+
+pytestmark = pytest.mark.slow
+
+RIGS = 100
+SEEDS = (20261122, 77)
+FOLLOWING = {trial.name: trial.study for trial in read_task("mode_switching").trials}
+MOVING = {trial.name: trial.study for trial in read_task("cascade").trials}
+PID = PidParameters.preset("calibrated")
+
+fresh = pytest.mark.parametrize("seed", SEEDS)
+
+
+def law() -> Law:
+    """The law with the gains of its file."""
+    return entry("mode_switching", preset_directory() / "laws" / "mode_switching.yaml").law
+
+
+def controlled(
+    study: Study, seed: int, controller: Law | PidParameters, duration: float
+) -> Ensemble:
+    """A study's runs on a hundred rigs that no search has seen; none fails."""
+    assert seed not in {study.seed, study.seed + 1}
+    rows = replace(study, seed=seed, count=RIGS)
+    rigs = [rows.row(number).base.rig for number in range(RIGS)]
+    reference: Reference = study.base.reference
+    found = ensemble(rigs, controller, reference, duration, since=study.base.since)
+    assert not found.failures
+    return found
+
+
+@fresh
+@pytest.mark.parametrize("trial", ["sine", "late", "low friction"])
+def test_a_sine_is_followed(seed: int, trial: str) -> None:
+    """20 mm at 0.381 Hz: within 0.6 mm on 90 rigs and 0.75 mm on all, late and slippery too."""
+    found = controlled(FOLLOWING[trial], seed, law(), 3.6)["peak_error"] * 1e3
+    assert np.sum(found <= 0.6) >= 90
+    assert found.max() <= 0.75
+
+
+@fresh
+def test_no_limit_cycle_with_friction_halved(seed: int) -> None:
+    """58 mm: six seconds later all stand still, within 50 µm, and have the valve in peace."""
+    found = controlled(MOVING["low friction"], seed, law(), 6.1)
+    # An amplitude: 0.05 mm from peak to peak.
+    assert np.all(np.abs(found["limit_cycle"]) <= 25e-6)
+    assert np.all(np.abs(found["mean_error"]) <= 50e-6)
+    assert np.all(np.abs(found["chatter"]) <= 0.05)
+
+
+def test_steps_are_those_of_the_preset() -> None:
+    """Bit for bit: what test_calibrated_gains holds of the PID holds of this law."""
+    one, other = (controlled(MOVING["step"], SEEDS[0], by, 1.0) for by in (law(), PID))
+    assert one.columns().keys() == other.columns().keys()
+    for name in one.columns():
+        assert np.array_equal(one[name], other[name], equal_nan=True), name
