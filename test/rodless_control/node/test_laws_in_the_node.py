@@ -175,8 +175,9 @@ def test_a_law_of_the_package_gives_the_same_bits_however_it_runs(name: str) -> 
     """
     rig_parameters = RigParameters.preset("calibrated").with_values(PLANT)
     step = references.step(0.02, 0.03, at=0.1)
-    law, rig = law_class(name)(), Rig(rig_parameters)
-    expected = closed_loop(rig_parameters, law_class(name), step, DURATION, 1e-3)
+    gains = law_class(name).Parameters.preset("calibrated")
+    law, rig = law_class(name)(gains), Rig(rig_parameters)
+    expected = closed_loop(rig_parameters, law_class(name)(gains), step, DURATION, 1e-3)
     for k in range(len(expected.time)):
         read = rig.read()
         command: Any = law.update(
