@@ -19,7 +19,7 @@ from rodless_control.laws import LAWS, law_class, make_law
 PID_WITH_PARKING = "laws/pid_parking.yaml"
 
 # Of a law whose gains are not those of ``calibrated``, the file that has them.
-FILES = {"mode_switching": "laws/mode_switching.yaml"}
+FILES = {name: f"laws/{name}.yaml" for name in ("cascade", "mode_switching")}
 
 
 @dataclass(frozen=True)
