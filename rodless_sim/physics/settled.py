@@ -84,8 +84,25 @@ def settled_air(plant: Plant, voltage: float, position: float) -> HeatedMotion:
         for volume in (volume_a(plant.cylinder, position), volume_b(plant.cylinder, position))
     ]
     if plant.leak.across == 0.0:
-        a = _chamber(plant, voltage, losses[0], lambda p, t: flows((p, t), (ambient, wall)).a)
-        b = _chamber(plant, voltage, losses[1], lambda p, t: flows((ambient, wall), (p, t)).b)
+
+        def settled(chamber: int, temperature: float) -> float:
+            found = settled_chamber(plant, lands, chamber, temperature)
+            if math.isnan(found):
+                raise _unsettled(voltage)
+            return found
+
+        a = _chamber(
+            plant,
+            losses[0],
+            lambda t: settled(0, t),
+            lambda p, t: flows((p, t), (ambient, wall)).a,
+        )
+        b = _chamber(
+            plant,
+            losses[1],
+            lambda t: settled(1, t),
+            lambda p, t: flows((ambient, wall), (p, t)).b,
+        )
     else:
         a, b = _both(plant, voltage, losses, flows)
     return HeatedMotion(position, 0.0, a[0], b[0], a[1], b[1])
@@ -96,12 +113,15 @@ def _wall(plant: Plant) -> float:
 
 
 def _chamber(
-    plant: Plant, voltage: float, loss: float, chamber: Callable[[float, float], NetInflow]
+    plant: Plant,
+    loss: float,
+    pressure: Callable[[float], float],
+    chamber: Callable[[float, float], NetInflow],
 ) -> tuple[float, float]:
-    """Return P and T (Pa, K) of a chamber that has nothing to do with the other."""
+    """Return P and T (Pa, K) of a chamber that has nothing to do with the other.
 
-    def pressure(temperature: float) -> float:
-        return _without_flow(plant, voltage, lambda p: chamber(p, temperature).mass_flow)
+    ``pressure`` is the one (Pa) at which nothing enters it at a temperature (K).
+    """
 
     def power(temperature: float) -> float:
         flow = chamber(pressure(temperature), temperature)
@@ -168,7 +188,7 @@ def _without_flow(plant: Plant, voltage: float, net: Callable[[float], float]) -
 
 def _settled_apart(plant: Plant, lands: Lands) -> tuple[float, float] | None:
     """Return P_a and P_b in Pa of chambers that do not leak into each other, or None."""
-    a, b = settled_chamber(plant, lands, 0), settled_chamber(plant, lands, 1)
+    a, b = (settled_chamber(plant, lands, chamber, None) for chamber in (0, 1))
     return None if math.isnan(a) or math.isnan(b) else (a, b)
 
 

@@ -19,7 +19,7 @@ from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.state import Motion
+from rodless_sim.physics.state import HeatedMotion, Motion
 
 # How exactly a pressure is looked for where it balances.
 PRESSURE_ERROR = 1e-6  # Pa
@@ -29,29 +29,40 @@ MOST_STEPS = 100  # then scipy gives up, too
 
 
 @kernel
-def net_into(plant: Plant, lands: Lands, chamber: int, pressure: float) -> float:
+def net_into(
+    plant: Plant, lands: Lands, chamber: int, temperature: float | None, pressure: float
+) -> float:
     """Net mass flow in kg/s into chamber A (0) or B (1) at ``pressure`` (Pa).
 
-    The other chamber is at ambient pressure.
+    The other chamber is at ambient pressure, and where air has a ``temperature`` (K), as warm.
     """
     ambient = plant.ambient_pressure
+    if temperature is not None:
+        if chamber == 0:
+            warm = HeatedMotion(0.0, 0.0, pressure, ambient, temperature, temperature)
+            return inflows(plant, lands, warm).a.mass_flow
+        warm = HeatedMotion(0.0, 0.0, ambient, pressure, temperature, temperature)
+        return inflows(plant, lands, warm).b.mass_flow
     if chamber == 0:
         return inflows(plant, lands, Motion(0.0, 0.0, pressure, ambient)).a.mass_flow
     return inflows(plant, lands, Motion(0.0, 0.0, ambient, pressure)).b.mass_flow
 
 
 @outlined_kernel
-def settled_chamber(plant: Plant, lands: Lands, chamber: int) -> float:
-    """Return the pressure in Pa at which nothing enters a chamber, NaN where there is none."""
+def settled_chamber(plant: Plant, lands: Lands, chamber: int, temperature: float | None) -> float:
+    """Return the pressure in Pa at which nothing enters a chamber, NaN where there is none.
+
+    ``temperature`` (K) is that of its air, None where air has none.
+    """
     empty, full = plant.ambient_pressure, plant.supply_pressure
-    inward = net_into(plant, lands, chamber, empty)
+    inward = net_into(plant, lands, chamber, temperature, empty)
     if inward <= 0.0:
         return empty
-    outward = net_into(plant, lands, chamber, full)
+    outward = net_into(plant, lands, chamber, temperature, full)
     if outward == 0.0:
         return full
     if outward < 0.0:
-        return between(plant, lands, chamber, empty, full, inward, outward)
+        return between(plant, lands, chamber, temperature, empty, full, inward, outward)
     return math.nan
 
 
@@ -60,6 +71,7 @@ def between(
     plant: Plant,
     lands: Lands,
     chamber: int,
+    temperature: float | None,
     before: float,
     now: float,
     flow_before: float,
@@ -89,7 +101,7 @@ def between(
             step_before = step = half
         before, flow_before = now, flow_now
         now += step if abs(step) > error else math.copysign(error, half)
-        flow_now = net_into(plant, lands, chamber, now)
+        flow_now = net_into(plant, lands, chamber, temperature, now)
         if math.isnan(flow_now):
             return math.nan
     return math.nan
