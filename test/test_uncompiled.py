@@ -82,7 +82,7 @@ def test_they_pass_uncompiled() -> None:
 
 @pytest.mark.slow
 def test_every_option_moves_as_it_does_compiled(tmp_path: Path) -> None:
-    """As plain Python each rig moves, is stopped by the end, and comes out sound.
+    """As plain Python each rig moves, stays on the stroke, and comes out sound.
 
     Those compared are the compiled ones but for rounding, which grows with each breakaway.
     """

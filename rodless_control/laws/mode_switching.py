@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Two laws by turns: the cascade follows what moves, the PID arrives and keeps still.
+"""Two laws in turn: the cascade follows what moves, the PID arrives and keeps still.
 
 No set of gains does both well: what follows a sine within tenths of a millimetre moves the valve at
 rest and hunts where friction is low. So the reference decides, as in disk drives, which seek with
@@ -15,9 +15,11 @@ one controller and hold the track with another:
     the reference moves, or has been at rest for less than ``rest_time``:  u = u_cascade
     otherwise:                                                             u = u_pid
 
-Both laws are told of every sample, so that each knows motion, force and friction when its turn
-comes; each has its own integral. Their maths are at the top of ``cascade`` and ``pid``, and their
-parameters have the names they have there.
+Both laws are told of every sample, so that each knows motion and force when its turn comes. The one
+whose turn it is not does not integrate: nothing would stop it. The cascade begins each turn with an
+integral of 0, since what it had was the friction of another move; the PID goes on with the one it
+had. Their equations stand at the top of ``cascade`` and ``pid``, and their parameters have the
+names they have there.
 
 Yamaguchi, Numasato, Hirai, "A mode-switching control for motion control and its application to
 disk drives: design of optimal mode-switching conditions", *IEEE/ASME Transactions on Mechatronics*
@@ -32,6 +34,7 @@ from rodless_base.measurement import Measurement
 from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
 from rodless_control.laws import cascade, pid
+from rodless_control.laws.parts.effort import Drive
 
 NAME = "mode_switching"
 
@@ -115,10 +118,15 @@ def update(
     moves = reference.velocity != 0.0
     rest = 0.0 if moves else min(memory.rest + interval, gains.rest_time)
     follows = moves or rest < gains.rest_time
-    # Either may be NaN after a reading that is none: then no voltage is, whoever's turn it is.
+    # A bad reading makes one of them NaN; the command is then NaN whoever's turn it is, so that
+    # neither law keeps the reading.
     voltage = (
         along.voltage + 0.0 * there.voltage if follows else there.voltage + 0.0 * along.voltage
     )
+    if follows:
+        positioned = pid.Memory(memory.positioning.integral, *positioned[1:])
+    else:
+        followed = without_integral(followed)
     return (
         Memory(positioned, followed, rest),
         Command(
@@ -129,6 +137,13 @@ def update(
             along.voltage,
         ),
     )
+
+
+@kernel
+def without_integral(memory: cascade.Memory) -> cascade.Memory:
+    """The memory of a cascade that has nothing integrated."""
+    drive = Drive(0.0, memory.drive.offset, memory.drive.effort, memory.drive.saturated)
+    return cascade.Memory(memory.known, drive, memory.force, memory.demand)
 
 
 class ModeSwitching(CompiledLaw):
@@ -169,7 +184,10 @@ class ModeSwitching(CompiledLaw):
         """Let each law take up the jump that its new gains would make."""
         self._positioning.gains = self.gains.positioning
         self._following.gains = self.gains.following
-        retuned: Any = self._following.retuned(old.following, memory.following)
+        followed: Any = self._following.retuned(old.following, memory.following)
+        rested = memory.rest >= old.rest_time
         return Memory(
-            self._positioning.retuned(old.positioning, memory.positioning), retuned, memory.rest
+            self._positioning.retuned(old.positioning, memory.positioning),
+            followed,
+            self.gains.rest_time if rested else memory.rest,
         )

@@ -27,7 +27,7 @@ def any_size(generator: np.random.Generator, low: float, high: float) -> float:
 
 
 def _between(name: str, low: float, high: float, **others: Value) -> Draw:
-    """Return a draw of a parameter of :func:`any_size`, with ``others`` as they are."""
+    """Return a draw of a parameter by :func:`any_size`, with ``others`` as they are."""
 
     def draw(generator: np.random.Generator) -> dict[str, Value]:
         size = any_size(generator, low, high)

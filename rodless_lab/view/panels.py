@@ -82,6 +82,7 @@ PANELS = (
             Field("cascade.velocity_gain", "Velocity", "1/s", 0.0, 500.0, 1.0),
             Field("cascade.force_gain", "Force", "1/s", 0.0, 500.0, 1.0),
             Field("cascade.rejection", "Disturbance rejected", "%", 0.0, 100.0, 1.0, 1e-2),
+            Field("mode_switching.rest_time", "Rest before the PID", "s", 0.0, 1.0, 0.01),
             Field("sliding_mode.surface_bandwidth", "Surface", "rad/s", 1.0, 200.0, 1.0),
             Field("sliding_mode.reaching_voltage", "Reaching", "V", 0.0, 10.0, 0.1),
             Field("sliding_mode.boundary_layer", "Boundary layer", "mm", 0.01, 10.0, 0.01, 1e-3),

@@ -34,7 +34,7 @@ def net_into(
 ) -> float:
     """Net mass flow in kg/s into chamber A (0) or B (1) at ``pressure`` (Pa).
 
-    The other chamber is at ambient pressure, and where air has a ``temperature`` (K), as warm.
+    The other chamber is at ambient pressure and, where air has one, at this ``temperature`` (K).
     """
     ambient = plant.ambient_pressure
     if temperature is not None:

@@ -8,8 +8,8 @@
 
 """The law that is the cascade while the reference moves, and the PID once it rests."""
 
-import itertools
 import math
+import random
 from typing import Any
 
 import pytest
@@ -39,8 +39,16 @@ def answers(law: Any, count: int) -> list[Any]:
 
 
 def test_each_of_the_two_laws_answers_in_its_turn() -> None:
-    """Every command is the cascade's until 50 ms after the move, and from there on the PID's."""
-    found, along, there = (answers(law, 200) for law in (ModeSwitching(), Cascade(), Pid()))
+    """Every command is the cascade's until 50 ms after the move, and from there on the PID's.
+
+    Without integrals: what becomes of those is tested below.
+    """
+    without: dict[str, object] = {"controller.ki": 0.0, "cascade.integral_gain": 0.0}
+    law, cascade, pid = (
+        kind({name: 0.0 for name in without if name in kind.PARAMETERS})
+        for kind in (ModeSwitching, Cascade, Pid)
+    )
+    found, along, there = (answers(one, 200) for one in (law, cascade, pid))
     follows = [k < 100 + round(REST / INTERVAL) - 1 for k in range(200)]
     assert [one.following == 1.0 for one in found] == follows
     expected = [(a if f else t).voltage for f, a, t in zip(follows, along, there, strict=True)]
@@ -48,6 +56,27 @@ def test_each_of_the_two_laws_answers_in_its_turn() -> None:
     assert [one.following_voltage for one in found] == [one.voltage for one in along]
     assert [one.positioning_voltage for one in found] == [one.voltage for one in there]
     assert len(set(expected)) > 150
+
+
+def test_a_law_integrates_in_its_turn_only() -> None:
+    """Meanwhile the PID keeps what it has, and the cascade has nothing: neither winds up."""
+    law = ModeSwitching({"controller.error_dead_band": 0.0, "cascade.integral_zone": 1.0})
+    pid, cascade = [], []
+    for k in range(300):
+        law.update(*sample(k), INTERVAL if k else 0.0)
+        pid.append(law.memory.positioning.integral)
+        cascade.append(law.memory.following.drive.integral)
+    last = 100 + round(REST / INTERVAL) - 2
+    assert set(pid[: last + 1]) == {0.0}
+    assert len(set(pid[last:])) == 300 - last
+    assert 0.0 < cascade[1] < cascade[last]
+    assert set(cascade[last + 1 :]) == {0.0}
+    kept = pid[-1]
+    for k in range(300, 310):
+        measurement, reference = sample(k)
+        law.update(measurement, reference._replace(velocity=0.01), INTERVAL)
+    assert law.memory.positioning.integral == kept
+    assert law.memory.following.drive.integral > 0.0
 
 
 def test_steps_are_those_of_the_pid() -> None:
@@ -68,14 +97,22 @@ def test_without_a_rest_time_it_changes_at_once() -> None:
     assert [one.following for one in found] == [1.0] * 100 + [0.0] * 10
 
 
-def test_no_finite_input_leaves_the_limits() -> None:
-    """Readings and references up to 1e308, in any order, give commands in 0-10 V."""
-    law = ModeSwitching()
-    for k, (one, other) in enumerate(itertools.product(HOSTILE, HOSTILE)):
-        measurement = Measurement(0, one, other, HOSTILE[k % 7], HOSTILE[k % 8])
-        reference = ReferencePoint(other, HOSTILE[k % len(HOSTILE)])
-        command = law.update(measurement, reference, (1e-3, 1e-9, 0.0, 10.0)[k % 4])
+@pytest.mark.parametrize("rest_time", [0.0, 0.05])
+def test_no_finite_input_leaves_the_limits(rest_time: float) -> None:
+    """Readings and references up to 1e308, in any order, give commands in 0-10 V from both laws."""
+    law, dice, turns = (
+        ModeSwitching({"mode_switching.rest_time": rest_time}),
+        random.Random(1),
+        set(),
+    )
+    for _ in range(2000):
+        position, a, b, supply, wanted, velocity = (dice.choice(HOSTILE) for _ in range(6))
+        reference = ReferencePoint(wanted, dice.choice([0.0, velocity]))
+        interval = dice.choice((1e-3, 1e-9, 0.0, 10.0))
+        command = law.update(Measurement(0, position, a, b, supply), reference, interval)
         assert 0.0 <= command.voltage <= 10.0
+        turns.add(command.following)
+    assert turns == {0.0, 1.0}
 
 
 @pytest.mark.parametrize("at", [60, 180], ids=["following", "at rest"])
@@ -84,24 +121,30 @@ def test_new_gains_make_no_jump(at: int) -> None:
     law = ModeSwitching()
     answers(law, at)
     before = law.update(*sample(at - 1), 0.0)
-    changes = {"cascade.position_gain": 1000.0, "controller.kp": 300.0}
+    changes = {
+        "cascade.position_gain": 1000.0,
+        "controller.kp": 300.0,
+        "mode_switching.rest_time": 0.5,
+    }
     law.configure(law.parameters.with_values(changes))
     assert list(law.update(*sample(at - 1), 0.0)) == pytest.approx(list(before), abs=1e-9)
     fresh = ModeSwitching(changes)
     assert law.gains == fresh.gains
 
 
-def test_after_a_gap_both_integrals_stay() -> None:
-    """The filters start anew; what either law has integrated does not."""
+@pytest.mark.parametrize("velocity", [0.0, 0.01], ids=["at rest", "following"])
+def test_after_a_gap_integrals_stay(velocity: float) -> None:
+    """The filters start anew; what the law whose turn it is has integrated does not."""
     law = ModeSwitching({"controller.error_dead_band": 0.0, "cascade.integral_zone": 1.0})
-    answers(law, 60)
+    answers(law, 60 if velocity else 180)
     before = law.memory
-    assert before.positioning.integral != 0.0
-    assert before.following.drive.integral != 0.0
     law.hold()
-    law.update(Measurement(0, 0.15, 3e5, 3e5, 6e5), ReferencePoint(0.15), 5.0)
+    law.update(Measurement(0, 0.15, 3e5, 3e5, 6e5), ReferencePoint(0.15, velocity), 5.0)
     assert law.memory.positioning.integral == before.positioning.integral
-    assert law.memory.following.drive.integral == before.following.drive.integral
+    if velocity:
+        assert law.memory.following.drive.integral == before.following.drive.integral != 0.0
+    else:
+        assert before.positioning.integral != 0.0
     assert law.memory.following.known.motion.velocity == 0.0
 
 

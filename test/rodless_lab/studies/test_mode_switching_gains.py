@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from rodless_base.parameter_file import preset_directory
-from rodless_control import PidParameters
+from rodless_control import PidParameters, references
 from rodless_control.controller import Law
 from rodless_control.references import Reference
 from rodless_lab.benchmark.laws.entries import entry
@@ -52,17 +52,44 @@ def controlled(
 
 
 @fresh
-@pytest.mark.parametrize("trial", ["sine", "late", "low friction"])
-def test_a_sine_is_followed(seed: int, trial: str) -> None:
-    """20 mm at 0.381 Hz: within 0.6 mm on 90 rigs and 0.75 mm on all, late and slippery too."""
+@pytest.mark.parametrize(
+    ("trial", "most", "worst"),
+    [("sine", 0.32, 0.40), ("late", 0.32, 0.45), ("low friction", 0.37, 0.50)],
+)
+def test_a_sine_is_followed(seed: int, trial: str, most: float, worst: float) -> None:
+    """20 mm at 0.381 Hz, late and slippery too: within so many mm on 90 rigs, and on all."""
     found = controlled(FOLLOWING[trial], seed, law(), 3.6)["peak_error"] * 1e3
-    assert np.sum(found <= 0.6) >= 90
-    assert found.max() <= 0.75
+    assert np.sum(found <= most) >= 90
+    assert found.max() <= worst
+
+
+class RestsFirst:
+    """A jump by 20 mm, ten seconds of rest, then a sine about there."""
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return position (m) and velocity (m/s) at ``time`` (s)."""
+        if time < 10.0:
+            return (0.1 if time < 0.1 else 0.12), 0.0
+        return SINE.sample(time)
+
+
+SINE = references.sine(0.12, 0.02, 0.381, at=10.0)
+
+
+@fresh
+def test_a_long_rest_is_forgotten(seed: int) -> None:
+    """Nothing has wound up meanwhile: 0.9 s after the sine's start it is followed as ever."""
+    study = FOLLOWING["sine"]
+    rows = replace(study, seed=seed, count=RIGS)
+    rigs = [rows.row(number).base.rig for number in range(RIGS)]
+    found = ensemble(rigs, law(), RestsFirst(), 13.5, since=10.9)["peak_error"] * 1e3
+    assert np.sum(found <= 0.37) >= 90
+    assert found.max() <= 0.5
 
 
 @fresh
 def test_no_limit_cycle_with_friction_halved(seed: int) -> None:
-    """58 mm: six seconds later all stand still, within 50 µm, and have the valve in peace."""
+    """58 mm: six seconds later all stand still, within 50 µm, and leave the valve in peace."""
     found = controlled(MOVING["low friction"], seed, law(), 6.1)
     # An amplitude: 0.05 mm from peak to peak.
     assert np.all(np.abs(found["limit_cycle"]) <= 25e-6)

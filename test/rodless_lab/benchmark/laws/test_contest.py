@@ -134,7 +134,10 @@ def test_the_laws_that_compete() -> None:
     names = [one.name for one in found]
     assert names[:2] == ["pid", "pid with parking"]
     assert found[1].law.parameters["controller.filter"] == "fading_memory"
-    assert {"state_feedback", "cascade", "sliding_mode", "adrc"} <= set(names)
+    assert {"state_feedback", "cascade", "mode_switching", "sliding_mode", "adrc"} <= set(names)
+    switching = found[names.index("mode_switching")].law.parameters
+    assert switching["controller.kp"] == found[0].law.parameters["controller.kp"]
+    assert switching["cascade.mass"] != switching.DECLARATIONS["cascade.mass"].default
     with pytest.raises(ParameterError, match="no_such_module"):
         users(["no_such_module:Law"])
 
