@@ -89,8 +89,8 @@ test: test-tools
 	$(VENV)/bin/python -m pytest -n auto --dist loadfile -m "not ros" --cov --cov-report= && \
 	$(VENV)/bin/python -m pytest -m ros --reruns 1 -rR --cov --cov-append \
 	--cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
-	printf 'Coverage of rodless_base, rodless_sim and rodless_control, per cent: ' && \
-	$(VENV)/bin/python -m coverage report --format=total \
+	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \
+	$(VENV)/bin/python -m coverage report --skip-covered \
 	--include='*/rodless_base/*,*/rodless_sim/*,*/rodless_control/*' \
 	--fail-under=$(COVERAGE_FLOOR_CORE)
 
