@@ -27,7 +27,7 @@ disk drives: design of optimal mode-switching conditions", *IEEE/ASME Transactio
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
@@ -35,8 +35,6 @@ from rodless_base.parameters import Parameter, ParameterSet, collect, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
 from rodless_control.laws import cascade, pid
 from rodless_control.laws.parts.effort import Drive
-
-NAME = "mode_switching"
 
 PARAMETERS = collect(
     declare(
@@ -184,10 +182,9 @@ class ModeSwitching(CompiledLaw):
         """Let each law take up the jump that its new gains would make."""
         self._positioning.gains = self.gains.positioning
         self._following.gains = self.gains.following
-        followed: Any = self._following.retuned(old.following, memory.following)
         rested = memory.rest >= old.rest_time
         return Memory(
             self._positioning.retuned(old.positioning, memory.positioning),
-            followed,
+            self._following.retuned(old.following, memory.following),
             self.gains.rest_time if rested else memory.rest,
         )

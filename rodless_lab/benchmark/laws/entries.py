@@ -35,10 +35,14 @@ def of_package() -> list[Entry]:
 
     The PID competes twice, with the gains of ``config/laws/pid_parking.yaml`` too.
     """
-    folder = preset_directory()
-    found = [entry(name, folder / FILES[name] if name in FILES else None) for name in LAWS]
-    with_options = entry("pid", folder / PID_WITH_PARKING)
+    found = [tuned(name) for name in LAWS]
+    with_options = entry("pid", preset_directory() / PID_WITH_PARKING)
     return [found[0], Entry("pid with parking", with_options.law), *found[1:]]
+
+
+def tuned(name: str) -> Entry:
+    """Return one law of the package, as ``calibrated`` or a file of its own tunes it."""
+    return entry(name, preset_directory() / FILES[name] if name in FILES else None)
 
 
 def entry(name: str, file: Path | None = None) -> Entry:

@@ -10,29 +10,20 @@
 
 import pytest
 
-from rodless_base.parameter_file import preset_directory
-from rodless_control import Pid, PidParameters, references
+from rodless_control import references
 from rodless_control.controller import Law
-from rodless_control.laws import LAWS, law_class
+from rodless_control.laws import LAWS
 from rodless_lab import closed_loop, run_metrics
-from rodless_lab.benchmark.laws.entries import entry
+from rodless_lab.benchmark.laws.entries import of_package
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 RIG = RigParameters.preset("calibrated").with_values(DATA_SHEET)
 
-PARKING, CASCADE, SWITCHING = (
-    preset_directory() / "laws" / f"{name}.yaml"
-    for name in ("pid_parking", "cascade", "mode_switching")
-)
-
 
 def tuned() -> dict[str, Law]:
     """Return the laws with gains for such rigs, by name."""
-    others = {name: law_class(name)() for name in LAWS if name != "pid"}
-    others["cascade"] = entry("cascade", CASCADE).law
-    others["mode_switching"] = entry("mode_switching", SWITCHING).law
-    return {"pid with parking": Pid(PidParameters.from_file(PARKING)), **others}
+    return {one.name: one.law for one in of_package()}
 
 
 @pytest.mark.parametrize("name", ["pid with parking", *(n for n in LAWS if n != "pid")])

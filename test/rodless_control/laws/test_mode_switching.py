@@ -43,12 +43,9 @@ def test_each_of_the_two_laws_answers_in_its_turn() -> None:
 
     Without integrals: what becomes of those is tested below.
     """
-    without: dict[str, object] = {"controller.ki": 0.0, "cascade.integral_gain": 0.0}
-    law, cascade, pid = (
-        kind({name: 0.0 for name in without if name in kind.PARAMETERS})
-        for kind in (ModeSwitching, Cascade, Pid)
-    )
-    found, along, there = (answers(one, 200) for one in (law, cascade, pid))
+    follower, holder = {"cascade.integral_gain": 0.0}, {"controller.ki": 0.0}
+    laws = ModeSwitching({**follower, **holder}), Cascade(follower), Pid(holder)
+    found, along, there = (answers(one, 200) for one in laws)
     follows = [k < 100 + round(REST / INTERVAL) - 1 for k in range(200)]
     assert [one.following == 1.0 for one in found] == follows
     expected = [(a if f else t).voltage for f, a, t in zip(follows, along, there, strict=True)]

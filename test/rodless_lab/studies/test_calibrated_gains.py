@@ -14,10 +14,10 @@ hysteresis and noisy instruments.
 """
 
 from collections import Counter
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from fresh_rigs import RIGS, SEEDS, fresh, fresh_rigs
 
 from rodless_control import PidParameters
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
@@ -27,24 +27,15 @@ from rodless_sim import RigParameters
 
 pytestmark = pytest.mark.slow
 
-RIGS = 100
-SEEDS = (20261122, 77)
 LATE = 1e-3  # s
 PID = PidParameters.preset("calibrated")
 TRIALS = {trial.name: trial.study for trial in read_task("pid").trials}
 STEP, SINE = TRIALS["step"], TRIALS["sine"]
 
-fresh = pytest.mark.parametrize("seed", SEEDS)
-
 
 def drawn(study: Study, seed: int, dead_time: float) -> list[RigParameters]:
     """A hundred rigs that no search has seen, with a valve that answers late."""
-    rows = replace(study, seed=seed, count=RIGS)
-    assert seed not in {study.seed, study.seed + 1}
-    return [
-        rows.row(number).base.rig.with_values({"valve.dead_time": dead_time})
-        for number in range(RIGS)
-    ]
+    return [rig.with_values({"valve.dead_time": dead_time}) for rig in fresh_rigs(study, seed)]
 
 
 def controlled(

@@ -8,44 +8,34 @@
 
 """The gains of ``config/laws/mode_switching.yaml`` on two hundred rigs: docs/laws.md."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from fresh_rigs import SEEDS, fresh, fresh_rigs
 
-from rodless_base.parameter_file import preset_directory
 from rodless_control import PidParameters, references
 from rodless_control.controller import Law
-from rodless_control.references import Reference
-from rodless_lab.benchmark.laws.entries import entry
+from rodless_lab.benchmark.laws.entries import tuned
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.studies.study import Study
 from rodless_lab.studies.tuning_task import read_task
 
 pytestmark = pytest.mark.slow
 
-RIGS = 100
-SEEDS = (20261122, 77)
 FOLLOWING = {trial.name: trial.study for trial in read_task("mode_switching").trials}
 MOVING = {trial.name: trial.study for trial in read_task("cascade").trials}
 PID = PidParameters.preset("calibrated")
 
-fresh = pytest.mark.parametrize("seed", SEEDS)
-
 
 def law() -> Law:
     """The law with the gains of its file."""
-    return entry("mode_switching", preset_directory() / "laws" / "mode_switching.yaml").law
+    return tuned("mode_switching").law
 
 
 def controlled(
     study: Study, seed: int, controller: Law | PidParameters, duration: float
 ) -> Ensemble:
     """A study's runs on a hundred rigs that no search has seen; none fails."""
-    assert seed not in {study.seed, study.seed + 1}
-    rows = replace(study, seed=seed, count=RIGS)
-    rigs = [rows.row(number).base.rig for number in range(RIGS)]
-    reference: Reference = study.base.reference
+    rigs, reference = fresh_rigs(study, seed), study.base.reference
     found = ensemble(rigs, controller, reference, duration, since=study.base.since)
     assert not found.failures
     return found
@@ -79,9 +69,7 @@ SINE = references.sine(0.12, 0.02, 0.381, at=10.0)
 @fresh
 def test_a_long_rest_is_forgotten(seed: int) -> None:
     """Nothing has wound up meanwhile: 0.9 s after the sine's start it is followed as ever."""
-    study = FOLLOWING["sine"]
-    rows = replace(study, seed=seed, count=RIGS)
-    rigs = [rows.row(number).base.rig for number in range(RIGS)]
+    rigs = fresh_rigs(FOLLOWING["sine"], seed)
     found = ensemble(rigs, law(), RestsFirst(), 13.5, since=10.9)["peak_error"] * 1e3
     assert np.sum(found <= 0.37) >= 90
     assert found.max() <= 0.5

@@ -1,0 +1,28 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Rigs of a study that no search has seen: for what is claimed of gains."""
+
+from dataclasses import replace
+
+import pytest
+
+from rodless_lab.studies.study import Study
+from rodless_sim import RigParameters
+
+RIGS = 100
+SEEDS = (20261122, 77)
+
+fresh = pytest.mark.parametrize("seed", SEEDS)
+
+
+def fresh_rigs(study: Study, seed: int) -> list[RigParameters]:
+    """A hundred rigs, drawn as the study draws but by another seed."""
+    assert seed not in {study.seed, study.seed + 1}
+    rows = replace(study, seed=seed, count=RIGS)
+    return [rows.row(number).base.rig for number in range(RIGS)]
