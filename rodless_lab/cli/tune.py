@@ -41,10 +41,17 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
 
     task = read_task(options.task)
     folder = options.output or FOLDER / task.name
+    for name, value in task.outside().items():
+        one = task.ranges[name]
+        print(
+            f"{name}: {value:g} in force is outside of {one.low:g} to {one.high:g}; "
+            "the search begins at the nearer end",
+            file=sys.stderr,
+        )
     progress = Progress()
 
     def show(count: int, best: float) -> None:
-        progress.show(f"{count} candidates, best score {best:.4g}")
+        progress.show(f"{count} of {task.candidates} candidates, best score {best:.4g}")
 
     found = search(task, folder, show, lambda: stop.requested)
     print(write_tuned(folder, task, found))

@@ -146,8 +146,8 @@ def task_text(task: TuningTask) -> str:
             "tune": {
                 name: [one.low, one.high, one.logarithmic] for name, one in task.ranges.items()
             },
-            "quantile": task.quantile,
-            "search": [task.generations, task.population, task.seed],
+            "score": [task.quantile, task.mean_beyond],
+            "search": [task.generations, task.population, task.seed, task.spread],
         },
         indent=1,
     )
@@ -185,6 +185,7 @@ def search(
             maxiter=task.generations,
             popsize=task.population,
             seed=np.random.default_rng(task.seed),
+            init=_near_the_present(task) if task.spread else "latinhypercube",
             x0=present_shares(task),
             polish=False,
             updating="immediate",
@@ -200,6 +201,17 @@ def search(
         journal.close()
     best = min(asked.values(), key=lambda one: one.score)
     return Tuned(task.values(np.array(best.shares)), best, list(asked.values()), complete)
+
+
+def _near_the_present(task: TuningTask) -> Array:
+    """Return the first candidates about the values in force, shape (candidates, parameters)."""
+    present = present_shares(task)
+    count = task.population * len(present)
+    random = np.random.default_rng(task.seed)
+    drawn: Array = np.clip(
+        random.normal(present, task.spread, (max(count, 5), len(present))), 0.0, 1.0
+    )
+    return drawn
 
 
 def present_shares(task: TuningTask) -> Array:

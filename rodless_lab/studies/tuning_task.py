@@ -74,7 +74,9 @@ class TuningTask:
     """What a task's file says; :func:`read_task` reads one.
 
     The score of a law is a quantile, over the rigs, of what they cost in all trials together: near
-    1 it is the worst rigs that count.
+    1 it is the worst rigs that count. With ``mean_beyond`` it is the mean of the costs from that
+    quantile on, the conditional value at risk (Rockafellar and Uryasev, Journal of Risk 2, 2000):
+    it changes with each of the worst rigs, and not with one of them alone.
     """
 
     name: str
@@ -84,6 +86,10 @@ class TuningTask:
     generations: int
     population: int  # candidates of a generation for each parameter
     seed: int
+    mean_beyond: bool = False
+    # Standard deviation of the first candidates about the values in force, as a share of the
+    # ranges; 0: they are spread evenly over the ranges.
+    spread: float = 0.0
 
     @property
     def study(self) -> Study:
@@ -93,7 +99,9 @@ class TuningTask:
     def score(self, found: Sequence[Ensemble]) -> float:
         """Return the score of what the rigs have done in each trial."""
         costs = [trial.score.costs(one) for trial, one in zip(self.trials, found, strict=True)]
-        return quantile(np.sum(costs, axis=0), self.quantile)
+        total: Array = np.sum(costs, axis=0)
+        at = quantile(total, self.quantile)
+        return float(np.mean(total[total >= at])) if self.mean_beyond else at
 
     def other_rigs(self) -> "TuningTask":
         """Return the same task with as many rigs that it does not know."""
@@ -107,6 +115,20 @@ class TuningTask:
         return {
             name: one.at(float(share))
             for (name, one), share in zip(self.ranges.items(), shares, strict=True)
+        }
+
+    @property
+    def candidates(self) -> int:
+        """How many candidates a whole search tries at most."""
+        return (self.generations + 1) * max(5, self.population * len(self.ranges))
+
+    def outside(self) -> dict[str, float]:
+        """Return the values in force that are outside of their ranges."""
+        present = {name: float(str(value)) for name, value in self.present().items()}
+        return {
+            name: value
+            for name, value in present.items()
+            if not self.ranges[name].low <= value <= self.ranges[name].high
         }
 
     def present(self) -> dict[str, Value]:
@@ -126,6 +148,7 @@ def read_task(given: str | Path) -> TuningTask:
     share = score.number("quantile", 0.9)
     if not 0.0 <= share <= 1.0:
         raise score.error("quantile", f"{share:g} refused, must be from 0 to 1")
+    mean_beyond = score.flag("mean_beyond")
     search = fields.below("search")
     sizes = {
         name: search.whole(name, default)
@@ -137,11 +160,23 @@ def read_task(given: str | Path) -> TuningTask:
     seed = search.whole("seed", 1)
     if not 0 <= seed <= LARGEST_SEED:
         raise search.error("seed", f"{seed} refused, must be from 0 to {LARGEST_SEED}")
+    spread = search.number("spread", 0.0)
+    if not 0.0 <= spread <= 1.0:
+        raise search.error("spread", f"{spread:g} refused, must be from 0 to 1")
     search.end()
     trials = tuple(_trials(fields, score, path))
     score.end()
     fields.end()
-    task = TuningTask(path.stem, trials, ranges, share, seed=seed, **sizes)
+    task = TuningTask(
+        path.stem,
+        trials,
+        ranges,
+        share,
+        seed=seed,
+        mean_beyond=mean_beyond,
+        spread=spread,
+        **sizes,
+    )
     _check_ranges(task, str(path))
     return task
 

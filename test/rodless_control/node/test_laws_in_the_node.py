@@ -11,6 +11,7 @@
 import importlib
 import os
 import re
+import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -21,7 +22,13 @@ import numpy as np
 import pytest
 from running import StartProcess, until_it_says
 
-from rodless_control import Measurement, PidParameters, ReferencePoint, references
+from rodless_control import (
+    ControllerParameters,
+    Measurement,
+    PidParameters,
+    ReferencePoint,
+    references,
+)
 from rodless_control.laws import LAWS as LAWS_BY_NAME
 from rodless_control.laws import law_class
 from rodless_lab import closed_loop
@@ -108,6 +115,38 @@ def own_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     others = os.environ.get("PYTHONPATH")
     yield {"PYTHONPATH": os.pathsep.join([str(tmp_path), *([others] if others else [])])}
     sys.modules.pop("own_laws", None)
+
+
+def test_a_learned_law_in_the_node_gives_the_numbers_of_closed_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the training example writes, read from its file: in lock-step bit for bit."""
+    examples = Path(__file__).parents[3] / "examples"
+    monkeypatch.syspath_prepend(examples)
+    train = runpy.run_path(str(examples / "train_law.py"))
+    weights = train["learn"](generations=1, rigs=2, duration=0.1, progress=lambda *_: None)
+    file = tmp_path / "learned.yaml"
+    train["write"](file, weights)
+    law = ControllerParameters.for_law("learned_law:Learned").from_file(file)
+    rig = RigParameters.preset("calibrated").with_values(PLANT)
+    expected = closed_loop(rig, law, references.step(0.02, 0.03, at=0.1), DURATION, 1e-3)
+    with RigSession(
+        "lockstep",
+        preset="calibrated",
+        plant=PLANT,
+        controller={
+            **STEP,
+            "controller.law": law["controller.law"],
+            "learned.weights": law["learned.weights"],
+        },
+        duration=DURATION,
+        environment={"PYTHONPATH": str(examples)},
+    ) as session:
+        found = session.run()
+    assert len(found) == 601
+    for name in ("position", "pressure_a", "pressure_b", "voltage"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+    assert np.ptp(found.voltage) > 0.5
 
 
 def test_a_users_law_in_the_node_gives_the_numbers_of_closed_loop(

@@ -138,7 +138,9 @@ def test_tune_writes_a_parameter_file_and_prints_before_and_after(
     path = tmp_path / "task.yaml"
     path.write_text(TASK, encoding="utf-8")
     assert tune.main([str(path), "-o", str(tmp_path / "out")], stop()) == 0
-    printed = capsys.readouterr().out
+    printed, shown = capsys.readouterr()
+    assert "outside" not in shown
+    assert "1 of 10 candidates, best score" in shown
     assert "| `controller.kp` | 400 | " in printed
     assert "| others | tuned | " in printed
     assert "controller.kp: " in (tmp_path / "out" / "tuned.yaml").read_text(encoding="utf-8")
@@ -146,3 +148,16 @@ def test_tune_writes_a_parameter_file_and_prints_before_and_after(
     assert tune.main([str(path), "-o", str(tmp_path / "out")], stop()) == 2
     (line,) = capsys.readouterr().err.splitlines()[-1:]
     assert "controller.kx: no such parameter of the law pid" in line
+
+
+def test_tune_says_where_a_search_does_not_begin_with_the_values_in_force(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A gain outside of its range is named with both; the search begins at the nearer end."""
+    path = tmp_path / "task.yaml"
+    path.write_text(TASK.replace("controller.kp: 400.0", "controller.kp: 2000.0"), encoding="utf-8")
+    assert tune.main([str(path), "-o", str(tmp_path / "out")], stop()) == 0
+    line = (
+        "controller.kp: 2000 in force is outside of 50 to 1000; the search begins at the nearer end"
+    )
+    assert capsys.readouterr().err.splitlines()[0] == line

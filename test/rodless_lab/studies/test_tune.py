@@ -9,6 +9,7 @@
 """Tuning: a search that finds what is better, goes on where it was, and refuses what cannot be."""
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
-from rodless_lab.studies.tune import Bench, Candidate, Journal, search
+from rodless_lab.studies.tune import Bench, Candidate, Journal, present_shares, search
 from rodless_lab.studies.tuning_report import front, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
@@ -111,6 +112,33 @@ def test_the_score_is_a_quantile_of_what_the_rigs_cost() -> None:
     assert task.score([found, found]) == pytest.approx(5.0)
 
 
+def test_the_mean_beyond_the_quantile_counts_each_of_the_worst() -> None:
+    """Of twenty rigs the five worst, by hand; the quantile itself knows the fifth alone."""
+    costs = np.random.default_rng(4).permutation(np.arange(20.0)) / 2.0
+    found = Ensemble([NO_METRICS._replace(mean_error=cost) for cost in costs], {})
+    one = TuningTask("worst", (Trial("", None, Score({"mean_error": 1.0})),), {}, 0.78, 1, 1, 1)  # type: ignore[arg-type]
+    assert one.score([found]) == 7.5
+    assert replace(one, mean_beyond=True).score([found]) == (7.5 + 8.0 + 8.5 + 9.0 + 9.5) / 5.0
+
+
+def test_a_search_may_begin_near_the_values_in_force(tmp_path: Path) -> None:
+    """With `spread` the first forty lie about them, as far as it says; without, all over."""
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8").replace("population: 4", "population: 20")
+    first = {}
+    for spread in (0.0, 0.02):
+        path.write_text(text.replace("seed: 5", f"seed: 5, spread: {spread}"), encoding="utf-8")
+        task, left = read_task(path), iter([False] * 40)
+        found = search(task, tmp_path / f"{spread}", stopped=partial(next, left, True))
+        assert task.candidates == 120
+        first[spread] = np.array([one.shares for one in found.candidates])
+        assert first[spread][0] == pytest.approx(present_shares(task))
+    deviations = {spread: np.std(shares, axis=0) for spread, shares in first.items()}
+    assert deviations[0.02] == pytest.approx([0.02, 0.02], rel=0.4)
+    # The standard deviation of numbers that are spread evenly from 0 to 1.
+    assert deviations[0.0] == pytest.approx([12.0**-0.5] * 2, rel=0.2)
+
+
 def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
     """A trial changes what the file says of all; rigs and noise stay; its figures have its name."""
     path = written(tmp_path, extra=TRIALS)
@@ -188,6 +216,8 @@ def test_a_task_that_cannot_be_done_is_refused_in_one_line(
         ("controller.kd: {", "controller.kx: {", "controller.kx: no such parameter of the law"),
         ("from: 50.0, to: 1000.0", "from: 50.0, to: 1.0e9", "must be within 0 to"),
         ("quantile: 1.0", "quantile: 2.0", "score: quantile: 2 refused, must be from 0 to 1"),
+        ("seed: 5", "spread: 1.5", "search: spread: 1.5 refused, must be from 0 to 1"),
+        ("quantile: 1.0", "mean_beyond: 3", "score: mean_beyond: 3 refused, must be true or false"),
         ("generations: 2", "generations: 0", "search: generations: 0 refused"),
         ("cylinder.moving_mass: {", "controller.kp: {", "is varied over the rigs too; keep one"),
         ("kd: {from: 1.0, to: 50.0}", "kd: [1.0, 2.0]", "must be a range, from and to"),
