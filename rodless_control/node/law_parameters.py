@@ -8,7 +8,8 @@
 
 """Which parameters the controller node has: those of the law that it is given."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
 
 from rclpy.node import Node
 
@@ -17,6 +18,9 @@ from rodless_base.ros.given import given_parameters
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.laws import LAWS
 from rodless_control.parameters import LAW, NODE_PARAMETERS
+
+# So many parameters of one prefix are named one by one.
+FEW = 3
 
 
 def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str, object]]:
@@ -33,9 +37,19 @@ def parameters_of_law(node: Node) -> tuple[type[ControllerParameters], dict[str,
         node.undeclare_parameter(other)
     if others:
         node.get_logger().info(
-            f"{LAW} {name}: leaving out parameters of other laws: " + ", ".join(sorted(others))
+            f"{LAW} {name}: leaving out parameters of other laws: " + ", ".join(_in_groups(others))
         )
     return kind, given
+
+
+def _in_groups(names: Iterable[str]) -> Iterator[str]:
+    """Yield names in order; of many with one prefix, as a preset gives them, the prefix alone."""
+    for prefix, group in groupby(sorted(names), lambda name: name.partition(".")[0]):
+        members = list(group)
+        if len(members) > FEW:
+            yield f"{prefix}.* ({len(members)})"
+        else:
+            yield from members
 
 
 class LawChoice:

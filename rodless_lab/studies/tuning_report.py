@@ -55,13 +55,18 @@ def parameter_text(task: TuningTask, found: Tuned) -> str:
     rigs = len(task.study)
     lines = [
         f"# Tuned by `rodless tune {task.name}`: the law {law} over {rigs} rigs, by {figures}",
-        f"# at the {task.quantile:g} quantile: score {found.best.score:.6g}.",
+        f"# {_scored(task)}: score {found.best.score:.6g}.",
         "/**/controller:",
         "  ros__parameters:",
         f"    controller.law: {law}",
         *(f"    {name}: {_real(value)}" for name, value in found.values.items()),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _scored(task: TuningTask) -> str:
+    at = f"the {task.quantile:g} quantile"
+    return f"in the mean from {at} on" if task.mean_beyond else f"at {at}"
 
 
 def _real(value: float) -> str:
@@ -88,7 +93,10 @@ def _table(task: TuningTask, found: Tuned, benches: dict[str, Bench]) -> str:
     for rigs, bench in benches.items():
         for which, values in (("before", present), ("tuned", found.values)):
             lines.append(_line(task, rigs, which, bench.measured(values)))
-    note = f"Figures at the {task.quantile:g} quantile of {len(task.study)} rigs."
+    note = (
+        f"Figures at the {task.quantile:g} quantile of {len(task.study)} rigs; the score is what "
+        f"they cost, {_scored(task)}."
+    )
     return "\n".join([*lines, "", note]) + "\n"
 
 

@@ -16,6 +16,7 @@ import yaml
 from rodless_base import parameter_file
 from rodless_base.parameters import ParameterError, ParameterSet
 from rodless_control import ControllerParameters, PidParameters
+from rodless_control.laws import LAWS
 from rodless_sim import RigParameters
 
 SETS = {"plant": RigParameters, "controller": ControllerParameters}
@@ -37,12 +38,17 @@ def test_both_presets_are_there() -> None:
 
 @pytest.mark.parametrize("name", parameter_file.preset_names())
 def test_presets_hold_only_declared_names(name: str) -> None:
-    """Every section is for one of the two nodes, and every name in it one of that node's."""
+    """Every section is for one of the two nodes; with one law or another it has every name."""
     document = yaml.safe_load(parameter_file.preset_file(name).read_text(encoding="utf-8"))
+    laws = [ControllerParameters.for_law(law) for law in LAWS]
     for section, content in document.items():
-        node = SETS[section.rsplit("/", 1)[-1]]
-        assert set(content["ros__parameters"]) <= set(node.DECLARATIONS)
-        assert {*content["ros__parameters"].items()} <= {*node.preset(name).items()}
+        kinds = {"plant": [RigParameters], "controller": laws}[section.rsplit("/", 1)[-1]]
+        given = content["ros__parameters"]
+        for kind in kinds:
+            found = kind.preset(name)
+            own = given.keys() & kind.DECLARATIONS.keys()
+            assert {key: given[key] for key in own} == {key: found[key] for key in own}
+        assert given.keys() <= {key for kind in kinds for key in kind.DECLARATIONS}
 
 
 def test_the_presets_differ_where_they_say() -> None:

@@ -22,7 +22,7 @@ from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
 from rodless_lab.studies.tune import Bench, Candidate, Journal, present_shares, search
-from rodless_lab.studies.tuning_report import front, write_tuned
+from rodless_lab.studies.tuning_report import front, parameter_text, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
 TASK = """
@@ -93,6 +93,12 @@ def test_the_parameter_file_is_the_candidate(tmp_path: Path) -> None:
     text = write_tuned(tmp_path / "out", task, found)
     loaded = ControllerParameters.from_file(tmp_path / "out" / "tuned.yaml")
     assert {name: loaded[name] for name in found.values} == found.values
+    assert "at the 1 quantile: score" in (tmp_path / "out" / "tuned.yaml").read_text(
+        encoding="utf-8"
+    )
+    assert "in the mean from the 1 quantile on" in parameter_text(
+        replace(task, mean_beyond=True), found
+    )
     assert "| `controller.kp` | 120 | " in text
     assert text.count("| others |") == text.count("| tuned on |") == 2
     assert (tmp_path / "out" / "tuning.md").read_text(encoding="utf-8").count("trade_off.png") == 1
