@@ -37,6 +37,7 @@ from rodless_sim.scenario import scenario_parameter
 CONFIG = Path(get_package_share_directory("rodless_sim"), "config")
 PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
 BOOL = ["true", "false"]
+MODES = ["", "realtime", "lockstep"]
 LEVELS = ["debug", "info", "warn", "error", "fatal"]
 
 # Name, default, choices, meaning.
@@ -52,13 +53,14 @@ ARGUMENTS = (
     ("controller", "true", BOOL, "start our controller; false: the plant waits for yours"),
     ("namespace", "", None, "namespace of all nodes"),
     ("frame_prefix", "", None, "put before frame_ids and the joint's name: left/"),
-    ("mode", "realtime", ["realtime", "lockstep"], "what drives plant time"),
+    ("mode", "", MODES, "what drives plant time; empty: the parameters', by default realtime"),
     ("speed", "", None, "plant s per wall-clock s in realtime; empty: the preset's"),
     (
         "publish_clock",
         "auto",
         ["auto", *BOOL],
-        "publish plant time on /clock; auto: unless there is a namespace, which has its own clock",
+        "publish plant time on /clock; auto: as the parameters say, by default unless there is a "
+        "namespace, which has its own clock",
     ),
     ("description", "false", BOOL, "publish robot_description and transforms, as RViz wants them"),
     ("use_composition", "false", BOOL, "run plant and controller in one process"),
@@ -77,7 +79,11 @@ def start_rig(context: LaunchContext) -> list[Node]:
         "namespace": chosen["namespace"],
         "output": "screen",
         "on_exit": end_with_it,
-        "ros_arguments": ["--log-level", chosen["log_level"], *clock_of_its_own(chosen)],
+        "ros_arguments": [
+            "--log-level",
+            chosen["log_level"],
+            *clock_of_its_own(parameters, chosen),
+        ],
     }
     described = chosen["description"] == "true"
     others = [state_publisher(parameters, chosen["namespace"])] if described else []
@@ -126,42 +132,53 @@ def state_publisher(files: list[str], namespace: str) -> Node:
 
 def further_topics(files: list[str], namespace: str) -> list[str]:
     """Return what the plant publishes beside the rig's own topics."""
-    values: dict[str, object] = {}
-    for file in files:
-        own = read_parameter_file(file, "plant", RigParameters.foreign, "/" + namespace.strip("/"))
-        values.update(own)
+    values = plant_values(files, namespace)
     on = {"raw": values.get("sensors.publish_raw"), "truth": values.get("sensors.publish_truth")}
     heated = values.get("chambers.thermodynamics") == ENERGY_BALANCE
     asked_for = [topic for topic in FURTHER_TOPICS if on[topic.partition("/")[0]]]
     return [*(TEMPERATURES.values() if heated else ()), *asked_for]
 
 
+def plant_values(files: list[str], namespace: str) -> dict[str, object]:
+    """Return what the files say of the plant; later ones win."""
+    values: dict[str, object] = {}
+    for file in files:
+        own = read_parameter_file(file, "plant", RigParameters.foreign, "/" + namespace.strip("/"))
+        values.update(own)
+    return values
+
+
 def parameter_files(chosen: dict[str, str]) -> list[str]:
     """Return the files that give the nodes their parameters; later ones win.
 
-    Raises RuntimeError for an argument that is no number and a file that is not there.
+    What no argument asks for does not stand above the user's file. Raises RuntimeError for an
+    argument that is no number and a file that is not there.
     """
     files = [CONFIG / f"{chosen['preset']}.yaml"]
     if chosen["sensors"] != "ideal":
         files.append(CONFIG / "sensors" / f"{chosen['sensors']}.yaml")
+    folder = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    if chosen["namespace"].strip("/"):
+        # Of several rigs, /clock can be only one's.
+        own_clock = {"plant": {"time.publish_clock": False}}
+        files.append(write_parameters(folder / "namespace.yaml", own_clock))
     if chosen["parameters"]:
         if not Path(chosen["parameters"]).is_file():
             raise RuntimeError(f"parameters:={chosen['parameters']}: no such file")
         files.append(Path(chosen["parameters"]))
-    folder = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     files.append(write_parameters(folder / "arguments.yaml", parameters_of_arguments(chosen)))
     return [str(file) for file in files]
 
 
 def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, object]]:
     """Return what the launch arguments say, by node."""
-    recorders = int(chosen["record"] == "true")
-    plant: dict[str, object] = {
-        "time.mode": chosen["mode"],
-        "time.recorders": recorders,
-        "time.publish_clock": publishes_on_ros_clock(chosen),
-    }
+    plant: dict[str, object] = {"time.mode": chosen["mode"]} if chosen["mode"] else {}
+    controller: dict[str, object] = {"use_sim_time": True}
+    if chosen["record"] == "true":
+        plant["time.recorders"] = controller["controller.recorders"] = 1
+    if chosen["publish_clock"] != "auto":
+        plant["time.publish_clock"] = chosen["publish_clock"] == "true"
     for argument, name in (("supply_pressure", "supply.pressure"), ("speed", "time.speed")):
         if chosen[argument]:
             plant[name] = number(argument, chosen[argument])
@@ -170,7 +187,6 @@ def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, objec
         f"sensors.publish_{name}": True for name in ("truth", "raw") if chosen[name] == "true"
     }
     plant |= scenario_of_argument(chosen["scenario"])
-    controller: dict[str, object] = {"use_sim_time": True, "controller.recorders": recorders}
     if chosen["cylinder"]:
         plant["cylinder.model"] = chosen["cylinder"]
         controller["reference.maximum"] = stroke(chosen["cylinder"])
@@ -202,16 +218,10 @@ def stroke(model: str) -> float:
         raise RuntimeError(f"cylinder:={model}: {error}") from None
 
 
-def publishes_on_ros_clock(chosen: dict[str, str]) -> bool:
-    """Whether /clock is this rig's: of several rigs, it can be only one's."""
-    if chosen["publish_clock"] == "auto":
-        return not chosen["namespace"].strip("/")
-    return chosen["publish_clock"] == "true"
-
-
-def clock_of_its_own(chosen: dict[str, str]) -> list[str]:
+def clock_of_its_own(files: list[str], chosen: dict[str, str]) -> list[str]:
     """Return what dates a bag by the clock of its own rig, where that is not /clock."""
-    if publishes_on_ros_clock(chosen) or not chosen["namespace"].strip("/"):
+    namespace = chosen["namespace"]
+    if not namespace.strip("/") or plant_values(files, namespace).get("time.publish_clock", True):
         return []
     return ["--remap", f"recorder:{ROS_CLOCK}:={RIG_CLOCK}"]
 

@@ -199,6 +199,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
 
 
 def _of_topic(recorded: Recorded) -> TopicMessages:
+    if recorded.compressed:
+        recorded.sort()
     return TopicMessages(
         recorded.topic,
         np.array(recorded.log_time, dtype=np.int64),

@@ -16,12 +16,16 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, recorded_topics
 from rodless_lab.bags.sqlite_file import sqlite_messages
 
 Times = npt.NDArray[np.int64]
+
+# ns, by which a message may be written after a later one.
+HELD_UP = NANOSECONDS_PER_SECOND
 
 
 @dataclass
@@ -32,12 +36,25 @@ class Recorded:
     log_time: list[int] = field(default_factory=list)
     publish_time: list[int] = field(default_factory=list)
     payloads: list[bytes] = field(default_factory=list)
+    compressed: bool = False  # message by message
 
     def add(self, log_time: int, publish_time: int, data: bytes) -> None:
         """Add a message."""
         self.log_time.append(log_time)
         self.publish_time.append(publish_time)
         self.payloads.append(data)
+
+    def sort(self) -> None:
+        """Undo what rosbag2's threads do: which message is compressed first is written first.
+
+        Where log time goes back for longer than a message is held up, the plant was reset.
+        """
+        times = np.array(self.log_time, dtype=np.int64)
+        run = np.cumsum(np.diff(times, prepend=times[:1]) < -HELD_UP)
+        places = np.lexsort((times, run)).tolist()
+        self.log_time = [self.log_time[place] for place in places]
+        self.publish_time = [self.publish_time[place] for place in places]
+        self.payloads = [self.payloads[place] for place in places]
 
 
 @dataclass
@@ -74,8 +91,9 @@ def _read_plain(file: Path, into: Storage, decompressor: Decompressor) -> None:
     messages = _mcap(file, into) if file.suffix == ".mcap" else sqlite_messages(file)
     for topic, log_time, publish_time, data in messages:
         recorded = into.recorded.setdefault(topic.name, Recorded(topic))
-        plain = decompressor.message(data) if is_zstd(data) else data
-        recorded.add(log_time, publish_time, plain)
+        compressed = is_zstd(data)
+        recorded.compressed |= compressed
+        recorded.add(log_time, publish_time, decompressor.message(data) if compressed else data)
 
 
 def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes]]:

@@ -97,6 +97,11 @@ class PaceNews:
         self._good = 0
         self.behind = False
 
+    def clear(self) -> None:
+        """Forget what was heard: a plant that falls behind still is news again."""
+        self._good = 0
+        self.behind = False
+
     def hear(self, pace: Pace) -> str | None:
         """Return what has changed with this report, if anything; ``behind`` says which way."""
         if pace.falls_behind:

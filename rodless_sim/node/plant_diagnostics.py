@@ -68,8 +68,9 @@ class PlantDiagnostics:
         node.create_timer(PERIOD, self._report, clock=steady_clock())
 
     def clear(self) -> None:
-        """Count faults from now on."""
+        """Count faults from now on, and judge the pace anew."""
         self._diagnostics.clear()
+        self._news.clear()
 
     def poll(self) -> None:
         """Follow plant time; to be called often."""

@@ -65,8 +65,9 @@ def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
         ("plant", "plant"),
         ("controller", "controller"),
     ]
-    plant = parameters(nodes, "plant")
-    assert (plant["time.mode"], plant["time.publish_clock"]) == ("realtime", True)
+    plant = RigParameters(parameters(nodes, "plant"))
+    assert plant.text("time.mode") == "realtime"
+    assert plant["time.publish_clock"] is True
     assert not any("clock" in word for node in nodes for word in node.command)
 
 
@@ -88,6 +89,25 @@ def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
 def test_an_argument_reaches_the_plant(arguments: dict[str, str], name: str, value: object) -> None:
     """As a parameter that wins over preset and file."""
     assert parameters(launch_nodes(RIG, **arguments), "plant")[name] == value
+
+
+@pytest.mark.parametrize("namespace", ["", "left"])
+def test_what_no_argument_asks_for_is_as_the_file_says(tmp_path: Path, namespace: str) -> None:
+    """The defaults of the arguments stand below the file, what is given above it."""
+    own = {"time.mode": "lockstep", "time.publish_clock": bool(namespace), "time.recorders": 1}
+    file = tmp_path / "mine.yaml"
+    file.write_text(yaml.safe_dump({"/**": {"ros__parameters": own}}), encoding="utf-8")
+    given = {"parameters": str(file), "namespace": namespace}
+    nodes = launch_nodes(RIG, **given)
+    found = parameters(nodes, "plant")
+    assert {name: found[name] for name in own} == own
+    assert not any("clock" in word for node in nodes for word in node.command)
+    opposite = str(not namespace).lower()
+    nodes = launch_nodes(RIG, mode="realtime", publish_clock=opposite, record="true", **given)
+    found = parameters(nodes, "plant")
+    assert found["time.mode"] == "realtime"
+    assert found["time.publish_clock"] is not bool(namespace)
+    assert ("recorder:/clock:=clock" in nodes[-1].command) is bool(namespace)
 
 
 @pytest.mark.parametrize(

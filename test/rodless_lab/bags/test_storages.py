@@ -85,6 +85,24 @@ def test_what_was_recorded_is_read(
     assert contents(bag) == sent
 
 
+def test_messages_that_were_compressed_side_by_side_are_put_in_order(
+    sample_bag, tmp_path: Path
+) -> None:
+    """rosbag2 writes first what is compressed first; where the plant was reset, time goes back."""
+    first = sample_bag.messages["/joint_states"]
+    later = [(log_time + 10**11, data) for log_time, data in first]
+    ordered = {"/joint_states": later + first}
+    shuffled = list(ordered["/joint_states"])
+    for place in (0, 5, 20, len(first) + 3):
+        shuffled[place], shuffled[place + 1] = shuffled[place + 1], shuffled[place]
+    bag = write(
+        tmp_path / "bag", {"/joint_states": shuffled}, StoragePlugin.MCAP, CompressionMode.MESSAGE
+    )
+    assert contents(bag) == ordered
+    plain = write(tmp_path / "plain", {"/joint_states": shuffled}, StoragePlugin.MCAP)
+    assert contents(plain) == {"/joint_states": shuffled}, "only where threads compress"
+
+
 @pytest.mark.parametrize("compression", [CompressionMode.NONE, CompressionMode.FILE])
 def test_a_split_bag_is_read_as_one(
     sample_bag, tmp_path: Path, compression: CompressionMode

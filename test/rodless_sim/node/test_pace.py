@@ -165,3 +165,14 @@ def test_keeping_up_again_is_said_once_when_it_lasts() -> None:
     assert [k for k, line in enumerate(said) if line] == [GOOD_REPORTS - 1]
     assert "keeps up again; total lag 0.250 s" in str(said[GOOD_REPORTS - 1])
     assert not news.behind
+
+
+def test_a_reset_forgets_that_the_plant_fell_behind() -> None:
+    """One that keeps up is well at once, without a line; one that does not is news again."""
+    news = PaceNews(1.0, 1e-3)
+    assert news.hear(paced(0.87)) is not None
+    assert news.behind
+    news.clear()
+    assert not news.behind
+    assert news.hear(paced(1.0)) is None
+    assert news.hear(paced(0.87)) is not None

@@ -10,7 +10,7 @@
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from running import StartProcess, until_it_says
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 from rodless_lab.session.observer import Observer
 
@@ -21,7 +21,10 @@ IMPOSSIBLE = {"time.speed": 10.0, "time.period": 1e-4}
 def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
     observer: Observer, start_node: StartProcess
 ) -> None:
-    """One warning with the way out; the lag grows with each report, and stops in a pause."""
+    """One warning with the way out; the lag grows with each report, and stops in a pause.
+
+    After a reset the plant is judged anew, and warns again.
+    """
     with start_node("plant", IMPOSSIBLE, namespace="hasty") as process:
         until_it_says(process, "plant time falls behind")
         lags = []
@@ -39,10 +42,17 @@ def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
         status = observer.diagnostic("/hasty/plant", fresh=True)
         assert status.level == DiagnosticStatus.WARN
         assert status.message == "paused; in the last 10 s: overruns"
+        assert process.output.count("plant time falls behind") == 1
         held = observer.counter("/hasty/plant", "lag (s)")
         assert observer.counter("/hasty/plant", "speed factor", fresh=True) == 0.0
         assert observer.counter("/hasty/plant", "lag (s)") == held
-    assert process.output.count("plant time falls behind") == 1
+        assert observer.call(Trigger, "/hasty/plant/reset").success
+        assert observer.call(SetBool, "/hasty/plant/pause", data=False).success
+        observer.wait(
+            lambda: "falls behind" in observer.diagnostic("/hasty/plant").message,
+            "what was forgotten by the reset to be noticed anew",
+        )
+    assert process.output.count("plant time falls behind") == 2
     assert "take a longer time.period or a smaller time.speed" in process.output
 
 
