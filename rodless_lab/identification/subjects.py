@@ -27,6 +27,7 @@ from rodless_lab.identification.pressures.chambers import (
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.identification.pressures.heat import heat_findings, identify_heat
 from rodless_lab.identification.pressures.leaks import identify_leaks, leak_findings
+from rodless_lab.identification.pressures.spool import identify_spool, spool_findings
 from rodless_lab.identification.pressures.valve import (
     identify_valve,
     valve_findings,
@@ -74,6 +75,7 @@ SUBJECTS: dict[str, Identify] = {
     "friction": _friction,
     "heat": _of_pressures(identify_heat, heat_findings),
     "leak": _of_pressures(identify_leaks, leak_findings),
+    "spool": _of_pressures(identify_spool, spool_findings),
     "valve": _of_pressures(identify_valve, valve_findings),
 }
 
