@@ -153,10 +153,12 @@ def solve(
     parameters: RigParameters,
     unknowns: Sequence[Unknown],
     rest: Array | None = None,
+    known: Sequence[tuple[Unknown, float]] = (),
 ) -> Solution:
     """Minimise the residuals; raises as :func:`fit_pressures`.
 
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
+    ``known`` have the sizes given, whatever ``parameters`` say.
     """
     plant = Plant.of(parameters)
     rippling = parameters.number("supply.ripple_amplitude") > 0.0
@@ -169,7 +171,7 @@ def solve(
     has_play = parameters.number(HYSTERESIS) > 0.0
     if has_play and SPOOL_START not in {unknown.name for unknown in unknowns}:
         unknowns = [*unknowns, spool_start()]
-    problem = Problem(run, parameters, unknowns)
+    problem = Problem(run, parameters, unknowns, known)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:
         raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")

@@ -146,10 +146,14 @@ class Problem:
         run: MeasuredRun,
         parameters: RigParameters,
         unknowns: Sequence[Unknown],
+        known: Sequence[tuple[Unknown, float]] = (),
     ) -> None:
+        """Compare ``run`` with a rig of ``parameters`` in which ``known`` have these sizes."""
         self._run = run
         self._unknowns = unknowns
         self._model = Model.of(parameters)
+        for unknown, size in known:
+            self._model = unknown.apply(self._model, size)
         self._lag = parameters.number("sensors.pressure_lag")
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self.noise = max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
