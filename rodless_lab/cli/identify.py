@@ -10,16 +10,22 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
-from rodless_lab.identification.subjects import SUBJECTS, assumed_parameters
+from rodless_lab.identification.subjects import (
+    SUBJECTS,
+    UNVALIDATED,
+    Identified,
+    assumed_parameters,
+)
 from rodless_lab.runs.from_bag import read_run
-from rodless_lab.runs.measured_run import RunError, UninformativeRunError
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
 from rodless_sim import ParameterError
 
 MISFIT = 3
@@ -28,14 +34,16 @@ MISFIT = 3
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 if parameters were identified by a model that fits.
 
-    1 if none was, 2 for a bag that cannot be used, 3 if the model does not fit the run.
+    1 if none was, 2 for a bag that cannot be used, 3 if the model does not fit the run or, with
+    ``--validate``, does not predict the second.
     """
     options = _parser().parse_args(arguments)
     try:
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
-        print(text if str(options.bag) in text else f"{options.bag}: {text}", file=sys.stderr)
+        named = any(str(bag) in text for bag in (options.bag, options.validate) if bag)
+        print(text if named else f"{options.bag}: {text}", file=sys.stderr)
         return 1 if isinstance(error, UninformativeRunError) else 2
     except OSError as error:
         print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
@@ -46,6 +54,7 @@ def _identify(options: argparse.Namespace) -> int:
     parameters = assumed_parameters(options.base, options.sensors)
     run = read_run(options.bag, options.namespace)
     run.check_absolute()
+    second = _second_run(options)
     found = SUBJECTS[options.subject](run, parameters)
     verdict, picture = found.verdict, options.output.with_suffix(".png")
     informed = any(finding.value is not None for finding in found.findings)
@@ -66,11 +75,51 @@ def _identify(options: argparse.Namespace) -> int:
         print(f"written to {options.output}; the plant takes it with --params-file")
     if informed or not verdict.fits:
         print(f"{picture} shows the residuals")
+    predicts = second is None or _predicts(options, found, second)
     if verdict.fits:
         print(f"{verdict}")
-        return 0 if informed else 1
+        return MISFIT if not predicts else 0 if informed else 1
     print(f"{verdict}; the intervals above do not hold", file=sys.stderr)
     return MISFIT
+
+
+def _second_run(options: argparse.Namespace) -> MeasuredRun | None:
+    """Read the run to predict, if there is to be one."""
+    if options.validate is None:
+        return None
+    if options.subject in UNVALIDATED:
+        raise ParameterError(
+            f"--validate: refused for {options.subject}, whose fit is of points of uniform motion "
+            "and predicts no run; identify both bags and compare the intervals"
+        )
+    with _named(options.validate):
+        second = read_run(options.validate, options.namespace)
+        second.check_absolute()
+    return second
+
+
+def _predicts(options: argparse.Namespace, found: Identified, second: MeasuredRun) -> bool:
+    """Print how each model predicts the second run; whether the one that was written does."""
+    if found.validate is None:
+        return True
+    with _named(options.validate):
+        validation = found.validate(second)
+    print(f"fitted to {options.bag}, left of {options.validate}:")
+    for prediction in (validation.plain, *validation.others):
+        print(f"  {prediction}")
+    predicted = validation.plain.predicts
+    print(f"{validation}", file=sys.stdout if predicted else sys.stderr)
+    return predicted
+
+
+@contextmanager
+def _named(bag: Path) -> Iterator[None]:
+    """Name the bag in what is said of its run."""
+    try:
+        yield
+    except RunError as error:
+        text = str(error)
+        raise type(error)(text if str(bag) in text else f"{bag}: {text}") from error
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -84,6 +133,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("subject", choices=sorted(SUBJECTS))
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of a rosbag2 bag")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.yaml")
+    parser.add_argument(
+        "--validate",
+        type=Path,
+        metavar="BAG",
+        help="a second bag of the same rig: which model, fitted to the first, predicts it",
+    )
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     parser.add_argument(
         "--base",

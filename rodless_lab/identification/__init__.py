@@ -23,6 +23,7 @@ from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.identification.pressures.heat import identify_heat
 from rodless_lab.identification.pressures.leaks import identify_leaks
+from rodless_lab.identification.pressures.spool import identify_spool
 from rodless_lab.identification.pressures.valve import identify_valve
 from rodless_lab.identification.valve_bench.area_curve import (
     AreaCurve,
@@ -65,6 +66,7 @@ __all__ = [
     "identify_friction",
     "identify_heat",
     "identify_leaks",
+    "identify_spool",
     "identify_valve",
     "run_of_trace",
     "stick_slip_events",

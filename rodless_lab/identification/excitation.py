@@ -73,11 +73,38 @@ def leak_voltages() -> Array:
     return np.concatenate([chamber_voltages(), settling])
 
 
+def square_wave(low: float, high: float, half: float, count: int) -> Array:
+    """Go to ``high`` and to ``low`` (V) in turn, ``half`` a period (s) each, ``count`` times."""
+    return steps(*((high, half), (low, half)) * count)
+
+
+def spool_voltages() -> Array:
+    """Come back to the closed position from either side, then square waves about it.
+
+    Where the play leaves the spool shows in how the pressures settle. The waves are as fast as the
+    spool, once within its stroke by far, where they pass the dead zone late, and once hardly beyond
+    it; their overshoot stays off the ends of the stroke. Both chambers breathe alike, so that the
+    carriage stays.
+    """
+    closed = CLOSED_VOLTAGE
+    settling = steps(
+        *((closed, 0.2), (5.7, 0.6), (closed, 0.5), (4.5, 0.6), (closed, 0.5)),
+        *((closed + 0.06, 0.3), (closed - 0.06, 0.3), (closed + 0.06, 0.3), (closed, 0.2)),
+    )
+    waves = [
+        square_wave(closed - size, closed + size, half, count)
+        for size in (1.0, 3.0)
+        for half, count in ((0.010, 15), (0.006, 20), (0.003, 20))
+    ]
+    return np.concatenate([settling, *waves])
+
+
 # By what is to be identified.
 EXCITATIONS: dict[str, Callable[[], Array]] = {
     "chambers": chamber_voltages,
     "friction": friction_voltages,
     "heat": heat_voltages,
     "leak": leak_voltages,
+    "spool": spool_voltages,
     "valve": chamber_voltages,
 }

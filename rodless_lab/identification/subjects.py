@@ -27,6 +27,8 @@ from rodless_lab.identification.pressures.chambers import (
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.identification.pressures.heat import heat_findings, identify_heat
 from rodless_lab.identification.pressures.leaks import identify_leaks, leak_findings
+from rodless_lab.identification.pressures.spool import identify_spool, spool_findings
+from rodless_lab.identification.pressures.validation import Validation, validated
 from rodless_lab.identification.pressures.valve import (
     identify_valve,
     valve_findings,
@@ -39,11 +41,15 @@ from rodless_sim.instruments.instruments import DATA_SHEET
 
 @dataclass(frozen=True)
 class Identified:
-    """What a run says of the parameters, whether the model fits it, and the picture of both."""
+    """What a run says of the parameters, whether the model fits it, and the picture of both.
+
+    ``validate`` predicts a second run, where the subject can.
+    """
 
     findings: list[Finding]
     verdict: Verdict
     draw: Callable[[], Figure]
+    validate: Callable[[MeasuredRun], Validation] | None = None
 
 
 Identify = Callable[[MeasuredRun, RigParameters], Identified]
@@ -64,7 +70,12 @@ def _of_pressures(
 ) -> Identify:
     def found(run: MeasuredRun, parameters: RigParameters) -> Identified:
         fit = with_cause(run, identify(run, parameters))
-        return Identified(findings(fit), fit.verdict, lambda: draw_pressures(run, fit))
+        return Identified(
+            findings(fit),
+            fit.verdict,
+            lambda: draw_pressures(run, fit),
+            lambda second: validated(fit.solution, run, second),
+        )
 
     return found
 
@@ -74,8 +85,13 @@ SUBJECTS: dict[str, Identify] = {
     "friction": _friction,
     "heat": _of_pressures(identify_heat, heat_findings),
     "leak": _of_pressures(identify_leaks, leak_findings),
+    "spool": _of_pressures(identify_spool, spool_findings),
     "valve": _of_pressures(identify_valve, valve_findings),
 }
+
+
+# What predicts no second run.
+UNVALIDATED = ("friction",)
 
 
 def assumed_parameters(base: str, sensors: str) -> RigParameters:

@@ -24,9 +24,15 @@ from rodless_sim.physics.state import AnyMotion, carried, moved
 
 Array = npt.NDArray[np.float64]
 
-# Longest step of the chambers' equations in s: they are far slower than the carriage's. A spool of
-# 115 Hz turns by 0.2 rad meanwhile.
+# Longest step of the chambers' equations in s: they are far slower than the carriage's.
 LONGEST_STEP = 2.5e-4
+
+# By how much (rad) the oscillation of a spool on its way may turn in one step: it may cross the
+# dead zone meanwhile, or the end of its stroke, where the openings' curves have a kink.
+LONGEST_ANGLE = 0.05
+
+# No step for that is shorter (s): air that a faster spool lets in meanwhile is nothing.
+SHORTEST_STEP = 1e-5
 
 
 @kernel
@@ -42,6 +48,16 @@ def midpoint(plant: Plant, lands: Lands, state: AnyMotion, step: float) -> AnyMo
     half = moved(state, rates_along(plant, lands, state), 0.5 * step)
     half = carried(half, state.position, state.velocity)
     return moved(state, rates_along(plant, lands, half), step)
+
+
+@kernel
+def longest_step(drive: Drive, spool: Spool) -> float:
+    """Return how long a step (s) may be while the spool moves as it does."""
+    rests = spool.place == spool.target and spool.speed == 0.0
+    if rests or drive.natural_frequency == 0.0:
+        return LONGEST_STEP
+    turning = LONGEST_ANGLE / drive.natural_frequency
+    return min(LONGEST_STEP, max(SHORTEST_STEP, turning))
 
 
 @kernel
@@ -77,7 +93,7 @@ def chamber_pressures(
         for piece in range(2):
             span = late if piece == 0 else period - late
             spool = sent(drive, spool, voltage[max(k - whole - 1 + piece, 0)])
-            count = math.ceil(span / LONGEST_STEP - 1e-9)
+            count = math.ceil(span / longest_step(drive, spool) - 1e-9)
             step = span / max(count, 1)
             for _ in range(count):
                 spool = swung(drive, spool, 0.5 * step)

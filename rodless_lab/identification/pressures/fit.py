@@ -121,15 +121,20 @@ class PressureFit:
 
 
 def fit_pressures(
-    run: MeasuredRun, parameters: RigParameters, unknowns: Sequence[Unknown]
+    run: MeasuredRun,
+    parameters: RigParameters,
+    unknowns: Sequence[Unknown],
+    rest: Array | None = None,
 ) -> PressureFit:
     """Fit ``unknowns`` to the chamber pressures of ``run``; everything else is as ``parameters``.
+
+    ``rest`` is as in :func:`solve`.
 
     Intervals come from the Jacobian and the scatter of the residuals, widened by how far these are
     correlated in time, and by the bias of the sensors as ``parameters`` state it. Raises
     :class:`UninformativeRunError` where no pressure changes.
     """
-    solution = solve(run, parameters, unknowns)
+    solution = solve(run, parameters, unknowns, rest)
     problem, values = solution.problem, solution.values
     modelled = problem.modelled(values)
     return PressureFit(
@@ -148,10 +153,12 @@ def solve(
     parameters: RigParameters,
     unknowns: Sequence[Unknown],
     rest: Array | None = None,
+    known: Sequence[tuple[Unknown, float]] = (),
 ) -> Solution:
     """Minimise the residuals; raises as :func:`fit_pressures`.
 
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
+    ``known`` have the sizes given, whatever ``parameters`` say.
     """
     plant = Plant.of(parameters)
     rippling = parameters.number("supply.ripple_amplitude") > 0.0
@@ -164,7 +171,7 @@ def solve(
     has_play = parameters.number(HYSTERESIS) > 0.0
     if has_play and SPOOL_START not in {unknown.name for unknown in unknowns}:
         unknowns = [*unknowns, spool_start()]
-    problem = Problem(run, parameters, unknowns)
+    problem = Problem(run, parameters, unknowns, known)
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
     if change < LEAST_CHANGE * problem.noise:
         raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")
@@ -192,18 +199,22 @@ def solve(
     values = np.asarray(found.x) * scale
     residuals = problem.residuals(values)[: problem.readings]
     inflation = _correlation(residuals.reshape(2, -1))
-    jacobian = _jacobian(residuals_of, np.asarray(found.x), np.asarray(found.jac)) / scale
+    scaled, solved = np.asarray(found.x), np.asarray(found.jac)
+    jacobian = _jacobian(residuals_of, scaled, solved, problem.blur) / scale
     cost = 2.0 * float(found.cost)
     return Solution(problem, parameters, unknowns, values, residuals, jacobian, cost, inflation)
 
 
-def _jacobian(residuals_of: Callable[[Array], Array], scaled: Array, found: Array) -> Array:
+def _jacobian(
+    residuals_of: Callable[[Array], Array], scaled: Array, found: Array, blur: Array
+) -> Array:
     """Return the solver's Jacobian with the columns of what ended at 0 made anew.
 
     The solver's steps are relative, and vanish there: a column would be 0, the interval endless.
-    Rows are weighted as the solver weights them for its loss.
+    Rows are weighted as the solver weights them for its loss. ``scaled`` and ``blur`` are in
+    natural sizes.
     """
-    at_zero = np.flatnonzero(np.abs(scaled) < AT_ZERO)
+    at_zero = np.flatnonzero(np.abs(scaled) < np.maximum(blur, AT_ZERO))
     if not len(at_zero):
         return found
     jacobian: Array = found.copy()
@@ -211,8 +222,9 @@ def _jacobian(residuals_of: Callable[[Array], Array], scaled: Array, found: Arra
     weight = (1.0 + (residuals / ROBUST) ** 2) ** -0.75
     for column in at_zero:
         beside = scaled.copy()
-        beside[column] += STEP_AT_ZERO
-        jacobian[:, column] = weight * (residuals_of(beside) - residuals) / STEP_AT_ZERO
+        step = max(float(blur[column]), STEP_AT_ZERO)
+        beside[column] += step
+        jacobian[:, column] = weight * (residuals_of(beside) - residuals) / step
     return jacobian
 
 

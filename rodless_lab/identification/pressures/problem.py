@@ -82,6 +82,7 @@ class Unknown:
     """A quantity to fit, in ``unit``, and how it changes the model.
 
     ``start`` is where the search begins, ``scale`` the natural size, ``low`` and ``high`` bound it.
+    Below ``blur`` the model hardly changes with it: derivatives there are taken over so much.
     """
 
     name: str
@@ -91,6 +92,7 @@ class Unknown:
     low: float
     high: float
     apply: Callable[[Model, float], Model]
+    blur: float = 0.0
 
     @classmethod
     def parameter(
@@ -144,10 +146,14 @@ class Problem:
         run: MeasuredRun,
         parameters: RigParameters,
         unknowns: Sequence[Unknown],
+        known: Sequence[tuple[Unknown, float]] = (),
     ) -> None:
+        """Compare ``run`` with a rig of ``parameters`` in which ``known`` have these sizes."""
         self._run = run
         self._unknowns = unknowns
         self._model = Model.of(parameters)
+        for unknown, size in known:
+            self._model = unknown.apply(self._model, size)
         self._lag = parameters.number("sensors.pressure_lag")
         bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
         self.noise = max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
@@ -178,6 +184,8 @@ class Problem:
         wide = np.array([*[1e-2] * ERRORS, *[100.0] * len(warm), 1e5, 1e5, 5e4, 5e4, 5e4])
         self.start = np.concatenate([[unknown.start for unknown in unknowns], extra])
         self.scale = np.concatenate([[unknown.scale for unknown in unknowns], span])
+        blur = [unknown.blur for unknown in unknowns]
+        self.blur = np.concatenate([blur, np.zeros(span.shape)]) / self.scale
         self.bounds = (
             np.concatenate([[unknown.low for unknown in unknowns], extra - wide]),
             np.concatenate([[unknown.high for unknown in unknowns], extra + wide]),

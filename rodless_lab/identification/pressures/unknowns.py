@@ -28,6 +28,10 @@ DAMPING = "valve.damping"
 HYSTERESIS = "valve.hysteresis"
 DEAD_TIME = "valve.dead_time"
 SPOOL_START = "start of the spool"
+TIME_CONSTANT = "time constant of the spool"
+
+# A spool whose time constant is this (s) follows at once: it moves between two steps of the model.
+SHORTEST_TIME = 1e-7
 
 
 def _of_part(name: str, parameters: RigParameters, scale: float, part: str, field: str) -> Unknown:
@@ -102,10 +106,28 @@ def _of_drive(name: str, parameters: RigParameters, scale: float, field: str, by
 
 def spool_dynamics(parameters: RigParameters) -> list[Unknown]:
     """Return the natural frequency and the damping ratio of the spool."""
-    return [
-        _of_drive(FREQUENCY, parameters, 10.0, "natural_frequency", 2.0 * math.pi),
-        _of_drive(DAMPING, parameters, 0.1, "damping", 1.0),
-    ]
+    frequency = _of_drive(FREQUENCY, parameters, 10.0, "natural_frequency", 2.0 * math.pi)
+    return [frequency, spool_damping(parameters)]
+
+
+def spool_damping(parameters: RigParameters) -> Unknown:
+    """Return the damping ratio of the spool."""
+    return _of_drive(DAMPING, parameters, 0.1, "damping", 1.0)
+
+
+def time_constant(parameters: RigParameters) -> Unknown:
+    """Return 1/ω of the spool, in s: the faster the spool, the nearer to 0."""
+
+    def apply(model: Model, value: float) -> Model:
+        frequency = 1.0 / max(value, SHORTEST_TIME)
+        return model._replace(drive=model.drive._replace(natural_frequency=frequency))
+
+    declared = RigParameters.DECLARATIONS[FREQUENCY]
+    start, slowest, fastest = (
+        1.0 / (2.0 * math.pi * frequency)
+        for frequency in (parameters.number(FREQUENCY), declared.minimum, declared.maximum)
+    )
+    return Unknown(TIME_CONSTANT, "s", start, 1e-3, 0.0, slowest, apply, blur=fastest)
 
 
 def hysteresis(parameters: RigParameters) -> list[Unknown]:

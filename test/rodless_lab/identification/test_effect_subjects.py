@@ -22,7 +22,15 @@ from rodless_lab.identification.coverage import KNOWN, hidden_chambers, measured
 from rodless_lab.identification.excitation import EXCITATIONS
 from rodless_lab.identification.pressures.heat import heat_findings, identify_heat
 from rodless_lab.identification.pressures.leaks import identify_leaks, leak_findings
-from rodless_lab.identification.pressures.unknowns import HEAT_TRANSFER, LEAKS
+from rodless_lab.identification.pressures.spool import identify_spool, spool_findings
+from rodless_lab.identification.pressures.unknowns import (
+    DAMPING,
+    DEAD_TIME,
+    FREQUENCY,
+    HEAT_TRANSFER,
+    HYSTERESIS,
+    LEAKS,
+)
 
 FOUND = {
     "heat": (identify_heat, heat_findings),
@@ -63,6 +71,27 @@ def test_an_effect_that_is_not_there_is_bounded(
         assert estimate.note.startswith("not told from 0, and at most "), name
         assert written[name] is None, name
     assert all(fit.estimates[name].informed for name in truth)
+
+
+@pytest.mark.slow
+def test_a_spool_at_once_is_bounded() -> None:
+    """Of a spool that follows at once, with play: the play is found, the frequency is bounded.
+
+    Neither dead time, damping ratio nor frequency is written, and no dynamics are switched on.
+    """
+    generator = np.random.default_rng(2)
+    hidden, _ = hidden_chambers(generator)
+    rig = hidden.with_values({HYSTERESIS: 2e-3, "time.tolerance": 0.01})
+    fit = identify_spool(measured_run(rig, EXCITATIONS["spool"](), generator), KNOWN)
+    written = {found.name: found.value for found in spool_findings(fit)}
+    assert fit.verdict.fits
+    for name in ("valve.dynamics", FREQUENCY, DAMPING, DEAD_TIME):
+        assert written[name] is None, name
+    assert 300.0 < fit.estimates[FREQUENCY].low <= 2000.0
+    assert "not told from a spool that follows at once" in fit.estimates[FREQUENCY].note
+    assert fit.estimates[DEAD_TIME].note.startswith("not told from 0, and at most ")
+    assert fit.estimates[HYSTERESIS].covers(2e-3)
+    assert fit.estimates[HYSTERESIS].half_width < 3e-4
 
 
 def test_every_subject_has_voltages_and_a_measured_coverage() -> None:

@@ -92,13 +92,13 @@ def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
         check_intervals(found, PRESSURE_WIDTHS[name], name)
 
 
-@pytest.mark.parametrize("subject", ["heat", "leak"])
-def test_intervals_of_effects_hold(subject: str) -> None:
-    """What is claimed of heat and leaks holds the truth, and nearly every run tells all of it."""
+@pytest.mark.parametrize(("subject", "parameters"), [("heat", 6), ("leak", 6), ("spool", 7)])
+def test_intervals_of_effects_hold(subject: str, parameters: int) -> None:
+    """What is claimed of an effect holds the truth, and nearly every run tells all of it."""
     done = trials(subject, 10)
     check_alarms(done)
     found = coverage_of(done)
-    assert len(found) == 6
+    assert len(found) == parameters
     for name, one in found.items():
         assert one.informed >= 9, name
         assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name

@@ -1,0 +1,175 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Which model predicts a second run: nothing of what the first one told is fitted there again.
+
+A model with one more effect always follows the run it was fitted to more closely. A run it has not
+seen tells whether the effect is there (Stone 1974, cross-validation).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg
+
+from rodless_lab.identification.estimate import covariance
+from rodless_lab.identification.pressures.causes import Trial, trials
+from rodless_lab.identification.pressures.fit import (
+    DRAWS,
+    SEED,
+    SPANS,
+    Solution,
+    solve,
+)
+from rodless_lab.identification.pressures.problem import Problem
+from rodless_lab.identification.pressures.unknowns import SPOOL_START
+from rodless_lab.identification.verdict import Verdict, check_power, power
+from rodless_lab.runs.measured_run import MeasuredRun
+
+Array = npt.NDArray[np.float64]
+
+PLAIN = "the model as it is"
+
+# A model of which the first run leaves more open than this many times the noise predicts nothing.
+MOST_OPEN = 2.0
+
+# Relative step of a derivative, in natural sizes.
+STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """How a model fitted to one run predicts another: ``left`` and ``explained``, RMS in Pa.
+
+    ``explained`` is what the sensors leave, and the errors of what the first run told; ``noise``
+    (Pa) is that of a reading.
+    """
+
+    name: str
+    left: float
+    explained: float
+    noise: float
+    verdict: Verdict
+
+    @property
+    def tells(self) -> bool:
+        """Whether the first run determines the model well enough for any prediction."""
+        return self.explained <= MOST_OPEN * self.noise
+
+    @property
+    def predicts(self) -> bool:
+        """Whether what is left is what a right model leaves."""
+        return self.tells and self.verdict.fits
+
+    def __str__(self) -> str:
+        said = "predicts it" if self.predicts else "does not predict it"
+        if self.verdict.fits and not self.tells:
+            said = "the first run leaves it too open to predict"
+        return f"{self.name}: {self.left:.4g} Pa, explained {self.explained:.4g} Pa; {said}"
+
+
+@dataclass(frozen=True)
+class Validation:
+    """The model as it is, and with each effect it may lack, on a run that none was fitted to."""
+
+    plain: Prediction
+    others: Sequence[Prediction]
+
+    @property
+    def chosen(self) -> Prediction:
+        """The plain model where it predicts the run, else the one that leaves least."""
+        if self.plain.predicts:
+            return self.plain
+        return min([self.plain, *self.others], key=lambda prediction: prediction.left)
+
+    def __str__(self) -> str:
+        if self.chosen is self.plain:
+            return f"chosen: {self.plain}"
+        return f"chosen: {self.chosen}; {self.plain}"
+
+
+def validated(fitted: Solution, run: MeasuredRun, second: MeasuredRun) -> Validation:
+    """Predict ``second`` by what ``run`` told, with and without each effect the model may lack.
+
+    Where the model as it is predicts it, no effect is tried: the simplest model is taken.
+    Fitted on ``second`` are what belongs to a run only: where pressures, temperatures and the
+    spool start, and the constant errors of the sensors within their accuracy.
+    """
+    plain = prediction(PLAIN, fitted, second)
+    tried = [] if plain.predicts else trials(run, fitted)
+    return Validation(plain, [_of_trial(trial, second) for trial in tried])
+
+
+def _of_trial(trial: Trial, second: MeasuredRun) -> Prediction:
+    return prediction(", ".join(filter(None, (trial.name, trial.sizes))), trial.solution, second)
+
+
+def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
+    """Hold what ``fitted`` leaves of ``second`` against draws of what a right model leaves."""
+    told = [pair for pair in fitted.sizes if pair[0].name != SPOOL_START]
+    own = [unknown for unknown in fitted.unknowns if unknown.name == SPOOL_START]
+    found = solve(second, fitted.parameters, own, known=told)
+    explained = _explained(fitted, found, second)
+    residuals = found.residuals.reshape(2, -1)
+    checks = []
+    for span in SPANS:
+        length = max(round(span / found.problem.spacing), 1)
+        if 2 * length > residuals.shape[1]:
+            continue
+        over = f" over {span:g} s" if span else ""
+        expected = power(explained, length).mean(axis=1)
+        mean = float(np.mean(power(residuals, length)))
+        title = f"scatter of the pressures{over}"
+        checks.append(check_power(title, mean, expected, "Pa", found.problem.noise))
+    left, expected_left = checks[0].found, checks[0].expected
+    return Prediction(name, left, expected_left, found.problem.noise, Verdict(tuple(checks)))
+
+
+def _explained(fitted: Solution, found: Solution, second: MeasuredRun) -> Array:
+    """Draw residuals of ``second``, shape (DRAWS, 2, m): of the sensors, and of the first fit.
+
+    The run's own values take out of each draw what they can follow.
+    """
+    generator = np.random.default_rng(SEED)
+    readings = found.problem.readings
+    jacobian = found.jacobian * found.problem.scale
+    solved = linalg.pinv(jacobian)[:, :readings]
+    drawn = found.problem.draws(found.values, DRAWS, generator).reshape(DRAWS, -1)
+    drawn = drawn + _of_sizes(fitted, found, second, generator)
+    kept = drawn - drawn @ solved.T @ jacobian[:readings].T
+    return np.asarray(kept.reshape(DRAWS, 2, -1))
+
+
+def _of_sizes(
+    fitted: Solution, found: Solution, second: MeasuredRun, generator: np.random.Generator
+) -> Array:
+    """What the errors of the sizes that the first run told do to the second, (DRAWS, 2 m)."""
+    places = [k for k, unknown in enumerate(fitted.unknowns) if unknown.name != SPOOL_START]
+    told = [fitted.unknowns[place] for place in places]
+    own = len(found.unknowns)
+    problem = Problem(second, fitted.parameters, [*told, *found.unknowns])
+    sizes = fitted.values[places]
+    values = np.concatenate([sizes, found.values[:own], found.values[own:]])
+    readings = problem.readings
+    before = problem.residuals(values)[:readings]
+    columns = []
+    for place in range(len(told)):
+        beside = values.copy()
+        step = max(STEP * problem.scale[place], problem.blur[place] * problem.scale[place])
+        beside[place] += step
+        columns.append((problem.residuals(beside)[:readings] - before) / step)
+    # Of the sensors' noise alone: what a wrong model leaves of the first run explains nothing.
+    spread = covariance(fitted.jacobian, 1.0)[np.ix_(places, places)]
+    known = np.isfinite(np.diag(spread))
+    errors = np.zeros((DRAWS, len(told)))
+    if known.any():
+        within = spread[np.ix_(known, known)]
+        errors[:, known] = generator.multivariate_normal(np.zeros(int(known.sum())), within, DRAWS)
+    return np.asarray(errors @ np.array(columns).reshape(len(told), readings))

@@ -1,0 +1,89 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What predicts a second run of the rig: the model as it is, or one with the effect it lacks.
+
+The rigs are simulated: which effect they have is known, and nobody tells the identification.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from quiet_stop import Quiet
+
+from rodless_lab.cli import identify
+from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
+from rodless_lab.identification.excitation import EXCITATIONS
+from rodless_lab.identification.pressures.chambers import identify_chambers
+from rodless_lab.identification.pressures.validation import PLAIN, validated
+from rodless_lab.runs.measured_run import MeasuredRun
+
+HEAT = {"chambers.thermodynamics": "energy_balance"}
+
+
+def two_runs(values: dict[str, object], seed: int) -> tuple[MeasuredRun, MeasuredRun]:
+    """One hidden rig with ``values`` on top, driven by other voltages the second time."""
+    generator = np.random.default_rng(seed)
+    hidden, _ = SUBJECTS["chambers"].hide(generator)
+    rig = hidden.with_values(values)
+    first = measured_run(rig, EXCITATIONS["chambers"](), generator)
+    return first, measured_run(rig, EXCITATIONS["heat"](), generator)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_right_model_predicts_a_second_run(seed: int) -> None:
+    """Of rigs that are as the model says: chosen as it is, and what is left is the sensors' noise.
+
+    200 Pa are what the rig's pressure sensors were given.
+    """
+    first, second = two_runs({}, seed)
+    found = validated(identify_chambers(first, KNOWN).solution, first, second)
+    assert found.chosen is found.plain
+    assert found.chosen.predicts
+    assert found.chosen.left == pytest.approx(200.0, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("values", "effect"),
+    [(HEAT, "heat to the walls")],
+    ids=["heat"],
+)
+def test_the_effect_that_the_rig_has_predicts_best(values: dict[str, object], effect: str) -> None:
+    """Of a rig with one effect: that one is chosen and predicts, the model without does not."""
+    first, second = two_runs(values, 1)
+    found = validated(identify_chambers(first, KNOWN).solution, first, second)
+    assert not found.plain.predicts
+    assert found.chosen.name.startswith(effect)
+    assert found.chosen.predicts
+    assert found.chosen.left < 0.5 * found.plain.left
+
+
+@pytest.mark.slow
+def test_the_command_says_what_predicts(
+    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 0 where the model predicts the second bag, and the line that says so."""
+    first, second = (write_bag(tmp_path / f"bag{k}", run) for k, run in enumerate(two_runs({}, 1)))
+    output = tmp_path / "found.yaml"
+    arguments = ["chambers", str(first), "-o", str(output), "--validate", str(second)]
+    assert identify.main(arguments, Quiet()) == 0
+    assert f"chosen: {PLAIN}" in capsys.readouterr().out
+
+
+def test_friction_is_refused(tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]) -> None:
+    """Exit code 2 and why, before anything is fitted or written."""
+    first, second = (write_bag(tmp_path / f"bag{k}", run) for k, run in enumerate(two_runs({}, 1)))
+    output = tmp_path / "found.yaml"
+    arguments = ["friction", str(first), "-o", str(output), "--validate", str(second)]
+    assert identify.main(arguments, Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--validate: refused for friction" in line
+    assert not output.exists()
