@@ -160,4 +160,7 @@ def _said(trial: Trial, run: MeasuredRun) -> str:
 def _noise(run: MeasuredRun) -> str:
     """Say what to do where nothing helps: perhaps the sensors are not as stated."""
     noise = max(position_noise(run.pressure_a), position_noise(run.pressure_b))
-    return f"none of the effects tried; the readings' own noise is {noise:.3g} Pa, check sensors.*"
+    return (
+        f"none of the effects tried; the readings' own noise is {noise:.3g} Pa, check sensors.* "
+        "(--sensors ideal, or --base FILE --sensors base)"
+    )

@@ -85,10 +85,14 @@ def test_a_supply_that_droops_is_found_out() -> None:
 
 
 def test_noisier_sensors_than_stated_are_said_to_be() -> None:
-    """600 Pa where 200 are stated: no effect helps, and the line gives the readings' own noise."""
+    """600 Pa where 200 are stated: no effect helps; the line gives the readings' own noise.
+
+    And the options that state it.
+    """
     verdict = blamed(measured("chambers", {"sensors.pressure_noise": 600.0})).verdict
     assert not verdict.fits
     assert "none of the effects tried" in verdict.cause
+    assert "--sensors ideal, or --base FILE --sensors base" in verdict.cause
     said = float(verdict.cause.split("own noise is ")[1].split(" Pa")[0])
     assert said == pytest.approx(600.0, rel=0.05)
 
