@@ -84,15 +84,20 @@ class Validation:
 
     @property
     def chosen(self) -> Prediction:
-        """The plain model where it predicts the run, else the one that leaves least."""
-        if self.plain.predicts:
+        """The plain model where it predicts the run, else the one of the others that leaves least.
+
+        The plain one too where none of the others does.
+        """
+        able = [prediction for prediction in self.others if prediction.predicts]
+        if self.plain.predicts or not able:
             return self.plain
-        return min([self.plain, *self.others], key=lambda prediction: prediction.left)
+        return min(able, key=lambda prediction: prediction.left)
 
     def __str__(self) -> str:
-        if self.chosen is self.plain:
-            return f"chosen: {self.plain}"
-        return f"chosen: {self.chosen}; {self.plain}"
+        if self.chosen.predicts:
+            others = "" if self.chosen is self.plain else f"; {self.plain}"
+            return f"chosen: {self.chosen}{others}"
+        return "chosen: none of the models tried predicts it; take a first bag that shows more"
 
 
 def validated(fitted: Solution, run: MeasuredRun, second: MeasuredRun) -> Validation:

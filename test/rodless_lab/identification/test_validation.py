@@ -21,7 +21,8 @@ from rodless_lab.cli import identify
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.excitation import EXCITATIONS
 from rodless_lab.identification.pressures.chambers import identify_chambers
-from rodless_lab.identification.pressures.validation import PLAIN, validated
+from rodless_lab.identification.pressures.validation import PLAIN, Prediction, Validation, validated
+from rodless_lab.identification.verdict import Check, Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 
 HEAT = {"chambers.thermodynamics": "energy_balance"}
@@ -87,3 +88,21 @@ def test_friction_is_refused(tmp_path: Path, write_bag, capsys: pytest.CaptureFi
     (line,) = capsys.readouterr().err.splitlines()
     assert "--validate: refused for friction" in line
     assert not output.exists()
+
+
+def test_what_does_not_predict_is_not_chosen() -> None:
+    """Not the model that leaves least, but the best of those that predict; or none, and so said."""
+    left_open = prediction("too open", 100.0, explained=900.0, fits=True)
+    wrong = prediction("wrong", 300.0, explained=210.0, fits=False)
+    right = prediction("right", 205.0, explained=210.0, fits=True)
+    assert Validation(wrong, [left_open, right, wrong]).chosen is right
+    none = Validation(wrong, [left_open, wrong])
+    assert none.chosen is wrong
+    assert str(none).startswith("chosen: none of the models tried predicts it")
+    assert Validation(right, []).chosen is right
+
+
+def prediction(name: str, left: float, *, explained: float, fits: bool) -> Prediction:
+    """What a model leaves of a second run whose readings have 200 Pa of noise."""
+    check = Check("scatter", left, explained, "Pa", 0.5 if fits else 1e-9)
+    return Prediction(name, left, explained, 200.0, Verdict((check,)))
