@@ -10,6 +10,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 from matplotlib.figure import Figure
 
@@ -19,7 +20,7 @@ from rodless_lab.identification.friction.causes import with_form
 from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.parameter_writer import Finding
-from rodless_lab.identification.pressures.causes import with_cause
+from rodless_lab.identification.pressures.causes import trials, with_cause
 from rodless_lab.identification.pressures.chambers import (
     chambers_findings,
     identify_chambers,
@@ -69,12 +70,15 @@ def _of_pressures(
     findings: Callable[[PressureFit], list[Finding]],
 ) -> Identify:
     def found(run: MeasuredRun, parameters: RigParameters) -> Identified:
-        fit = with_cause(run, identify(run, parameters))
+        judged = identify(run, parameters)
+        # Cause and validation want the same trials, which take long.
+        try_effects = cache(lambda: trials(run, judged.solution))
+        fit = with_cause(run, judged, try_effects)
         return Identified(
             findings(fit),
             fit.verdict,
             lambda: draw_pressures(run, fit),
-            lambda second: validated(fit.solution, run, second),
+            lambda second: validated(fit.solution, second, try_effects),
         )
 
     return found

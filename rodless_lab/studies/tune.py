@@ -206,19 +206,16 @@ def search(
 def _near_the_present(task: TuningTask) -> Array:
     """Return the first candidates about the values in force, shape (candidates, parameters)."""
     present = present_shares(task)
-    count = task.population * len(present)
     random = np.random.default_rng(task.seed)
-    drawn: Array = np.clip(
-        random.normal(present, task.spread, (max(count, 5), len(present))), 0.0, 1.0
-    )
-    return drawn
+    drawn = random.normal(present, task.spread, (task.generation_size, len(present)))
+    return np.clip(drawn, 0.0, 1.0)
 
 
 def present_shares(task: TuningTask) -> Array:
     """Return where in their ranges the values in force are; the nearer end for those outside."""
     found: list[float] = []
-    for name, one in task.ranges.items():
-        value = task.study.base.controller.number(name)
+    for name, value in task.present().items():
+        one = task.ranges[name]
         inside = min(max(value, one.low), one.high)
         if one.logarithmic:
             found.append(math.log(inside / one.low) / math.log(one.high / one.low))

@@ -89,9 +89,8 @@ def _table(task: TuningTask, found: Tuned, benches: dict[str, Bench]) -> str:
         f"{label.replace('_', ' ')}, {shown(figure).unit}" for label, figure in labels(task).items()
     ]
     lines = [f"| rigs | values | score | {' | '.join(heads)} |", "|---" * (len(heads) + 3) + "|"]
-    present = {name: float(str(value)) for name, value in task.present().items()}
     for rigs, bench in benches.items():
-        for which, values in (("before", present), ("tuned", found.values)):
+        for which, values in (("before", task.present()), ("tuned", found.values)):
             lines.append(_line(task, rigs, which, bench.measured(values)))
     note = (
         f"Figures at the {task.quantile:g} quantile of {len(task.study)} rigs; the score is what "

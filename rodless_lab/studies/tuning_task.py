@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.one_line import in_one_line
-from rodless_base.parameters import Value
 from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
@@ -120,20 +119,24 @@ class TuningTask:
     @property
     def candidates(self) -> int:
         """How many candidates a whole search tries at most."""
-        return (self.generations + 1) * max(5, self.population * len(self.ranges))
+        return (self.generations + 1) * self.generation_size
+
+    @property
+    def generation_size(self) -> int:
+        """How many candidates a generation has; differential evolution wants five."""
+        return max(5, self.population * len(self.ranges))
 
     def outside(self) -> dict[str, float]:
         """Return the values in force that are outside of their ranges."""
-        present = {name: float(str(value)) for name, value in self.present().items()}
         return {
             name: value
-            for name, value in present.items()
+            for name, value in self.present().items()
             if not self.ranges[name].low <= value <= self.ranges[name].high
         }
 
-    def present(self) -> dict[str, Value]:
+    def present(self) -> dict[str, float]:
         """Return the values that the law has before it is tuned."""
-        return {name: self.study.base.controller[name] for name in self.ranges}
+        return {name: self.study.base.controller.number(name) for name in self.ranges}
 
 
 def read_task(given: str | Path) -> TuningTask:

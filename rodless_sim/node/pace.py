@@ -94,8 +94,7 @@ class PaceNews:
         """Name ``time.speed`` and ``time.period`` (s) in what is said."""
         self._speed = speed
         self._period = period
-        self._good = 0
-        self.behind = False
+        self.clear()
 
     def clear(self) -> None:
         """Forget what was heard: a plant that falls behind still is news again."""

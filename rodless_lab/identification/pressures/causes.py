@@ -90,6 +90,11 @@ class Trial:
     p_value: float
 
     @property
+    def title(self) -> str:
+        """The effect with its sizes."""
+        return ", ".join(filter(None, (self.name, self.sizes)))
+
+    @property
     def sizes(self) -> str:
         """What was fitted of the effect, for people."""
         found = self.solution.found
@@ -106,19 +111,21 @@ def trials(run: MeasuredRun, without: Solution) -> list[Trial]:
     return [trial for trial in found if trial is not None]
 
 
-def with_cause(run: MeasuredRun, fit: PressureFit) -> PressureFit:
+def with_cause(
+    run: MeasuredRun, fit: PressureFit, try_effects: Callable[[], list[Trial]]
+) -> PressureFit:
     """Return ``fit``; where it does not fit, its verdict says what the model likely lacks.
 
-    Each of EFFECTS is fitted beside what was. The one that leaves least is named, if the gain
-    passes an F test at FALSE_ALARM, corrected for their number; what is left is correlated, so its
-    degrees of freedom are those of the fit.
+    ``try_effects`` makes the :func:`trials` beside it. The one that leaves least is named, if the
+    gain passes an F test at FALSE_ALARM, corrected for their number; what is left is correlated, so
+    its degrees of freedom are those of the fit.
     """
     if fit.verdict.fits:
         return fit
     worst = min(fit.verdict.checks, key=lambda check: check.p_value)
     if "supply" in worst.name:
         return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
-    tried = trials(run, fit.solution)
+    tried = try_effects()
     significant = [trial for trial in tried if trial.p_value * len(tried) < FALSE_ALARM]
     best = min(significant, key=lambda trial: trial.solution.cost, default=None)
     cause = _noise(run) if best is None else _said(best, run)
@@ -152,9 +159,8 @@ def _tried(effect: Effect, run: MeasuredRun, without: Solution) -> Trial | None:
 
 def _said(trial: Trial, run: MeasuredRun) -> str:
     fit = fit_pressures(run, trial.solution.parameters, trial.solution.unknowns)
-    named = ", ".join(filter(None, (trial.name, trial.sizes)))
     enough = "the model then fits" if fit.verdict.fits else "not by itself"
-    return f"{named}; it leaves {fit.scatter:.3g} Pa, {enough}"
+    return f"{trial.title}; it leaves {fit.scatter:.3g} Pa, {enough}"
 
 
 def _noise(run: MeasuredRun) -> str:

@@ -9,7 +9,7 @@
 """Grey-box fit of valve and chambers: the rig's own equations against measured pressures."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from rodless_lab.identification.estimate import Estimate, covariance, judged, sy
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.problem import Problem, Unknown
 from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_START, spool_start
-from rodless_lab.identification.verdict import Verdict, check_power, power
+from rodless_lab.identification.verdict import Check, Verdict, check_power, power
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
@@ -258,28 +258,39 @@ def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array)
     The fit takes out of each draw what its parameters can follow, as it did of the run.
     """
     generator = np.random.default_rng(SEED)
-    # What a fit makes of residuals; in natural sizes, so that none is taken for nothing.
-    jacobian = jacobian * problem.scale
-    solved = linalg.pinv(jacobian)[:, : problem.readings]
     drawn = problem.draws(values, DRAWS, generator).reshape(DRAWS, -1)
-    explained = (drawn - drawn @ solved.T @ jacobian[: problem.readings].T).reshape(DRAWS, 2, -1)
+    explained = left_of(drawn, problem, jacobian)
     supply = problem.supply_residuals()
     still = generator.standard_normal((DRAWS, len(supply)))
     still -= still.mean(axis=1, keepdims=True)
-    checks = []
+    compared = (
+        ("scatter of the pressures", residuals.reshape(2, -1), explained),
+        ("scatter of the supply", supply, still),
+    )
+    return Verdict(tuple(span_checks(problem, compared)))
+
+
+def left_of(drawn: Array, problem: Problem, jacobian: Array) -> Array:
+    """Return draws, shape (DRAWS, 2 m), less what a fit can follow, shape (DRAWS, 2, m)."""
+    # In natural sizes, so that none is taken for nothing.
+    jacobian = jacobian * problem.scale
+    solved = linalg.pinv(jacobian)[:, : problem.readings]
+    kept: Array = drawn - drawn @ solved.T @ jacobian[: problem.readings].T
+    return kept.reshape(DRAWS, 2, -1)
+
+
+def span_checks(problem: Problem, compared: Sequence[tuple[str, Array, Array]]) -> Iterator[Check]:
+    """Yield, for each of SPANS, what residuals, shape (..., m), show beside their draws."""
+    samples = compared[0][1].shape[-1]
     for span in SPANS:
         length = max(round(span / problem.spacing), 1)
-        if 2 * length > len(supply):
+        if 2 * length > samples:
             continue
         over = f" over {span:g} s" if span else ""
-        for name, found, left in (
-            ("scatter of the pressures", residuals.reshape(2, -1), explained),
-            ("scatter of the supply", supply, still),
-        ):
+        for name, found, left in compared:
             expected = power(left, length).reshape(DRAWS, -1).mean(axis=1)
             mean = float(np.mean(power(found, length)))
-            checks.append(check_power(f"{name}{over}", mean, expected, "Pa", problem.noise))
-    return Verdict(tuple(checks))
+            yield check_power(f"{name}{over}", mean, expected, "Pa", problem.noise)
 
 
 def _correlation(residuals: Array) -> float:

@@ -12,25 +12,25 @@ A model with one more effect always follows the run it was fitted to more closel
 seen tells whether the effect is there (Stone 1974, cross-validation).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import linalg
 
 from rodless_lab.identification.estimate import covariance
-from rodless_lab.identification.pressures.causes import Trial, trials
+from rodless_lab.identification.pressures.causes import Trial
 from rodless_lab.identification.pressures.fit import (
     DRAWS,
     SEED,
-    SPANS,
     Solution,
+    left_of,
     solve,
+    span_checks,
 )
 from rodless_lab.identification.pressures.problem import Problem
 from rodless_lab.identification.pressures.unknowns import SPOOL_START
-from rodless_lab.identification.verdict import Verdict, check_power, power
+from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 
 Array = npt.NDArray[np.float64]
@@ -100,20 +100,19 @@ class Validation:
         return "chosen: none of the models tried predicts it; take a first bag that shows more"
 
 
-def validated(fitted: Solution, run: MeasuredRun, second: MeasuredRun) -> Validation:
-    """Predict ``second`` by what ``run`` told, with and without each effect the model may lack.
+def validated(
+    fitted: Solution, second: MeasuredRun, try_effects: Callable[[], list[Trial]]
+) -> Validation:
+    """Predict ``second`` by what another run told, with and without effects the model may lack.
 
-    Where the model as it is predicts it, no effect is tried: the simplest model is taken.
+    ``try_effects`` fits each of these to the other run. Where the model as it is predicts
+    ``second``, none is tried: the simplest model is taken.
     Fitted on ``second`` are what belongs to a run only: where pressures, temperatures and the
     spool start, and the constant errors of the sensors within their accuracy.
     """
     plain = prediction(PLAIN, fitted, second)
-    tried = [] if plain.predicts else trials(run, fitted)
-    return Validation(plain, [_of_trial(trial, second) for trial in tried])
-
-
-def _of_trial(trial: Trial, second: MeasuredRun) -> Prediction:
-    return prediction(", ".join(filter(None, (trial.name, trial.sizes))), trial.solution, second)
+    tried = [] if plain.predicts else try_effects()
+    return Validation(plain, [prediction(trial.title, trial.solution, second) for trial in tried])
 
 
 def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
@@ -122,17 +121,8 @@ def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
     own = [unknown for unknown in fitted.unknowns if unknown.name == SPOOL_START]
     found = solve(second, fitted.parameters, own, known=told)
     explained = _explained(fitted, found, second)
-    residuals = found.residuals.reshape(2, -1)
-    checks = []
-    for span in SPANS:
-        length = max(round(span / found.problem.spacing), 1)
-        if 2 * length > residuals.shape[1]:
-            continue
-        over = f" over {span:g} s" if span else ""
-        expected = power(explained, length).mean(axis=1)
-        mean = float(np.mean(power(residuals, length)))
-        title = f"scatter of the pressures{over}"
-        checks.append(check_power(title, mean, expected, "Pa", found.problem.noise))
+    compared = [("scatter of the pressures", found.residuals.reshape(2, -1), explained)]
+    checks = list(span_checks(found.problem, compared))
     left, expected_left = checks[0].found, checks[0].expected
     return Prediction(name, left, expected_left, found.problem.noise, Verdict(tuple(checks)))
 
@@ -143,13 +133,9 @@ def _explained(fitted: Solution, found: Solution, second: MeasuredRun) -> Array:
     The run's own values take out of each draw what they can follow.
     """
     generator = np.random.default_rng(SEED)
-    readings = found.problem.readings
-    jacobian = found.jacobian * found.problem.scale
-    solved = linalg.pinv(jacobian)[:, :readings]
     drawn = found.problem.draws(found.values, DRAWS, generator).reshape(DRAWS, -1)
     drawn = drawn + _of_sizes(fitted, found, second, generator)
-    kept = drawn - drawn @ solved.T @ jacobian[:readings].T
-    return np.asarray(kept.reshape(DRAWS, 2, -1))
+    return left_of(drawn, found.problem, found.jacobian)
 
 
 def _of_sizes(
@@ -158,16 +144,14 @@ def _of_sizes(
     """What the errors of the sizes that the first run told do to the second, (DRAWS, 2 m)."""
     places = [k for k, unknown in enumerate(fitted.unknowns) if unknown.name != SPOOL_START]
     told = [fitted.unknowns[place] for place in places]
-    own = len(found.unknowns)
     problem = Problem(second, fitted.parameters, [*told, *found.unknowns])
-    sizes = fitted.values[places]
-    values = np.concatenate([sizes, found.values[:own], found.values[own:]])
+    values = np.concatenate([fitted.values[places], found.values])
     readings = problem.readings
     before = problem.residuals(values)[:readings]
     columns = []
     for place in range(len(told)):
         beside = values.copy()
-        step = max(STEP * problem.scale[place], problem.blur[place] * problem.scale[place])
+        step = max(STEP, problem.blur[place]) * problem.scale[place]
         beside[place] += step
         columns.append((problem.residuals(beside)[:readings] - before) / step)
     # Of the sensors' noise alone: what a wrong model leaves of the first run explains nothing.

@@ -11,6 +11,7 @@
 The rigs are simulated: which effect they have is known, and nobody tells the identification.
 """
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from quiet_stop import Quiet
 from rodless_lab.cli import identify
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.excitation import EXCITATIONS
+from rodless_lab.identification.pressures.causes import trials
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.validation import PLAIN, Prediction, Validation, validated
 from rodless_lab.identification.verdict import Check, Verdict
@@ -45,7 +47,8 @@ def test_a_right_model_predicts_a_second_run(seed: int) -> None:
     200 Pa are what the rig's pressure sensors were given.
     """
     first, second = two_runs({}, seed)
-    found = validated(identify_chambers(first, KNOWN).solution, first, second)
+    fitted = identify_chambers(first, KNOWN).solution
+    found = validated(fitted, second, partial(trials, first, fitted))
     assert found.chosen is found.plain
     assert found.chosen.predicts
     assert found.chosen.left == pytest.approx(200.0, rel=0.05)
@@ -60,7 +63,8 @@ def test_a_right_model_predicts_a_second_run(seed: int) -> None:
 def test_the_effect_that_the_rig_has_predicts_best(values: dict[str, object], effect: str) -> None:
     """Of a rig with one effect: that one is chosen and predicts, the model without does not."""
     first, second = two_runs(values, 1)
-    found = validated(identify_chambers(first, KNOWN).solution, first, second)
+    fitted = identify_chambers(first, KNOWN).solution
+    found = validated(fitted, second, partial(trials, first, fitted))
     assert not found.plain.predicts
     assert found.chosen.name.startswith(effect)
     assert found.chosen.predicts

@@ -8,6 +8,7 @@
 """Rigs with something that the model leaves out: the verdict says so, and what it likely is."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from quiet_stop import Quiet
 
 from rodless_lab.cli import identify
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run, round_trip
-from rodless_lab.identification.pressures.causes import with_cause
+from rodless_lab.identification.pressures.causes import trials, with_cause
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.runs.measured_run import MeasuredRun
@@ -59,7 +60,8 @@ def test_an_effect_left_out_is_not_silent(subject: str, effect: str, seed: int) 
 
 def blamed(run: MeasuredRun) -> PressureFit:
     """The chambers of the run, and what their verdict blames."""
-    return with_cause(run, identify_chambers(run, KNOWN))
+    fit = identify_chambers(run, KNOWN)
+    return with_cause(run, fit, partial(trials, run, fit.solution))
 
 
 @pytest.mark.parametrize(
