@@ -16,6 +16,7 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
+from rodless_lab.cli.notes import print_notes
 from rodless_lab.cli.number import number
 from rodless_lab.figures.animation import Film, write_animation
 from rodless_lab.reports.preset_step import preset_step
@@ -57,6 +58,7 @@ def _animate(options: argparse.Namespace) -> None:
     film = _film(options, run)
     # A bag says nothing of the cylinder: it is drawn as long as ours, or as far as the run goes.
     stroke = max(RigParameters().number("cylinder.stroke"), float(run.position.max()))
+    print_notes(run)
     frames = write_animation(options.output, run, setpoint, stroke, film)
     print(f"{options.output}: {frames} frames, {options.output.stat().st_size / 1e3:.0f} kB")
 

@@ -9,7 +9,6 @@
 """`rodless compare`: overlay two runs and report their differences as the paper does."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
+from rodless_lab.cli.notes import print_notes
 from rodless_lab.reports.differences import IN_PLACE, Pair, differences_table, write_differences
 from rodless_lab.runs.comparison import aligned, common_time, differences
 from rodless_lab.runs.from_bag import read_run_and_setpoint
@@ -82,6 +82,5 @@ def _report(options: argparse.Namespace, runs: Pair) -> None:
     }
     replaced = write_differences(options.output / "compare", names, runs, time, numbers)
     print(differences_table(names, found))
-    for doubt in dict.fromkeys(run.doubt for run in runs if run.doubt):
-        print(doubt, file=sys.stderr)
+    print_notes(*runs)
     print(f"compare.json and compare.png are in {options.output}{IN_PLACE if replaced else ''}")

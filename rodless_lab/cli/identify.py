@@ -16,6 +16,7 @@ from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
+from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
 from rodless_lab.identification.subjects import (
@@ -66,8 +67,7 @@ def _identify(options: argparse.Namespace) -> int:
         atomic_write(options.output, text)
     if informed or not verdict.fits:
         atomic_write(picture, png(found.draw))
-    if run.doubt:
-        print(run.doubt, file=sys.stderr)
+    print_notes(run) if second is None else print_notes(run, second)
     print(findings_table(found.findings))
     if not informed:
         print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)

@@ -18,6 +18,7 @@ from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import errors_of_file
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
+from rodless_lab.cli.notes import print_notes
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
@@ -71,6 +72,7 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     numbers = {name: asdict(value) for name, value in found.items()}
     replaced = write_differences(options.output / "replay", names, runs, time, numbers)
     print(differences_table(names, found))
+    print_notes(recorded)
     _print_commands(options.bag, options.namespace, recorded.period)
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")

@@ -23,6 +23,7 @@ from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.commands import Commands, SampleTimes, held_from
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
+from rodless_lab.runs.missing_samples import missing_samples
 
 Array = npt.NDArray[np.float64]
 
@@ -56,7 +57,8 @@ def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
     RunError
         Names topic and place, for a bag that is missing, damaged or empty, lacks a topic, holds
         values that are not finite, or time going backwards. Where commands cannot be dated to a
-        sample, ``doubt`` of the run says why, and the run cannot be replayed.
+        sample, ``doubt`` of the run says why, and the run cannot be replayed; where samples were
+        lost, ``missing`` says which.
 
     Examples
     --------
@@ -96,12 +98,24 @@ def run_in(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
     sent = SampleTimes(joint, time)
     voltage, doubt = _voltage(bag, namespace, sent)
-    run = replace(_on_one_base((time, position), pressures, voltage), doubt=doubt)
+    missing = _missing(bag, namespace)
+    run = replace(_on_one_base((time, position), pressures, voltage), doubt=doubt, missing=missing)
     setpoint = None
     if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
         when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), sent)
         setpoint = Setpoint(when - run.time[0], wanted)
     return replace(run, time=run.time - run.time[0]), setpoint
+
+
+def _missing(bag: Bag, namespace: str) -> str:
+    """Say which samples were lost on the way into the bag, if any, and how to lose none."""
+    topics = (JOINT_STATES, *PRESSURES.values(), VALVE_STATE)
+    recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
+    lost = missing_samples({found.topic.name: found.stamp for found in recorded})
+    return lost and (
+        f"{bag.path}: {lost}; a replay departs where the valve's were lost: record with "
+        "`rodless record`, or as docs/bags.md says"
+    )
 
 
 def read_commands(path: str | Path, namespace: str = "") -> Commands:

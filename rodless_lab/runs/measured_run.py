@@ -40,8 +40,8 @@ class MeasuredRun(Columns):
     """Arrays of one shape (n,) on one evenly spaced time base; pressures are absolute.
 
     ``voltage[k]`` is held from sample k to sample k+1; ``doubt`` says why that is not known sample
-    by sample, if so. Saved and made a data frame by
-    :class:`~rodless_base.columns.Columns`.
+    by sample, if so, and ``missing`` which samples the recording lacks, whose values are those of
+    their neighbours. Saved and made a data frame by :class:`~rodless_base.columns.Columns`.
 
     Examples
     --------
@@ -61,6 +61,7 @@ class MeasuredRun(Columns):
     supply_pressure: Annotated[Array, "Pa"]
     voltage: Annotated[Array, "V"]
     doubt: str = ""
+    missing: str = ""
 
     def __post_init__(self) -> None:
         """Raise :class:`RunError` for a run too short, not finite, or with time going backwards.
@@ -87,6 +88,11 @@ class MeasuredRun(Columns):
     def period(self) -> float:
         """Time between samples in s."""
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the recording before its numbers are trusted: one line each."""
+        return tuple(note for note in (self.doubt, self.missing) if note)
 
     def check_absolute(self) -> None:
         """Raise :class:`RunError` where pressures look like gauge readings."""

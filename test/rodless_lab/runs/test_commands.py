@@ -9,6 +9,7 @@
 """Commands carry no stamp: which sample each answers, and when the valve followed, from a bag."""
 
 import json
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,11 +64,14 @@ def write(
     answers: tuple[Array, Array],
     held: bool = False,
     late: Array | None = None,
+    lost: Mapping[str, Collection[int]] | None = None,
 ) -> Path:
     """Write a bag whose samples were sent at ``sent`` (s), and commands ``answers`` (s, V).
 
-    ``held`` adds what the valve held. The recorder logs each sample ``late`` (s) after its sending.
+    ``held`` adds what the valve held. The recorder logs each sample ``late`` (s) after its sending,
+    and loses the samples ``lost`` of a topic.
     """
+    lost = lost or {}
     topics = {"/joint_states": "JointState", **dict.fromkeys(rig_bag.PRESSURES, "FluidPressure")}
     logged = sent + (0.0 if late is None else late)
     with BagWriter(path) as writer:
@@ -79,8 +83,10 @@ def write(
         for k, (stamp, log, publish) in enumerate(zip(run.time, logged, sent, strict=True)):
             times = round(log * 1e9), round(publish * 1e9)
             for topic in topics:
-                writer.write(topic, rig_bag.payload(topic, stamp, float(values[topic][k])), *times)
-            if held:
+                if k not in lost.get(topic, ()):
+                    value = float(values[topic][k])
+                    writer.write(topic, rig_bag.payload(topic, stamp, value), *times)
+            if held and k not in lost.get("/valve/state", ()):
                 volts = run.voltage[k - 1] if k else CLOSED_VOLTAGE
                 writer.write("/valve/state", valve_state(stamp, float(volts)), *times)
         for when, volts in zip(*answers, strict=True):
@@ -265,6 +271,29 @@ def test_the_command_says_how_the_commands_came(
     assert (
         "1501 commands, 1500 held from the sample that they answer on\n" in capsys.readouterr().out
     )
+
+
+@pytest.mark.slow
+def test_samples_that_the_recorder_lost_are_counted(
+    tmp_path: Path, step: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ten of the valve's and one position are missing: each command that reads the bag says so."""
+    lost = {"/joint_states": {700}, "/valve/state": {120, *range(130, 139)}}
+    answers = step.time, step.voltage
+    bag = write(tmp_path / "bag", step, step.time, answers, held=True, lost=lost)
+    line = (
+        f"{bag}: samples are missing, from 0.119 s on: 1 of 1501 of /joint_states, 10 of 1501 of "
+        "/valve/state; a replay departs where the valve's were lost: record with"
+    )
+    for command, first in ((replay_command, []), (compare, ["paper"]), (compare, [str(bag)])):
+        output = ["--output", str(tmp_path / "out")]
+        assert command.main([*first, str(bag), *output], Quiet()) == 0
+        error = capsys.readouterr().err
+        assert error.startswith(line)
+        assert error.count("\n") == 1
+    whole = write(tmp_path / "whole", step, step.time, answers, held=True)
+    assert read_run(whole).notes == ()
+    assert departure(bag) > 2.0 * departure(whole)
 
 
 def test_a_run_begins_where_the_valve_is_known(tmp_path: Path, step: MeasuredRun) -> None:
