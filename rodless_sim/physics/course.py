@@ -14,12 +14,13 @@ at their own instants, and the rates' change with time,
     (d I − J) u_i = … + γ_i h ∂f/∂t                   stages 2 and 3 at t + α h
 
 so that the method keeps its order. Where the spool passes the closed position, its edges exchange
-their parts: a step ends there.
+their parts, and at either end of its stroke the openings change no more: a step ends there.
 """
 
 import math
 from typing import Any
 
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
 from rodless_sim.physics import equations, integrator
 from rodless_sim.physics.cylinder import PressureRate
@@ -45,7 +46,14 @@ from rodless_sim.physics.integrator import (
 from rodless_sim.physics.lands import AnyCourse, Course, Lands, Timed
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.spool import AnySpool, Spool, calmed, sent, spool_voltage, swung
+from rodless_sim.physics.spool import (
+    AnySpool,
+    Spool,
+    calmed,
+    sent,
+    spool_voltage,
+    swung,
+)
 from rodless_sim.physics.state import AnyMotion, moved
 
 # Of ROS3: the instant of the later stages, and the weights of ∂f/∂t.
@@ -71,16 +79,15 @@ def beyond(plant: Plant, forward: bool) -> float:
 
 
 @outlined_kernel
-def passing_time(plant: Plant, spool: Spool, latest: float, there: float) -> float:
-    """Return when (s) the spool passes the closed position, which it has at ``latest``.
+def passing_time(plant: Plant, spool: Spool, position: float, latest: float, there: float) -> float:
+    """Return when (s) the spool passes ``position`` (V), which it has at ``latest``.
 
     It is at ``there`` (V) then.
     """
-    closed = plant.valve.closed_voltage
-    bracket = Bracket(0.0, spool.place - closed, latest, there - closed)
+    bracket = Bracket(0.0, spool.place - position, latest, there - position)
     for _ in range(MOST_TRIALS):
         time = guess(bracket)
-        value = swung(plant.drive, spool, time).place - closed
+        value = swung(plant.drive, spool, time).place - position
         bracket = narrowed(bracket, time, value)
         if abs(value) < CLOSE or bracket.before == bracket.after:
             break
@@ -111,7 +118,7 @@ def course_from(plant: Plant, spool: Spool) -> Course:
         there = swung(drive, spool, horizon).place
         passes = (there >= closed) != forward
         if passes and abs(spool.place - closed) > CLOSE:
-            horizon = passing_time(plant, spool, horizon, there)
+            horizon = passing_time(plant, spool, closed, horizon, there)
         elif passes:
             passes = False
             upward = spool.speed > 0.0 or (spool.speed == 0.0 and spool.target > closed)
@@ -119,6 +126,10 @@ def course_from(plant: Plant, spool: Spool) -> Course:
                 horizon = staying_time(plant, spool, horizon)
             else:
                 spool = Spool(spool.target, beyond(plant, not forward), spool.speed)
+        end = MAXIMUM_VOLTAGE if forward else MINIMUM_VOLTAGE
+        there = swung(drive, spool, horizon).place
+        if abs(spool.place - end) > CLOSE and (spool.place > end) != (there > end):
+            horizon, passes = passing_time(plant, spool, end, horizon, there), False
     return Course(spool, openings(plant, spool_voltage(spool)), horizon, passes)
 
 
@@ -256,6 +267,12 @@ def _staged(
     return staged_on_the_way(plant, course, state, direction, matrix, first, step)
 
 
+@kernel
+def moved_by(spool: Spool, distance: float) -> Spool:
+    """Return the spool somewhere else (V)."""
+    return Spool(spool.target, spool.place + distance, spool.speed)
+
+
 @outlined_kernel
 def staged_on_the_way(
     plant: Plant,
@@ -273,9 +290,12 @@ def staged_on_the_way(
     spool = course.spool
     # Away from closed, where the curves have a kink.
     near = NEAR if course.lands.forward else -NEAR
+    # A spool that comes back from the end of its stroke is about to leave it.
+    if near * spool.speed < 0.0 and spool_voltage(moved_by(spool, near)) != spool.place + near:
+        near = -near
     change, weight = moved(first, first, -1.0), 0.0
     if spool.speed != 0.0:
-        there = openings(plant, spool_voltage(Spool(spool.target, spool.place + near, 0.0)))
+        there = openings(plant, spool_voltage(moved_by(spool, near)))
         change = moved(rates(plant, there, state, direction), first, -1.0)
         weight = step * spool.speed / near
     lands = openings(plant, spool_voltage(swung(plant.drive, spool, ALPHA * step)))

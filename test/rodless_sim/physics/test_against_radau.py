@@ -464,6 +464,14 @@ CASES |= {
         TO_AND_FRO,
         {**SPOOL, "valve.natural_frequency": 60.0, "valve.damping": 0.1},
     ),
+    "a spool that strikes the ends of its stroke": Case(
+        "reconciled",
+        "saturating",
+        621325.0,
+        0.1,
+        (*((10.0, 0.003), (0.0, 0.003)) * 6, (10.0, 0.1)),
+        {**SPOOL, "valve.natural_frequency": 200.0, "valve.damping": 0.5},
+    ),
     "a slow spool, heated": Case(
         "reconciled",
         "stribeck",
