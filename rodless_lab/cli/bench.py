@@ -18,7 +18,10 @@ from pathlib import Path
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
 
-DESCRIPTION = "Measure the rig beside other solvers, with errors, and what the nodes cost."
+DESCRIPTION = (
+    "Measure the rig beside other solvers, with errors, how many rigs run at once, and what the "
+    "nodes cost."
+)
 
 
 class _InterruptedError(Exception):
@@ -37,7 +40,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         default=Path("results/bench/metrics.json"),
         help="all numbers (default: %(default)s); tables and picture go beside it",
     )
-    parser.add_argument("--only", choices=("solvers", "nodes"), help="leave the other out")
+    parser.add_argument("--only", choices=tuple(PARTS), help="leave the others out")
     options = parser.parse_args(arguments)
     if options.only != "solvers" and importlib.util.find_spec("psutil") is None:
         print("rodless bench needs psutil: pip install 'rodless_sim[bench]'", file=sys.stderr)
@@ -52,10 +55,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     figures: dict[str, float] = {}
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        if options.only != "nodes":
-            figures |= _solvers(output.parent, check)
-        if options.only != "solvers":
-            figures |= _nodes(check)
+        for name, part in PARTS.items():
+            if options.only in (None, name):
+                figures |= part(output.parent, check)
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
@@ -81,13 +83,26 @@ def _solvers(folder: Path, check: Callable[[], None]) -> dict[str, float]:
     return found.figures()
 
 
-def _nodes(check: Callable[[], None]) -> dict[str, float]:
+def _ensembles(_folder: Path, check: Callable[[], None]) -> dict[str, float]:
+    from rodless_lab.benchmark.ensembles import bench_ensembles  # noqa: PLC0415
+
+    return _shown(bench_ensembles(check))
+
+
+def _nodes(_folder: Path, check: Callable[[], None]) -> dict[str, float]:
     from rodless_lab.benchmark.ros.nodes import bench_lockstep, bench_realtime  # noqa: PLC0415
 
     figures: dict[str, float] = {}
     for rate in (100.0, 500.0, 1000.0):
         figures |= bench_realtime(rate, check)
-    figures |= bench_lockstep(check)
+    return _shown(figures | bench_lockstep(check))
+
+
+def _shown(figures: dict[str, float]) -> dict[str, float]:
+    """Print figures, and return them."""
     for name, value in figures.items():
         print(f"{name:66} {value:10.4g}")
     return figures
+
+
+PARTS = {"solvers": _solvers, "ensembles": _ensembles, "nodes": _nodes}
