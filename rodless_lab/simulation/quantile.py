@@ -20,4 +20,4 @@ def quantile(values: npt.ArrayLike, share: float) -> float:
     """
     found = np.asarray(values, dtype=np.float64)
     there = np.where(np.isnan(found), np.inf, found)
-    return float(np.quantile(there, share, method="higher"))
+    return float(np.quantile(there, share, method="inverted_cdf"))

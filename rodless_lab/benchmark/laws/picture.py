@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from rodless_lab.benchmark.laws.contest import Score
 from rodless_lab.figures.style import panels
@@ -22,6 +23,7 @@ LONGEST = 2.0  # s
 LARGEST = 3.0  # mm
 
 MARKERS = "os^vDPX*"
+BEYOND = "$\\uparrow$"
 
 
 def side_by_side(scores: Sequence[Score]) -> Figure:
@@ -32,7 +34,13 @@ def side_by_side(scores: Sequence[Score]) -> Figure:
     _panel(sines, [one for one in scores if one.task.cycles], "peak_error", 1e3, LARGEST)
     sines.set_ylabel("peak error / mm")
     handles, names = moves.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3)
+    arrow = Line2D([], [], marker=BEYOND, color="0.3", linestyle="none", markersize=5)
+    figure.legend(
+        [*handles, arrow],
+        [*names, "worst rig beyond the picture, or never settled"],
+        loc="outside lower center",
+        ncols=3,
+    )
     return figure
 
 
@@ -41,9 +49,8 @@ def _panel(axes: Axes, scores: Sequence[Score], figure: str, scale: float, large
     laws = list(dict.fromkeys(one.entry.name for one in scores))
     for place, law in enumerate(laws):
         own = [one for one in scores if one.entry.name == law]
-        middle, high, worst = np.minimum(
-            np.array([one.quantiles(figure, scale) for one in own]).T, largest
-        )
+        found = np.array([one.quantiles(figure, scale) for one in own]).T
+        middle, high, worst = np.minimum(found, largest)
         x = np.array([tasks.index(one.task.name) for one in own]) + 0.8 * (
             (place + 0.5) / len(laws) - 0.5
         )
@@ -51,6 +58,9 @@ def _panel(axes: Axes, scores: Sequence[Score], figure: str, scale: float, large
         axes.vlines(x, middle, worst, colors=colour, linewidth=0.8)
         axes.plot(x, high, "_", color=colour, markersize=5)
         axes.plot(x, middle, MARKERS[place % len(MARKERS)], color=colour, markersize=4, label=law)
+        beyond = x[found[-1] > largest]
+        level = np.full(len(beyond), 1.03 * largest)
+        axes.plot(beyond, level, linestyle="none", marker=BEYOND, color=colour, markersize=5)
     axes.set_xticks(range(len(tasks)), [task.replace(", ", ",\n") for task in tasks])
     axes.tick_params(axis="x", labelsize=6, labelrotation=30)
-    axes.set_ylim(0.0, 1.05 * largest)
+    axes.set_ylim(0.0, 1.06 * largest)
