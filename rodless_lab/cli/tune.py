@@ -48,14 +48,16 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
             "the search begins at the nearer end",
             file=sys.stderr,
         )
-    progress = Progress()
-
-    def show(count: int, best: float) -> None:
-        progress.show(f"{count} of {task.candidates} candidates, best score {best:.4g}")
-
-    found = search(task, folder, show, lambda: stop.requested)
+    found = search(task, folder, Progress().show, lambda: stop.requested)
     print(write_tuned(folder, task, found))
-    print(f"written to {folder / PARAMETERS}; the controller takes it with --params-file")
+    print(
+        f"written to {folder / PARAMETERS}; for `rodless rig --parameters`, or the controller's "
+        "--params-file"
+    )
+    if found.complete and len(found.candidates) < task.candidates:
+        print(
+            f"the search has converged: the last of {len(found.candidates)} candidates score alike"
+        )
     if not found.complete:
         print("interrupted: the best so far; the same command goes on", file=sys.stderr)
         return 1

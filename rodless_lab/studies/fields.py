@@ -9,6 +9,7 @@
 """The fields of a study's file: each of its type, and none that is unknown."""
 
 import difflib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,15 +28,20 @@ class Fields:
     _taken: set[str] = field(default_factory=set)
 
     @classmethod
-    def of_file(cls, path: Path) -> "Fields":
-        """Read a YAML file; raises StudyError."""
+    def of_file(cls, path: Path, names: Sequence[str]) -> "Fields":
+        """Read a YAML file whose fields are among ``names``; raises StudyError.
+
+        One that is misspelt is named first, before what its absence leads to.
+        """
         try:
             document = read_yaml(path, "a study")
         except OSError as error:
             raise StudyError(f"{path}: cannot be read: {error.strerror}") from error
         except ValueError as error:
             raise StudyError(f"{path}: {error}") from error
-        return cls.of(str(path), document)
+        fields = cls.of(str(path), document)
+        fields._refuse_others(names)
+        return fields
 
     @classmethod
     def of(cls, where: str, value: object) -> "Fields":
@@ -91,9 +97,11 @@ class Fields:
 
     def end(self) -> None:
         """Raise StudyError for a field that nobody has taken."""
+        self._refuse_others(sorted(self._taken))
+
+    def _refuse_others(self, names: Sequence[str]) -> None:
         for name in self.values:
-            if name not in self._taken:
-                near = difflib.get_close_matches(name, self._taken, n=1)
+            if name not in names:
+                near = difflib.get_close_matches(name, names, n=1)
                 hint = f"; did you mean {near[0]}?" if near else ""
-                known = ", ".join(sorted(self._taken))
-                raise self.error(name, f"no such field{hint}, there are {known}")
+                raise self.error(name, f"no such field{hint}, there are {', '.join(names)}")

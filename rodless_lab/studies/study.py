@@ -43,6 +43,9 @@ DESIGNS = (GRID, *METHODS, SALTELLI)
 
 TRACES = tuple(quantity.name for quantity in (*quantities(State), *quantities(ClosedLoopTrace)))
 
+# What the file of a study may hold.
+FIELDS = ("base", "sensors", "set", "vary", "design", "run", "traces")
+
 
 @dataclass(frozen=True)
 class Row:
@@ -129,10 +132,7 @@ def read_study(given: str | Path) -> Study:
         In one line with file, key, value and the way out; nothing has run then.
     """
     path = find_file("studies", given)
-    fields = Fields.of_file(path)
-    study = study_of(fields, path)
-    fields.end()
-    return study
+    return study_of(Fields.of_file(path, FIELDS), path)
 
 
 def study_of(fields: Fields, path: Path) -> Study:

@@ -12,6 +12,10 @@ Storn and Price, Journal of Global Optimization 11, 1997, as scipy's ``different
 Each candidate is kept in a journal as soon as its score is known. The search is the same for the
 same seed, so that one that goes on after an interruption asks for the same candidates again, finds
 them there, and ends where one that was never interrupted does.
+
+The best of many candidates are the best partly by luck with the rigs of the task. So a task may let
+``finalists`` meet once more on rigs that the search has not seen: the one that scores best there is
+taken.
 """
 
 import json
@@ -42,6 +46,7 @@ Array = npt.NDArray[np.float64]
 IMPOSSIBLE = 1e9
 
 JOURNAL = "candidates.jsonl"
+FINALS = "finalists.jsonl"
 TASK = "task.json"
 
 
@@ -60,6 +65,7 @@ class Tuned(NamedTuple):
     best: Candidate
     candidates: list[Candidate]  # all that were tried, in order
     complete: bool
+    final_score: float | None = None  # of the best among the finalists, on the rigs of the finals
 
 
 class _StoppedError(Exception):
@@ -123,6 +129,8 @@ class Journal:
             tuple(shares): Candidate(tuple(shares), score, figures)
             for shares, score, figures in known_lines(self._path)
         }
+        self._finals = folder / FINALS
+        self.finals = {tuple(shares): score for shares, score in known_lines(self._finals)}
 
     def close(self) -> None:
         """Let others have the folder."""
@@ -132,6 +140,11 @@ class Journal:
         """Keep a candidate."""
         add_line(self._path, one)
         self.known[one.shares] = one
+
+    def add_final(self, one: Candidate, score: float) -> None:
+        """Keep how a finalist scores on the rigs of the finals."""
+        add_line(self._finals, (one.shares, score))
+        self.finals[one.shares] = score
 
 
 def task_text(task: TuningTask) -> str:
@@ -147,7 +160,9 @@ def task_text(task: TuningTask) -> str:
                 name: [one.low, one.high, one.logarithmic] for name, one in task.ranges.items()
             },
             "score": [task.quantile, task.mean_beyond],
-            "search": [task.generations, task.population, task.seed, task.spread],
+            "search": [
+                *(task.generations, task.population, task.seed, task.spread, task.finalists)
+            ],
         },
         indent=1,
     )
@@ -156,13 +171,13 @@ def task_text(task: TuningTask) -> str:
 def search(
     task: TuningTask,
     folder: Path,
-    progress: Callable[[int, float], None] = lambda _count, _best: None,
+    progress: Callable[[str], None] = lambda _text: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Tuned:
     """Look for the values that score best; go on with what ``folder`` knows already.
 
-    The values in force come first, so that the result is never worse. ``progress`` is told how many
-    candidates are known and the best score. Raises StudyError and OSError as :class:`Journal`.
+    The values in force come first and are among the finalists, so that the result is never worse.
+    ``progress`` is told how far the search is. Raises StudyError and OSError as :class:`Journal`.
     """
     bench, journal = Bench(task), Journal(folder, task)
     asked: dict[tuple[float, ...], Candidate] = {}
@@ -174,10 +189,12 @@ def search(
         if key not in journal.known:
             journal.add(bench.candidate(shares))
         asked[key] = journal.known[key]
-        progress(len(asked), min(one.score for one in asked.values()))
+        best = min(one.score for one in asked.values())
+        progress(f"{len(asked)} of {task.candidates} candidates, best score {best:.4g}")
         return asked[key].score
 
     complete = True
+    final: tuple[Candidate, float] | None = None
     try:
         differential_evolution(
             score,
@@ -191,6 +208,8 @@ def search(
             updating="immediate",
             tol=1e-3,
         )
+        if task.finalists:
+            final = _final(task, journal, list(asked.values()), progress, stopped)
     except _StoppedError:
         complete = False
         if not asked:
@@ -199,8 +218,36 @@ def search(
             ) from None
     finally:
         journal.close()
-    best = min(asked.values(), key=lambda one: one.score)
-    return Tuned(task.values(np.array(best.shares)), best, list(asked.values()), complete)
+    tried = list(asked.values())
+    best, final_score = final or (min(tried, key=lambda one: one.score), None)
+    return Tuned(task.values(np.array(best.shares)), best, tried, complete, final_score)
+
+
+def _final(
+    task: TuningTask,
+    journal: Journal,
+    tried: Sequence[Candidate],
+    progress: Callable[[str], None],
+    stopped: Callable[[], bool],
+) -> tuple[Candidate, float]:
+    """Return the finalist that scores best on other rigs, and its score there."""
+    benches = [Bench(one) for one in task.finals()]
+    in_force, *others = tried
+    finalists = [in_force, *sorted(others, key=lambda one: one.score)[: task.finalists - 1]]
+    scores: list[float] = []
+    for one in finalists:
+        if stopped():
+            raise _StoppedError
+        if one.shares not in journal.finals:
+            found = [bench.candidate(np.array(one.shares)).score for bench in benches]
+            journal.add_final(one, float(np.mean(found)))
+        scores.append(journal.finals[one.shares])
+        progress(
+            f"{len(scores)} of {len(finalists)} finalists on other rigs, best score "
+            f"{min(scores):.4g}"
+        )
+    best = int(np.argmin(scores))
+    return finalists[best], scores[best]
 
 
 def _near_the_present(task: TuningTask) -> Array:

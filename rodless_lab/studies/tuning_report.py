@@ -35,7 +35,9 @@ def write_tuned(folder: Path, task: TuningTask, found: Tuned) -> str:
     atomic_write(folder / PARAMETERS, parameter_text(task, found))
     table = _table(task, found, {"tuned on": Bench(task), "others": Bench(task.other_rigs())})
     pictures = ""
-    if len(labels(task)) > 1:
+    if len(labels(task)) > 1 and not len(_points(task, found)):
+        pictures = "\nNo candidate has both of the first two figures: there is no picture.\n"
+    elif len(labels(task)) > 1:
         write_figure(folder, "trade_off", lambda: draw_trade_off(task, found))
         pictures = "\n![Trade-off between two figures](trade_off.png)\n"
     values = _values_table(task, found)
@@ -55,13 +57,22 @@ def parameter_text(task: TuningTask, found: Tuned) -> str:
     rigs = len(task.study)
     lines = [
         f"# Tuned by `rodless tune {task.name}`: the law {law} over {rigs} rigs, by {figures}",
-        f"# {_scored(task)}: score {found.best.score:.6g}.",
+        f"# {_scored(task)}: score {found.best.score:.6g}{_of_finals(task, found)}.",
         "/**/controller:",
         "  ros__parameters:",
         f"    controller.law: {law}",
         *(f"    {name}: {_real(value)}" for name, value in found.values.items()),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _of_finals(task: TuningTask, found: Tuned) -> str:
+    if found.final_score is None:
+        return ""
+    count = len(task.finals()) * len(task.study)
+    return (
+        f"; of {task.finalists} finalists the best on {count} other rigs: {found.final_score:.6g}"
+    )
 
 
 def _scored(task: TuningTask) -> str:
@@ -111,21 +122,13 @@ def _line(task: TuningTask, rigs: str, which: str, measured: Sequence[Ensemble])
 def draw_trade_off(task: TuningTask, found: Tuned) -> Figure:
     """Draw all candidates by the first two figures of the score, and those no other one beats."""
     (first, of_first), (second, of_second), *_ = labels(task).items()
-    scales = shown(of_first).scale, shown(of_second).scale
-
-    def point(one: Candidate) -> tuple[float, float]:
-        values = (one.figures.get(label, np.inf) for label in (first, second))
-        x, y = (value * scale for value, scale in zip(values, scales, strict=True))
-        return x, y
-
-    points = [point(one) for one in found.candidates if one.score < IMPOSSIBLE]
-    there = np.array([point for point in points if np.isfinite(point).all()]).reshape(-1, 2)
+    there = _points(task, found)
     figure, (panel,) = panels()
     panel.plot(there[:, 0], there[:, 1], ".", color="0.7", label="tried")
     edge = front(there)
     panel.plot(edge[:, 0], edge[:, 1], ".-", label="no other is better in both")
-    chosen = point(found.best)
-    panel.plot(chosen[0], chosen[1], "o", color="tab:red", label="best score")
+    chosen = _point(task, found.best)
+    panel.plot(chosen[0], chosen[1], "o", color="tab:red", label="taken")
     quantile = f"at the {task.quantile:g} quantile"
     for name, scale in ((first, panel.set_xscale), (second, panel.set_yscale)):
         if len(there) and (there[:, 0 if name == first else 1] > 0.0).all():
@@ -136,6 +139,18 @@ def draw_trade_off(task: TuningTask, found: Tuned) -> Figure:
     ]
     label(panel, names[0], names[1])
     return figure
+
+
+def _points(task: TuningTask, found: Tuned) -> np.ndarray:
+    """Return the first two figures of all candidates that have both, as shown, shape (n, 2)."""
+    points = [_point(task, one) for one in found.candidates if one.score < IMPOSSIBLE]
+    return np.array([one for one in points if np.isfinite(one).all()]).reshape(-1, 2)
+
+
+def _point(task: TuningTask, one: Candidate) -> tuple[float, float]:
+    (first, of_first), (second, of_second), *_ = labels(task).items()
+    x, y = (one.figures.get(label, np.inf) for label in (first, second))
+    return x * shown(of_first).scale, y * shown(of_second).scale
 
 
 def front(points: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file
-from rodless_lab.studies.study import Study, read_dimension, study_of
+from rodless_lab.studies.study import FIELDS, Study, read_dimension, study_of
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +34,9 @@ COMMON = ("base", "sensors", "design")
 
 # What a rig costs that a figure has no number for: it never settled, or its run failed.
 NEVER = 10.0
+
+# On how many draws of as many rigs the finalists of a search meet.
+FINAL_DRAWS = 3
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,8 @@ class TuningTask:
     # Standard deviation of the first candidates about the values in force, as a share of the
     # ranges; 0: they are spread evenly over the ranges.
     spread: float = 0.0
+    # How many of the best candidates meet once more, on rigs that the search has not seen; 0: none.
+    finalists: int = 0
 
     @property
     def study(self) -> Study:
@@ -102,10 +107,18 @@ class TuningTask:
         at = quantile(total, self.quantile)
         return float(np.mean(total[total >= at])) if self.mean_beyond else at
 
+    def finals(self) -> "list[TuningTask]":
+        """Return the same task with as many rigs that the search has not seen, several times."""
+        return [self._redrawn(k) for k in range(1, FINAL_DRAWS + 1)] if self.finalists else []
+
     def other_rigs(self) -> "TuningTask":
-        """Return the same task with as many rigs that it does not know."""
+        """Return the same task with as many rigs that neither search nor finals have seen."""
+        return self._redrawn(len(self.finals()) + 1)
+
+    def _redrawn(self, times: int) -> "TuningTask":
         others = (
-            replace(one, study=replace(one.study, seed=one.study.seed + 1)) for one in self.trials
+            replace(one, study=replace(one.study, seed=(one.study.seed + times) % LARGEST_SEED))
+            for one in self.trials
         )
         return replace(self, trials=tuple(others))
 
@@ -145,7 +158,7 @@ def read_task(given: str | Path) -> TuningTask:
     Raises StudyError in one line with file, key, value and the way out; nothing has run then.
     """
     path = find_file("tasks", given)
-    fields = Fields.of_file(path)
+    fields = Fields.of_file(path, (*FIELDS, "tune", "trials", "score", "search"))
     ranges = _ranges(fields.below("tune"))
     score = fields.below("score")
     share = score.number("quantile", 0.9)
@@ -166,10 +179,12 @@ def read_task(given: str | Path) -> TuningTask:
     spread = search.number("spread", 0.0)
     if not 0.0 <= spread <= 1.0:
         raise search.error("spread", f"{spread:g} refused, must be from 0 to 1")
+    finalists = search.whole("finalists", 0)
+    if not 0 <= finalists <= 1000:
+        raise search.error("finalists", f"{finalists} refused, must be from 0 to 1000")
     search.end()
     trials = tuple(_trials(fields, score, path))
     score.end()
-    fields.end()
     task = TuningTask(
         path.stem,
         trials,
@@ -178,6 +193,7 @@ def read_task(given: str | Path) -> TuningTask:
         seed=seed,
         mean_beyond=mean_beyond,
         spread=spread,
+        finalists=finalists,
         **sizes,
     )
     _check_ranges(task, str(path))

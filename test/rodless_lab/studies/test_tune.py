@@ -145,6 +145,39 @@ def test_a_search_may_begin_near_the_values_in_force(tmp_path: Path) -> None:
     assert deviations[0.0] == pytest.approx([12.0**-0.5] * 2, rel=0.2)
 
 
+def test_finalists_meet_on_rigs_that_the_search_has_not_seen(tmp_path: Path) -> None:
+    """Of three and the values in force the one that scores best there is taken, by hand.
+
+    Interrupted among them and gone on, it is the same; the report's other rigs are others again.
+    """
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8").replace("seed: 5", "seed: 5, finalists: 4")
+    path.write_text(text, encoding="utf-8")
+    task = read_task(path)
+    found = search(task, tmp_path / "whole")
+    assert found.candidates == search(replace(task, finalists=0), tmp_path / "plain").candidates
+    in_force, *others = found.candidates
+    finalists = [in_force, *sorted(others, key=lambda one: one.score)[:3]]
+    seeds = [one.study.seed for one in task.finals()]
+    assert len({task.study.seed, *seeds, task.other_rigs().study.seed}) == 5
+
+    def final_score(one: Candidate) -> float:
+        values = task.values(np.array(one.shares))
+        return float(
+            np.mean([final.score(Bench(final).measured(values)) for final in task.finals()])
+        )
+
+    scores = [final_score(one) for one in finalists]
+    assert found.final_score == min(scores)
+    assert found.best == finalists[int(np.argmin(scores))]
+    left = iter([False] * (len(found.candidates) + 2))
+    assert not search(task, tmp_path / "parts", stopped=partial(next, left, True)).complete
+    kept = (tmp_path / "parts" / "finalists.jsonl").read_text(encoding="utf-8")
+    assert kept.count("\n") == 2
+    assert search(task, tmp_path / "parts") == found
+    assert "of 4 finalists the best on 9 other rigs" in parameter_text(task, found)
+
+
 def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
     """A trial changes what the file says of all; rigs and noise stay; its figures have its name."""
     path = written(tmp_path, extra=TRIALS)
@@ -222,6 +255,9 @@ def test_a_task_that_cannot_be_done_is_refused_in_one_line(
         ("controller.kd: {", "controller.kx: {", "controller.kx: no such parameter of the law"),
         ("from: 50.0, to: 1000.0", "from: 50.0, to: 1.0e9", "must be within 0 to"),
         ("quantile: 1.0", "quantile: 2.0", "score: quantile: 2 refused, must be from 0 to 1"),
+        ("score: {", "scroe: {", "scroe: no such field; did you mean score?"),
+        ("design: {", "desing: {", "desing: no such field; did you mean design?"),
+        ("seed: 5", "finalists: -1", "search: finalists: -1 refused, must be from 0 to 1000"),
         ("seed: 5", "spread: 1.5", "search: spread: 1.5 refused, must be from 0 to 1"),
         ("quantile: 1.0", "mean_beyond: 3", "score: mean_beyond: 3 refused, must be true or false"),
         ("generations: 2", "generations: 0", "search: generations: 0 refused"),
