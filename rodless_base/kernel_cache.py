@@ -18,6 +18,7 @@ import logging
 import os
 import pickle
 import stat
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -60,8 +61,12 @@ def complain(line: str) -> None:
 
 @cache
 def announce() -> None:
-    """Say once that this process has to compile."""
-    LOGGER.info("compiling, which takes about a minute; the next start finds the result")
+    """Say once that this process has to compile: without logging set up, too."""
+    line = "compiling, which takes about a minute; the next start finds the result"
+    if LOGGER.hasHandlers():
+        LOGGER.info(line)
+    else:
+        print(line, file=sys.stderr, flush=True)
 
 
 class _Locator(LOCATOR):  # type: ignore[misc]

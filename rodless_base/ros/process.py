@@ -86,7 +86,7 @@ def _settle_memory() -> None:
 def _direct_delivery() -> DirectDelivery | None:
     delivery = deliver_directly(rclpy.get_default_context())
     if delivery is None:
-        get_logger("rig").info(
+        get_logger("rig").debug(
             "the nodes of this process deliver to each other through the middleware: direct "
             "delivery, which is faster, needs Fast DDS with fastdds.ignore_local_endpoints"
         )

@@ -72,7 +72,10 @@ def _identify(options: argparse.Namespace) -> int:
     if not informed:
         print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)
     if informed:
-        print(f"written to {options.output}; the plant takes it with --params-file")
+        print(
+            f"written to {options.output}; for `rodless rig --parameters`, or the plant's "
+            "--params-file"
+        )
     if informed or not verdict.fits:
         print(f"{picture} shows the residuals")
     predicts = second is None or _predicts(options, found, second)

@@ -28,7 +28,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rodless record",
-        description="Record topics into a rosbag2 bag (MCAP) until Ctrl-C.",
+        description="Record topics into a rosbag2 bag (MCAP) until Ctrl-C. The bag's folder is "
+        "named with -o.",
         epilog="Times in the bag are plant time where a plant publishes /clock.",
     )
     parser.add_argument(

@@ -17,6 +17,12 @@ from rodless_lab.runs.measured_run import MeasuredRun
 
 Array = npt.NDArray[np.float64]
 
+# Of the pressures in A and B, of the first run and of the second.
+COLOURS = (("tab:blue", "tab:orange"), ("tab:cyan", "tab:brown"))
+
+# To look for the best place takes seconds on a long bag.
+BESIDE = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "x-small"}
+
 
 def draw_comparison(
     names: tuple[str, str], runs: tuple[MeasuredRun, MeasuredRun], time: Array
@@ -25,17 +31,18 @@ def draw_comparison(
     figure, axes = panels(4, height=1.7, share_x=True)
     position, apart, pressure, voltage = axes
     figure.suptitle(f"{names[0]} and {names[1]}")
-    for run, name, style in zip(runs, names, ("-", "--"), strict=True):
+    # Bags of minutes have so many samples that dashes run together: colours tell the runs apart.
+    for run, name, style, colours in zip(runs, names, ("-", "--"), COLOURS, strict=True):
         position.plot(run.time, run.position * 1e3, style, label=name)
-        for side, colour in (("a", "tab:blue"), ("b", "tab:orange")):
+        for side, colour in zip("ab", colours, strict=True):
             values = getattr(run, f"pressure_{side}") * 1e-6
             pressure.plot(run.time, values, style, color=colour, label=f"{side.upper()}, {name}")
         voltage.plot(run.time, run.voltage, style, linewidth=0.8, label=name)
     first, second = (np.interp(time, run.time, run.position) for run in runs)
     apart.plot(time, (second - first) * 1e3, color="tab:red", label="second minus first")
-    label(position, "", "position / mm")
-    label(apart, "", "difference / mm")
-    label(pressure, "", "pressure, absolute / MPa")
-    label(voltage, "time / s", "valve voltage / V")
+    label(position, "", "position / mm", **BESIDE)
+    label(apart, "", "difference / mm", **BESIDE)
+    label(pressure, "", "pressure, absolute / MPa", **BESIDE)
+    label(voltage, "time / s", "valve voltage / V", **BESIDE)
     voltage.set_xlim(time[0], time[-1])
     return figure

@@ -56,7 +56,9 @@ def findings_table(findings: Sequence[Finding]) -> str:
         for label, estimate in found.estimates.items():
             shown = str(estimate) if found.value is not None else estimate.note
             note = f"  [{estimate.note}]" if found.value is not None and estimate.note else ""
-            lines.append(f"{found.name:34} {label:10} {shown}{note}")
+            # Of one estimate the parameter's own name says it all.
+            which = "" if label == found.name else f"{label:10} "
+            lines.append(f"{found.name:34} {which}{shown}{note}")
     return "\n".join(lines)
 
 

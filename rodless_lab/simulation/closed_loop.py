@@ -22,7 +22,7 @@ from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.kernels import linked, unlinked
 from rodless_base.measurement import Measurement
 from rodless_base.memory import refuse_more_than_there_is
-from rodless_base.one_line import shown
+from rodless_base.one_line import OneLineError, shown
 from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.controller import (
     CompiledLaw,
@@ -58,6 +58,9 @@ from rodless_sim.timing import nanoseconds, sample_times
 from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
+
+# What the node takes for a reference, too.
+REACH = ControllerParameters.DECLARATIONS["reference.target"]
 
 # Numbers that a run keeps of each sample, at the most: noise, reference, rows, their copies by
 # columns, times, reference and error; and for the voltage and each term, the command and its copy.
@@ -321,8 +324,9 @@ def closed_loop(
     ------
     ValueError
         For times that are not positive, a duration shorter than one period, a position outside the
-        stroke, and a law or reference that answers with something that is no command or no point;
-        that text names law or reference, time and answer. For more samples than there is memory
+        stroke, a reference farther away than any rig is long, and a law or reference that answers
+        with something that is no command or no point; that text names law or reference, time and
+        answer. For more samples than there is memory
         for.
     ParameterError
         For parameters that are no law's.
@@ -353,6 +357,17 @@ def closed_loop(
     checked(rig_parameters)
     loop = Loop(law, reference, duration, period)
     return loop.traced(loop.run(rig_parameters, position, scenario))
+
+
+def _refuse_beyond_any_rig(positions: Array, times: Array) -> None:
+    """Raise ValueError for a reference (m) beyond what `reference.target` may be: likely mm."""
+    beyond = np.flatnonzero((positions < REACH.minimum) | (positions > REACH.maximum))
+    if beyond.size:
+        first = beyond[0]
+        raise OneLineError(
+            f"at {times[first]:g} s: the reference asks for {positions[first]:g} m, must be from "
+            f"{REACH.minimum:g} to {REACH.maximum:g} m; positions are in m"
+        )
 
 
 class LoopRun(NamedTuple):
@@ -389,6 +404,7 @@ class Loop:
         self._limits = limits_of(self.law)
         self.times = sample_times(count, self._span)
         self.references = sampled(reference, self.times)  # shape (n, 2): m, m/s
+        _refuse_beyond_any_rig(self.references[:, 0], self.times)
         self._noise_shape = (count, NOISE_CHANNELS)
         self._no_noise = np.zeros(self._noise_shape)
 

@@ -115,6 +115,16 @@ def test_compiling_is_announced_once_and_loading_is_not(
     assert nothing == []
 
 
+def test_compiling_is_announced_where_nobody_has_set_up_logging(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A user's first `closed_loop` in Python says why it takes so long, on stderr."""
+    monkeypatch.setattr(kernel_cache.LOGGER, "hasHandlers", lambda: False)
+    kernel_cache.announce.cache_clear()
+    use(tmp_path)
+    assert capsys.readouterr().err.startswith("compiling, which takes about a minute")
+
+
 def test_a_full_disk_costs_the_cache_and_nothing_else(
     tmp_path: Path, said: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

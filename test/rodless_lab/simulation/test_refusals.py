@@ -103,6 +103,16 @@ def test_what_is_no_reference_is_refused(reference: object) -> None:
         run(PidParameters(), reference)
 
 
+def test_a_reference_in_millimetres_is_refused() -> None:
+    """58 m is farther than any rig; the time and the way out are named, and nothing has run."""
+    with pytest.raises(
+        ValueError, match=r"^at 0.002 s: the reference asks for 58 m, must be"
+    ) as no:
+        run(PidParameters(), references.step(0.0, 58.0, at=0.002))
+    assert str(no.value).endswith("positions are in m")
+    run(PidParameters(), references.step(0.0, 10.0, at=0.002))
+
+
 def test_whole_numbers_make_points() -> None:
     """A reference of ints is that of the same floats, at once and point by point."""
     for reference in (
