@@ -60,9 +60,10 @@ ROBUST = 3.0
 # Shares of a run that are fitted one after another before the whole.
 SHARES = (0.1, 0.3, 0.6, 1.0)
 
-# Where further searches begin, if what was found does not fit: stiffness (N/m), next to sticking,
-# and shares.
-OTHER_BEGINNINGS = ((1e7, SHARES), (1e7, (1.0,)))
+# Where further searches begin, if what was found does not fit: at a stiffness next to sticking
+# (N/m), by other shares of the run; without any, with the friction that was found.
+STIFF = 3e7
+OTHER_SHARES: tuple[tuple[float, ...], ...] = ((), SHARES, (1.0,), ())
 
 # Until the whole run is fitted, friction is held to 1/TETHER of what it is taken to be: what the
 # beginning does not tell stays there.
@@ -158,14 +159,24 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
     change = float(np.ptp(Problem(run, parameters).force))
     if change < LEAST_FORCE:
         raise UninformativeRunError(f"the pressures' force changes by only {change:.3g} N")
-    found = []
-    for stiffness, shares in ((parameters.number(STIFFNESS), SHARES), *OTHER_BEGINNINGS):
-        least = _least(run, parameters, stiffness, shares)
-        fit = _fitted(least)
+    problem = Problem(run, parameters)
+    least = _least(run, parameters, problem.start, SHARES)
+    fit = _fitted(least)
+    for shares in OTHER_SHARES:
         if fit.verdict.fits:
-            return fit
-        found.append((least.cost, fit))
-    return min(found, key=lambda pair: pair[0])[1]
+            break
+        known = problem.start if shares else least.scaled * problem.scale
+        again = _least(run, parameters, _stiff(known), shares)
+        if again.cost < least.cost:
+            least, fit = again, _fitted(again)
+    return fit
+
+
+def _stiff(values: Array) -> Array:
+    """Return ``values``, shape (p,), with bristles next to sticking."""
+    stiff = values.copy()
+    stiff[COMPLIANCE] = 1.0 / STIFF
+    return stiff
 
 
 def _fitted(least: _Least) -> BristleFit:
@@ -189,17 +200,16 @@ def _refuse(parameters: RigParameters) -> None:
 
 
 def _least(
-    run: MeasuredRun, parameters: RigParameters, stiffness: float, shares: Sequence[float]
+    run: MeasuredRun, parameters: RigParameters, start: Array, shares: Sequence[float]
 ) -> _Least:
-    """Minimise the residuals, beginning at ``stiffness`` (N/m), of ``shares`` of the run in turn.
+    """Minimise the residuals, from ``start``, shape (p,), of ``shares`` of the run in turn.
 
     The beginning of the run is fitted first: one slide that the start values have wrong is more
     than all the bristles do. Only then the whole, and the damping last: one that takes the place
     of the viscous coefficient leads astray.
     """
     problem = Problem(run, parameters)
-    values = problem.start.copy()
-    values[COMPLIANCE] = 1.0 / stiffness
+    values = start
     free = np.arange(len(values)) != RATE
     for share in shares:
         part = Problem(_beginning(run, share), parameters)
