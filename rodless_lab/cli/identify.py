@@ -92,7 +92,7 @@ def _second_run(options: argparse.Namespace) -> MeasuredRun | None:
         return None
     if options.subject in UNVALIDATED:
         raise ParameterError(
-            f"--validate: refused for {options.subject}, whose fit is of points of uniform motion "
+            f"--validate: refused for {options.subject}, {UNVALIDATED[options.subject]} "
             "and predicts no run; identify both bags and compare the intervals"
         )
     with _named(options.validate):

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rodless_lab.figures.style import label, panels
+from rodless_lab.identification.bristles.fit import BristleFit
 from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.runs.measured_run import MeasuredRun
@@ -37,6 +38,22 @@ def draw_pressures(run: MeasuredRun, fit: PressureFit) -> Figure:
     pressure.plot([], [], "k--", linewidth=0.8, label="model")
     label(pressure, "", "pressure, absolute / MPa")
     label(residual, "time / s", "measured − model / kPa")
+    return figure
+
+
+def draw_bristles(run: MeasuredRun, fit: BristleFit) -> Figure:
+    """Draw the position, measured and modelled, and measured less modelled."""
+    figure, (position, residual) = panels(2, height=2.3, share_x=True)
+    figure.suptitle(_headline(fit.verdict.fits))
+    count = max(round(SMOOTH / run.period), 1)
+    position.plot(run.time, run.position * 1e3, linewidth=2.5, alpha=0.4, label="measured")
+    position.plot(run.time, fit.position * 1e3, "k--", linewidth=0.8, label="model")
+    apart = (run.position - fit.position) * 1e6
+    residual.plot(run.time, apart, linewidth=0.4, alpha=0.4, label="each")
+    mean = np.convolve(apart, np.full(count, 1.0 / count), mode="same")
+    residual.plot(run.time, mean, color="tab:blue", label=f"mean of {SMOOTH * 1e3:g} ms")
+    label(position, "", "position / mm")
+    label(residual, "time / s", "measured − model / µm")
     return figure
 
 

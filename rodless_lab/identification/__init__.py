@@ -8,6 +8,7 @@
 
 """Identification: from measured runs to the rig's parameters, with honest intervals."""
 
+from rodless_lab.identification.bristles.fit import BristleFit, identify_bristles
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
 from rodless_lab.identification.friction.curve import Stribeck, friction_force, turning_points
@@ -42,6 +43,7 @@ from rodless_lab.runs.measured_run import MeasuredRun, RunError, run_of_trace
 __all__ = [
     "AreaCurve",
     "AuxiliaryLines",
+    "BristleFit",
     "DirectionFit",
     "Estimate",
     "FlowCoefficientCurve",
@@ -62,6 +64,7 @@ __all__ = [
     "flow_coefficient",
     "friction_force",
     "friction_points",
+    "identify_bristles",
     "identify_chambers",
     "identify_friction",
     "identify_heat",

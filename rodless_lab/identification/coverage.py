@@ -24,6 +24,9 @@ import numpy.typing as npt
 from scipy import stats
 
 from rodless_base.constants import absolute
+from rodless_lab.identification.bristles.fit import DAMPING as BRISTLE_DAMPING
+from rodless_lab.identification.bristles.fit import FORM as FRICTION_DYNAMICS
+from rodless_lab.identification.bristles.fit import STIFFNESS, BristleFit, identify_bristles
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
 from rodless_lab.identification.friction.run import identify_friction
@@ -50,11 +53,13 @@ from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
+from rodless_sim.physics.bristles import LUGRE
 
 Array = npt.NDArray[np.float64]
 Values = dict[str, float]
 Row = tuple[bool, bool, float]
 
+MASS = "cylinder.moving_mass"
 FRICTION_NAMES = ("static", "coulomb", "stribeck_velocity", "viscous")
 
 # What is promised: of the intervals on right rigs, the false alarms there, and the draws on wrong
@@ -84,11 +89,15 @@ KNOWN = RigParameters(DATA_SHEET)
 
 @dataclass(frozen=True)
 class Subject:
-    """One kind of identification: what is hidden, the voltages (V, shape (n,)), and the fit."""
+    """One kind of identification: what is hidden, the voltages (V, shape (n,)), and the fit.
+
+    ``known`` are parameters that whoever identifies knows of the rig beyond KNOWN.
+    """
 
     hide: Callable[[np.random.Generator], tuple[RigParameters, Values]]
     voltages: Array
-    identify: Callable[[MeasuredRun], tuple[Mapping[str, Estimate], Verdict]]
+    identify: Callable[[MeasuredRun, RigParameters], tuple[Mapping[str, Estimate], Verdict]]
+    known: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -171,6 +180,24 @@ def hidden_spool(generator: np.random.Generator) -> tuple[RigParameters, Values]
     return with_dynamics(rig).with_values({**truth, "time.tolerance": 0.01}), found
 
 
+def hidden_bristles(generator: np.random.Generator) -> tuple[RigParameters, Values]:
+    """Draw stiffness and damping of the bristles, the rest of friction, and the known mass.
+
+    The rest of friction is hidden, but not among what is found.
+    """
+    truth = {
+        STIFFNESS: any_size(generator, 1e5, 5e5),
+        BRISTLE_DAMPING: any_size(generator, 200.0, 1500.0),
+    }
+    others = {
+        name: KNOWN.number(name) * generator.uniform(0.7, 1.3)
+        for side in ("forward", "reverse")
+        for name in (f"friction.{side}.{part}" for part in FRICTION_NAMES)
+    }
+    mass = {MASS: generator.uniform(0.7, 2.0)}
+    return KNOWN.with_values({**truth, **others, **mass, FRICTION_DYNAMICS: LUGRE}), truth
+
+
 def _closed(generator: np.random.Generator) -> float:
     return float(generator.uniform(4.98, 5.18))
 
@@ -179,8 +206,8 @@ def _supply(generator: np.random.Generator) -> float:
     return absolute(float(generator.uniform(0.4e6, 0.6e6)))
 
 
-def _friction(run: MeasuredRun) -> tuple[Mapping[str, Estimate], Verdict]:
-    fit = identify_friction(run, KNOWN)
+def _friction(run: MeasuredRun, known: RigParameters) -> tuple[Mapping[str, Estimate], Verdict]:
+    fit = identify_friction(run, known)
     estimates = {
         f"friction.{side}.{name}": getattr(direction, name)
         for side, direction in (("forward", fit.forward), ("reverse", fit.reverse))
@@ -189,23 +216,26 @@ def _friction(run: MeasuredRun) -> tuple[Mapping[str, Estimate], Verdict]:
     return estimates, fit.verdict
 
 
-def _pressures(
-    identify: Callable[[MeasuredRun, RigParameters], PressureFit],
-) -> Callable[[MeasuredRun], tuple[Mapping[str, Estimate], Verdict]]:
-    def found(run: MeasuredRun) -> tuple[Mapping[str, Estimate], Verdict]:
-        fit = identify(run, KNOWN)
+def _judged(
+    identify: Callable[[MeasuredRun, RigParameters], PressureFit | BristleFit],
+) -> Callable[[MeasuredRun, RigParameters], tuple[Mapping[str, Estimate], Verdict]]:
+    def found(run: MeasuredRun, known: RigParameters) -> tuple[Mapping[str, Estimate], Verdict]:
+        fit = identify(run, known)
         return fit.estimates, fit.verdict
 
     return found
 
 
 SUBJECTS = {
+    "bristles": Subject(
+        hidden_bristles, EXCITATIONS["bristles"](), _judged(identify_bristles), known=(MASS,)
+    ),
     "friction": Subject(hidden_friction, EXCITATIONS["friction"](), _friction),
-    "chambers": Subject(hidden_chambers, EXCITATIONS["chambers"](), _pressures(identify_chambers)),
-    "heat": Subject(hidden_heat, EXCITATIONS["heat"](), _pressures(identify_heat)),
-    "leak": Subject(hidden_leaks, EXCITATIONS["leak"](), _pressures(identify_leaks)),
-    "spool": Subject(hidden_spool, EXCITATIONS["spool"](), _pressures(identify_spool)),
-    "valve": Subject(hidden_valve, EXCITATIONS["valve"](), _pressures(identify_valve)),
+    "chambers": Subject(hidden_chambers, EXCITATIONS["chambers"](), _judged(identify_chambers)),
+    "heat": Subject(hidden_heat, EXCITATIONS["heat"](), _judged(identify_heat)),
+    "leak": Subject(hidden_leaks, EXCITATIONS["leak"](), _judged(identify_leaks)),
+    "spool": Subject(hidden_spool, EXCITATIONS["spool"](), _judged(identify_spool)),
+    "valve": Subject(hidden_valve, EXCITATIONS["valve"](), _judged(identify_valve)),
 }
 
 
@@ -263,7 +293,8 @@ def round_trip(name: str, seed: int, effect: str = "") -> Trial:
         parameters = parameters.with_values(EFFECTS[effect](generator))
     run = measured_run(parameters, subject.voltages, generator)
     try:
-        estimates, verdict = subject.identify(run)
+        known = KNOWN.with_values({name: parameters[name] for name in subject.known})
+        estimates, verdict = subject.identify(run, known)
     except UninformativeRunError:
         return Trial({}, Verdict(()))
     rows = {

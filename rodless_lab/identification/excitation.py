@@ -31,6 +31,20 @@ def ramp(start: float, end: float, span: float) -> Array:
     return np.linspace(start, end, round(span / PERIOD))
 
 
+# Square waves of the voltage about closed: size (V), half a period (s), how many periods.
+BRISTLE_WAVES = (
+    (1.0, 0.03, 20),
+    (1.0, 0.05, 12),
+    (0.5, 0.15, 4),
+    (0.5, 0.2, 4),
+    (0.3, 0.6, 2),
+    (0.5, 0.3, 3),
+    (0.5, 0.5, 2),
+    (0.8, 0.3, 2),
+    (0.8, 0.6, 2),
+)
+
+
 def friction_voltages() -> Array:
     """Creep up and down through the dead zone, then four constant voltages; each way."""
     forward = np.concatenate(
@@ -99,8 +113,31 @@ def spool_voltages() -> Array:
     return np.concatenate([settling, *waves])
 
 
+def bristle_voltages() -> Array:
+    """Push the carriage to and fro: below breakaway, quickly and slowly, then beyond it.
+
+    Below, it moves on its bristles; quick pushes tell their damping; sliding tells the rest of
+    friction. The pressures gather what the valve passes, so square waves of the voltage are
+    triangles of the force. Waves begin with half a push, up and down in turn: what one is off the
+    middle, as the chambers differ, the next takes back.
+    """
+    closed = CLOSED_VOLTAGE
+    waves = [
+        half_a_push_early(square_wave(closed - size, closed + size, half, count), half)
+        for size, half, count in BRISTLE_WAVES
+    ]
+    turned = [2.0 * closed - wave if place % 2 else wave for place, wave in enumerate(waves)]
+    return np.concatenate([steps((closed, 0.2)), *turned])
+
+
+def half_a_push_early(wave: Array, half: float) -> Array:
+    """Return a square wave of half period ``half`` (s) that begins in the middle of one."""
+    return np.roll(wave, -round(0.5 * half / PERIOD))
+
+
 # By what is to be identified.
 EXCITATIONS: dict[str, Callable[[], Array]] = {
+    "bristles": bristle_voltages,
     "chambers": chamber_voltages,
     "friction": friction_voltages,
     "heat": heat_voltages,

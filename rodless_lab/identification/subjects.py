@@ -15,7 +15,8 @@ from functools import cache
 from matplotlib.figure import Figure
 
 from rodless_base.parameter_file import preset_names
-from rodless_lab.figures.identification import draw_friction, draw_pressures
+from rodless_lab.figures.identification import draw_bristles, draw_friction, draw_pressures
+from rodless_lab.identification.bristles.fit import bristle_findings, identify_bristles
 from rodless_lab.identification.friction.causes import with_form
 from rodless_lab.identification.friction.findings import friction_findings
 from rodless_lab.identification.friction.run import identify_friction
@@ -65,6 +66,11 @@ def _friction(run: MeasuredRun, parameters: RigParameters) -> Identified:
     )
 
 
+def _bristles(run: MeasuredRun, parameters: RigParameters) -> Identified:
+    fit = identify_bristles(run, parameters)
+    return Identified(bristle_findings(fit), fit.verdict, lambda: draw_bristles(run, fit))
+
+
 def _of_pressures(
     identify: Callable[[MeasuredRun, RigParameters], PressureFit],
     findings: Callable[[PressureFit], list[Finding]],
@@ -85,6 +91,7 @@ def _of_pressures(
 
 
 SUBJECTS: dict[str, Identify] = {
+    "bristles": _bristles,
     "chambers": _of_pressures(identify_chambers, chambers_findings),
     "friction": _friction,
     "heat": _of_pressures(identify_heat, heat_findings),
@@ -94,8 +101,11 @@ SUBJECTS: dict[str, Identify] = {
 }
 
 
-# What predicts no second run.
-UNVALIDATED = ("friction",)
+# What predicts no second run, and why.
+UNVALIDATED = {
+    "bristles": "whose fit holds the bias and the start of its own run",
+    "friction": "whose fit is of points of uniform motion",
+}
 
 
 def assumed_parameters(base: str, sensors: str) -> RigParameters:

@@ -107,9 +107,9 @@ def test_an_unknown_subject_is_refused(
     output = tmp_path / "found.yaml"
     rest = ["bag", "-o", str(output)] if command is identify else []
     with pytest.raises(SystemExit) as refused:
-        command.main(["bristles", *rest], Quiet())
+        command.main(["bristle", *rest], Quiet())
     assert refused.value.code == 2
     said = capsys.readouterr().err
-    assert "bristles" in said
+    assert "'bristle'" in said
     assert all(name in said for name in EXCITATIONS)
     assert not output.exists()

@@ -104,6 +104,18 @@ def test_intervals_of_effects_hold(subject: str, parameters: int) -> None:
         assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name
 
 
+def test_intervals_of_bristles_hold() -> None:
+    """The stiffness is told of every rig, to 3 % of half of them; the damping where it is large."""
+    done = trials("bristles", 10)
+    check_alarms(done)
+    found = coverage_of(done)
+    for name, one in found.items():
+        assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name
+    assert found["friction.bristle_stiffness"].informed == 10
+    assert found["friction.bristle_stiffness"].half_width < 0.03
+    assert found["friction.bristle_damping"].informed >= 2
+
+
 def test_a_bias_of_the_pressure_sensors_is_not_hidden() -> None:
     """Told of perfect sensors while they are biased, the interval of F_c is wrong, and narrow.
 

@@ -1,0 +1,344 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Stiffness and damping of the bristles of friction, from how far a carriage gives way.
+
+Below breakaway the carriage moves by about F/σ₀, a tenth of a millimetre, and lets back. The
+pressures say what F is, and the position, noisy as it is, agrees with one σ₀ over thousands of
+samples. The stiffness is searched by its inverse, in which a carriage that sticks is a number, 0,
+and not infinity. The damping σ₁ acts beside the viscous coefficient B, which is some times as much:
+it is told apart where the carriage slides faster than the bristles' damping lasts.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg, optimize
+
+from rodless_base.parameters import ParameterError
+from rodless_lab.identification.bristles.problem import (
+    COMPLIANCE,
+    FORWARD,
+    RATE,
+    REVERSE,
+    STIFFEST,
+    Problem,
+)
+from rodless_lab.identification.estimate import Estimate, judged, symmetric, within
+from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.verdict import Check, Verdict, check_power, power
+from rodless_lab.runs.measured_run import (
+    FEWEST_SAMPLES,
+    MeasuredRun,
+    UninformativeRunError,
+)
+from rodless_sim import RigParameters
+from rodless_sim.physics.bristles import LUGRE
+from rodless_sim.physics.plant import Plant
+
+Array = npt.NDArray[np.float64]
+
+FORM = "friction.dynamics"
+STIFFNESS = "friction.bristle_stiffness"
+DAMPING = "friction.bristle_damping"
+
+# A run whose force stays within this (N) moves no bristles that could be seen.
+LEAST_FORCE = 3.0
+
+# Residuals beyond this many standard errors count linearly instead of squared.
+ROBUST = 3.0
+
+# Shares of a run that are fitted one after another before the whole.
+SHARES = (0.1, 0.3, 0.6, 1.0)
+
+# Where further searches begin, if what was found does not fit: at a stiffness next to sticking
+# (N/m), by other shares of the run; without any, with the friction that was found.
+STIFF = 3e7
+OTHER_SHARES: tuple[tuple[float, ...], ...] = ((), SHARES, (1.0,), ())
+
+# Until the whole run is fitted, friction is held to 1/TETHER of what it is taken to be: what the
+# beginning does not tell stays there.
+TETHER = 2.0
+
+# Tolerances of the two searches, and how many steps each may take.
+ROUGH, FINE = 1e-4, 1e-8
+MOST_STEPS = 60
+
+# Relative step of the solver's finite differences.
+DIFFERENCE = 1e-5
+
+# Errors are those of a linear model, which a carriage that breaks away is not: the margin on top.
+MARGIN = 1.2
+
+# How far the damping may be off (share of σ₁ + B, which act together) as the force is smoothed:
+# kinks that smoothing rounds are not among the draws.
+DAMPING_ACCURACY = 0.02
+
+# Draws of what the sensors leave of a model that fits, and their seed: a verdict is repeatable.
+DRAWS = 100
+SEED = 1
+
+# Spans (s) over which residuals are averaged before they are squared: 0 is each by itself, which
+# tells their size; the others what is slower, and hides in the noise of a single reading.
+SPANS = (0.0, 0.01, 0.1)
+
+
+@dataclass(frozen=True)
+class BristleFit:
+    """Estimates by parameter, and how the model follows the run.
+
+    ``position`` (m, shape (n,)) is what the model's sensor reads; ``verdict`` says whether the
+    sensors explain how far the measured is from it.
+    """
+
+    estimates: Mapping[str, Estimate]
+    position: Array
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class _Least:
+    """What least squares found: values in natural sizes, the Jacobian to them, the cost."""
+
+    problem: Problem
+    scaled: Array
+    jacobian: Array
+    cost: float
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """Values, shape (p,), and what they and the sensors leave.
+
+    ``residuals``, shape (m,), are the readings' over the noise; ``explained``, shape (DRAWS, m),
+    and ``errors``, shape (DRAWS, p), what the sensors leave of a model that fits, and its values.
+    """
+
+    values: Array
+    residuals: Array
+    explained: Array
+    errors: Array
+
+
+def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit:
+    """Fit the stiffness σ₀ of the bristles and their damping σ₁, from one run.
+
+    Beside them the rest of friction is fitted, and not reported; of ``parameters`` the form of
+    friction with its own constants, the speed at which σ₁ fades, bore, moving mass, the rail's tilt
+    and ``sensors.*`` are taken as known. ``friction.dynamics`` need not be ``lugre``, the fit is.
+    Where the run does not tell the bristles from a carriage that sticks, σ₀ is bounded.
+
+    Raises
+    ------
+    UninformativeRunError
+        Where the pressures hardly push.
+    ParameterError
+        For a carriage that is locked, or held to its piston by magnets.
+
+    Examples
+    --------
+    >>> from rodless_lab.identification.excitation import bristle_voltages
+    >>> from rodless_lab.runs.measured_run import run_of_trace
+    >>> from rodless_sim import simulate
+    >>> rig = RigParameters({"friction.dynamics": "lugre", "friction.bristle_stiffness": 3e5})
+    >>> run = run_of_trace(simulate(rig, bristle_voltages(), 1e-3, position=0.06), 621325.0)
+    >>> fit = identify_bristles(run, RigParameters())
+    >>> round(fit.estimates["friction.bristle_stiffness"].value, -4)
+    300000.0
+    """
+    _refuse(parameters)
+    change = float(np.ptp(Problem(run, parameters).force))
+    if change < LEAST_FORCE:
+        raise UninformativeRunError(f"the pressures' force changes by only {change:.3g} N")
+    problem = Problem(run, parameters)
+    least = _least(run, parameters, problem.start, SHARES)
+    fit = _fitted(least)
+    for shares in OTHER_SHARES:
+        if fit.verdict.fits:
+            break
+        known = problem.start if shares else least.scaled * problem.scale
+        again = _least(run, parameters, _stiff(known), shares)
+        if again.cost < least.cost:
+            least, fit = again, _fitted(again)
+    return fit
+
+
+def _stiff(values: Array) -> Array:
+    """Return ``values``, shape (p,), with bristles next to sticking."""
+    stiff = values.copy()
+    stiff[COMPLIANCE] = 1.0 / STIFF
+    return stiff
+
+
+def _fitted(least: _Least) -> BristleFit:
+    """Say what a solution is worth."""
+    problem, solution = least.problem, _solved(least)
+    return BristleFit(
+        _estimates(solution),
+        problem.modelled(solution.values),
+        Verdict(tuple(_checks(problem, solution))),
+    )
+
+
+def _refuse(parameters: RigParameters) -> None:
+    """Refuse a base whose carriage is not moved by what the pressures push."""
+    rigid = parameters.text("coupling.kind") == "rigid"
+    if Plant.of(parameters).cylinder.locked or not rigid:
+        raise ParameterError(
+            "cylinder.locked, coupling.kind: refused, the fit takes the pressures to push the "
+            "carriage itself; identify without"
+        )
+
+
+def _least(
+    run: MeasuredRun, parameters: RigParameters, start: Array, shares: Sequence[float]
+) -> _Least:
+    """Minimise the residuals, from ``start``, shape (p,), of ``shares`` of the run in turn.
+
+    The beginning of the run is fitted first: one slide that the start values have wrong is more
+    than all the bristles do. Only then the whole, and the damping last: one that takes the place
+    of the viscous coefficient leads astray.
+    """
+    problem = Problem(run, parameters)
+    values = start
+    free = np.arange(len(values)) != RATE
+    for share in shares:
+        part = Problem(_beginning(run, share), parameters)
+        values = _searched(part, values, free, ROUGH, TETHER).x * part.scale
+    found = _searched(problem, values, np.full(free.shape, True), FINE, 0.0)
+    return _Least(problem, np.asarray(found.x), np.asarray(found.jac), float(found.cost))
+
+
+def _beginning(run: MeasuredRun, share: float) -> MeasuredRun:
+    """Return the first ``share`` of the samples."""
+    last = max(round(share * len(run.time)), FEWEST_SAMPLES)
+    columns: dict[str, Any] = {name: values[:last] for name, values in run.columns().items()}
+    return replace(run, **columns)
+
+
+def _searched(
+    problem: Problem, start: Array, free: npt.NDArray[np.bool_], tolerance: float, tether: float
+) -> optimize.OptimizeResult:
+    """Minimise over the values that are ``free``, shape (p,); ``x`` of the result has all.
+
+    A ``tether`` holds friction where the problem has it, to within 1/tether of itself.
+    """
+    # In natural sizes, so that the solver's finite differences suit every one.
+    scale = problem.scale
+    scaled = start / scale
+    held = slice(FORWARD.start, REVERSE.stop)
+    expected = problem.start[held]
+
+    def residuals_of(chosen: Array) -> Array:
+        values = scaled.copy()
+        values[free] = chosen
+        values *= scale
+        residuals = problem.residuals(values)
+        if tether == 0.0:
+            return residuals
+        strain = (values[held] - expected) / np.maximum(expected, scale[held])
+        return np.concatenate([residuals, tether * strain])
+
+    found = optimize.least_squares(
+        residuals_of,
+        scaled[free],
+        bounds=tuple((bound / scale)[free] for bound in problem.bounds),
+        diff_step=np.full(np.count_nonzero(free), DIFFERENCE),
+        loss="soft_l1",
+        f_scale=ROBUST,
+        xtol=tolerance,
+        ftol=tolerance,
+        max_nfev=MOST_STEPS,
+    )
+    scaled[free] = found.x
+    found.x = scaled
+    return found
+
+
+def _solved(least: _Least) -> _Solution:
+    """Draw what the sensors leave beside a solution."""
+    problem, jacobian = least.problem, least.jacobian
+    values = least.scaled * problem.scale
+    generator = np.random.default_rng(SEED)
+    drawn = problem.draws(values, DRAWS, generator)
+    known = generator.standard_normal((DRAWS, len(jacobian) - problem.readings))
+    # The fit takes out of each draw what its parameters can follow, as it did of the run.
+    errors = np.concatenate([drawn, known], axis=1) @ linalg.pinv(jacobian).T
+    explained = drawn - errors @ jacobian[: problem.readings].T
+    residuals = problem.residuals(values)[: problem.readings]
+    return _Solution(values, residuals, explained, errors * problem.scale)
+
+
+def _checks(problem: Problem, solution: _Solution) -> Iterator[Check]:
+    for span in SPANS:
+        length = max(round(span / problem.spacing), 1)
+        if 2 * length <= len(solution.residuals):
+            over = f" over {span:g} s" if span else ""
+            yield check_power(
+                f"scatter of the position{over}",
+                float(power(solution.residuals, length)),
+                power(solution.explained, length),
+                "m",
+                problem.noise,
+            )
+
+
+def _estimates(solution: _Solution) -> dict[str, Estimate]:
+    """Return the intervals, from the errors of the draws and the scatter beyond theirs."""
+    excess = float(power(solution.residuals, 1)) / float(np.mean(power(solution.explained, 1)))
+    mean_squares = np.mean(solution.errors**2, axis=0)
+    errors = MARGIN * np.sqrt(mean_squares * max(excess, 1.0))
+    compliance, damping = (
+        symmetric(float(solution.values[place]), float(errors[place]), DRAWS, unit)
+        for place, unit in ((COMPLIANCE, "m/N"), (RATE, "N·s/m"))
+    )
+    sides = [solution.values[side][-1] for side in (FORWARD, REVERSE)]
+    damping = damping.widened(DAMPING_ACCURACY * (damping.value + float(np.mean(sides))))
+    return {STIFFNESS: _stiffness(compliance), DAMPING: _damping(compliance, damping)}
+
+
+def _told(compliance: Estimate) -> bool:
+    """Whether bristles give way by more than those of a carriage that sticks, as good as."""
+    return judged(compliance, "").informed and compliance.low > 1.0 / STIFFEST
+
+
+def _stiffness(compliance: Estimate) -> Estimate:
+    """Return the stiffness to a compliance: at least so much where that may be 0."""
+    value, low = 1.0 / compliance.value, 1.0 / compliance.high
+    if _told(compliance):
+        declared = RigParameters.DECLARATIONS[STIFFNESS]
+        found = Estimate(value, low, 1.0 / compliance.low, "N/m")
+        return within(found, declared.minimum, declared.maximum)
+    note = f"not told from a carriage that sticks, and at least {low:.3g} N/m"
+    return Estimate(value, low, math.inf, "N/m", False, note)
+
+
+def _damping(compliance: Estimate, found: Estimate) -> Estimate:
+    """Return the damping; of bristles that are not told there is none."""
+    if not _told(compliance):
+        note = "the run does not show that the carriage has bristles"
+        return Estimate(found.value, -math.inf, math.inf, found.unit, False, note)
+    note = "the run leaves it open within half its value"
+    if found.low <= 0.0:
+        note = f"not told from 0, and at most {found.high:.3g} {found.unit}"
+    declared = RigParameters.DECLARATIONS[DAMPING]
+    return within(judged(found, note), declared.minimum, declared.maximum)
+
+
+def bristle_findings(fit: BristleFit) -> list[Finding]:
+    """Return what the fit says of the plant's parameters."""
+    found = [
+        Finding(name, estimate.value if estimate.informed else None, {name: estimate})
+        for name, estimate in fit.estimates.items()
+    ]
+    form = LUGRE if found[0].value is not None else None
+    return [Finding(FORM, form, {}), *found]
