@@ -174,7 +174,7 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
 
 def _stiff(values: Array) -> Array:
     """Return ``values``, shape (p,), with bristles next to sticking."""
-    stiff = values.copy()
+    stiff: Array = values.copy()
     stiff[COMPLIANCE] = 1.0 / STIFF
     return stiff
 
