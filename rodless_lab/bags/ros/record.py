@@ -53,6 +53,10 @@ def record(
     except BagError as error:
         print(error, file=sys.stderr)
         return 2
+    if not beside:
+        print(
+            f"{writer.path}: waiting for {', '.join(topics) or 'topics'}, until Ctrl-C", flush=True
+        )
     recorders: list[Recorder] = []
 
     def end() -> None:

@@ -201,6 +201,7 @@ def test_a_stopped_recorder_leaves_a_whole_bag(
         plant.send(2000)
         assert plant.delivered()
         assert recorder.end(number, STOP_SECONDS) == 0, recorder.output
+    assert f"{bag}: waiting for {', '.join(TOPICS)}, until Ctrl-C\n" in recorder.output
     assert "6000 messages in" in recorder.output
     assert "Traceback" not in recorder.output
     assert "lost" not in recorder.output
