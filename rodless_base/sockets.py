@@ -29,12 +29,18 @@ def chooser(name: str, found: Sequence[ModuleType], source: str) -> dict[str, Pa
     return declare(Parameter(name, names[0], "", meaning, source, choices=names))
 
 
+# Kernels return one type, whatever the numbers: of thousands of rigs the first tells.
+_CHECKED: set[object] = set()
+
+
 def check_kernel(module: ModuleType, name: str, example: object, *arguments: object) -> None:
     """Raise TypeError, with the module, where its kernel ``name`` returns other types than example.
 
     The compiler would name neither.
     """
     kernel = getattr(module, name)
+    if kernel in _CHECKED:
+        return
     try:
         found = getattr(kernel, "py_func", kernel)(*arguments)
     except (ArithmeticError, ValueError):  # compiled code goes on with infinity, or NaN
@@ -44,6 +50,7 @@ def check_kernel(module: ModuleType, name: str, example: object, *arguments: obj
             f"{module.__name__}: {name} returns {shown(found)}, but must return a "
             f"{type(example).__name__}, such as {example!r}; write 0.0 for 0"
         )
+    _CHECKED.add(kernel)
 
 
 def _alike(found: object, example: object) -> bool:

@@ -50,8 +50,9 @@ def build(requests: Requests) -> None:
             bags = BagPanel(requests)
 
     def refresh() -> None:
-        problem.set_visibility(state.problem is not None)
-        problem.set_text(state.problem or "")
+        notice = state.notice
+        problem.set_visibility(notice is not None)
+        problem.set_text(notice or "")
         for part in (header, run, steering, bags):
             part.refresh()
 

@@ -73,6 +73,16 @@ class ViewState:
         return float(value) if isinstance(value, int | float) else default
 
     @property
+    def notice(self) -> str | None:
+        """What stands above the drawing: what is wrong, or what is waited for."""
+        if self.problem is None and self.live and not self.playback and self.history.last is None:
+            return (
+                f"waiting for a plant in {self.namespace}: one that starts for the first time "
+                "compiles for a minute"
+            )
+        return self.problem
+
+    @property
     def stroke(self) -> float:
         """Stroke in m."""
         return self.number("cylinder.stroke", STROKE)

@@ -15,6 +15,7 @@ import pytest
 from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
 
 from rodless_lab.view.ros.desk import Desk
+from rodless_lab.view.samples import COLUMNS
 from rodless_lab.view.state import PLANT, NodeState, ViewState
 
 
@@ -28,6 +29,19 @@ def test_a_speed_that_is_no_number_is_not_shown(text: str, factor: float | None)
     assert state.speed_factor is None
     state.nodes[PLANT] = NodeState("OK", "running", {"speed factor": text})
     assert state.speed_factor == factor
+
+
+def test_a_page_says_what_it_waits_for() -> None:
+    """Until readings come the page says so; a problem comes first; without a rig none are due."""
+    state = ViewState("/rig1")
+    assert state.notice is not None
+    assert state.notice.startswith("waiting for a plant in /rig1")
+    state.problem = "readings have ended"
+    assert state.notice == "readings have ended"
+    state.problem = None
+    assert state.history.add([0.0] * len(COLUMNS))
+    assert state.notice is None
+    assert ViewState(live=False).notice is None
 
 
 @pytest.mark.ros
