@@ -13,8 +13,11 @@ at their own instants, and the rates' change with time,
 
     (d I − J) u_i = … + γ_i h ∂f/∂t                   stages 2 and 3 at t + α h
 
-so that the method keeps its order. Where the spool passes the closed position, its edges exchange
-their parts, and at either end of its stroke the openings change no more: a step ends there.
+so that the method keeps its order. Its own estimate of the error does not see all of what the
+openings do: a spool that sets out from rest has hardly moved by t + α h, and is far by the step's
+end. So the openings there are looked at too, by :func:`in_time_error`. Where the spool passes the
+closed position, its edges exchange their parts, and at either end of its stroke the openings change
+no more: a step ends there.
 """
 
 import math
@@ -59,6 +62,10 @@ from rodless_sim.physics.state import AnyMotion, moved
 # Of ROS3: the instant of the later stages, and the weights of ∂f/∂t.
 ALPHA = GAMMA
 GAMMA_1, GAMMA_2, GAMMA_3 = GAMMA, 0.24291996454816804366, 2.1851380027664058511
+
+# The error of the method in ∫ f dt, of what f is at the step's end beyond the parabola through its
+# value and slope at the start and its value at α h: for a cubic, (1/4 − α/3) / (1 − α).
+BEYOND_PARABOLA = (1.0 / 4.0 - ALPHA / 3.0) / (1.0 - ALPHA)
 
 # Of a difference that gives the openings' change: their curves are straight over this.
 NEAR = 1e-6  # V
@@ -157,7 +164,31 @@ def openings_after(plant: Plant, course: Any, elapsed: float) -> Any:  # noqa: A
 def _openings_after(plant: Plant, course: Course, elapsed: float) -> Lands:
     if elapsed == 0.0:
         return course.lands
-    return openings(plant, spool_voltage(swung(plant.drive, course.spool, elapsed)))
+    voltage = spool_voltage(swung(plant.drive, course.spool, elapsed))
+    # A step ends where the spool passes closed, with the edges still in their parts.
+    if course.lands.forward:
+        return openings(plant, max(voltage, beyond(plant, True)))
+    return openings(plant, min(voltage, beyond(plant, False)))
+
+
+@kernel
+def openings_beside(plant: Plant, course: Course) -> tuple[Lands, float]:
+    """Return openings near the present ones, and how often (1/s) the change to them happens."""
+    spool = course.spool
+    if spool.speed == 0.0:
+        return course.lands, 0.0
+    # Away from closed, where the curves have a kink.
+    near = NEAR if course.lands.forward else -NEAR
+    # A spool that comes back from the end of its stroke is about to leave it.
+    if near * spool.speed < 0.0 and spool_voltage(moved_by(spool, near)) != spool.place + near:
+        near = -near
+    return openings(plant, spool_voltage(moved_by(spool, near))), spool.speed / near
+
+
+@kernel
+def moved_by(spool: Spool, distance: float) -> Spool:
+    """Return the spool somewhere else (V)."""
+    return Spool(spool.target, spool.place + distance, spool.speed)
 
 
 @kernel_by_type
@@ -267,10 +298,42 @@ def _staged(
     return staged_on_the_way(plant, course, state, direction, matrix, first, step)
 
 
+@kernel_by_type
+def moving(course: Any) -> bool:  # noqa: ARG001
+    """Whether the openings change during a step."""
+    return False
+
+
+@version_for(Course, moving)
+def _moving(course: Course) -> bool:
+    return course.spool.speed != 0.0 or course.spool.place != course.spool.target
+
+
 @kernel
-def moved_by(spool: Spool, distance: float) -> Spool:
-    """Return the spool somewhere else (V)."""
-    return Spool(spool.target, spool.place + distance, spool.speed)
+def worse(size: float, other: float) -> float:
+    """Return the larger of two errors; NaN where one is no number."""
+    return max(size, other) + 0.0 * (size + other)
+
+
+@kernel
+def in_time_error(
+    first: AnyMotion,
+    change: AnyMotion,
+    weight: float,
+    middle: AnyMotion,
+    last: AnyMotion,
+    step: float,
+) -> float:
+    """Return the size of the error in what the rates do by themselves during a step.
+
+    ``first``, ``middle`` and ``last`` are the rates of one state at the start, α h later and at the
+    end; ``weight`` · ``change`` is h ∂f/∂t at the start.
+    """
+    # h² f''/2 of the parabola, and what lies beyond it at the end.
+    bend = moved(moved(middle, first, -1.0), change, -ALPHA * weight)
+    rest = moved(moved(last, first, -1.0), change, -weight)
+    rest = moved(rest, bend, -1.0 / (ALPHA * ALPHA))
+    return error_size(moved(rest, rest, BEYOND_PARABOLA * step - 1.0))
 
 
 @outlined_kernel
@@ -287,16 +350,14 @@ def staged_on_the_way(
 
     Three times the openings in every place that takes a step would be much to compile.
     """
-    spool = course.spool
-    # Away from closed, where the curves have a kink.
-    near = NEAR if course.lands.forward else -NEAR
-    # A spool that comes back from the end of its stroke is about to leave it.
-    if near * spool.speed < 0.0 and spool_voltage(moved_by(spool, near)) != spool.place + near:
-        near = -near
-    change, weight = moved(first, first, -1.0), 0.0
-    if spool.speed != 0.0:
-        there = openings(plant, spool_voltage(moved_by(spool, near)))
+    there, often = openings_beside(plant, course)
+    change, weight = moved(first, first, -1.0), step * often
+    if often != 0.0:
         change = moved(rates(plant, there, state, direction), first, -1.0)
-        weight = step * spool.speed / near
-    lands = openings(plant, spool_voltage(swung(plant.drive, spool, ALPHA * step)))
-    return staged_with(plant, lands, state, direction, matrix, first, change, weight, step)
+    lands = openings_after(plant, course, ALPHA * step)
+    after, size = staged_with(plant, lands, state, direction, matrix, first, change, weight, step)
+    if moving(course):
+        middle = rates(plant, lands, state, direction)
+        last = rates(plant, openings_after(plant, course, step), state, direction)
+        size = worse(size, in_time_error(first, change, weight, middle, last, step))
+    return after, size

@@ -19,12 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import kernel, kernel_by_type, outlined_kernel, version_for
+from rodless_sim.physics import course as valve_course
 from rodless_sim.physics.course import (
     ALPHA,
+    BEYOND_PARABOLA,
     GAMMA_1,
     GAMMA_2,
     GAMMA_3,
-    NEAR,
+    moving,
     openings_after,
 )
 from rodless_sim.physics.full_numbers import (
@@ -53,8 +55,6 @@ from rodless_sim.physics.integrator import (
 )
 from rodless_sim.physics.lands import AnyCourse, Course, Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import openings
-from rodless_sim.physics.spool import Spool, spool_voltage
 from rodless_sim.physics.state import FullMotion
 
 Array = npt.NDArray[np.float64]
@@ -89,8 +89,9 @@ ERRORS = FullMotion(
 # The differences that J is made of, in those units.
 DIFFERENCE = 0.1
 
-# Rows of rates.
-HERE, BESIDE, SCRATCH = range(3)
+# Rows of rates: of the state at the start, with the openings then, beside them, α h later and at
+# the end of the step; and of the later stages.
+HERE, BESIDE, MIDDLE, LAST, LATER = range(5)
 
 
 @kernel_by_type
@@ -107,13 +108,7 @@ def openings_beside(plant: Plant, course: Any) -> tuple[Any, float]:  # noqa: AR
 
 @version_for(Course, openings_beside)
 def _openings_beside(plant: Plant, course: Course) -> tuple[Lands, float]:
-    spool = course.spool
-    if spool.speed == 0.0:
-        return course.lands, 0.0
-    # Away from closed, where the curves have a kink.
-    near = NEAR if course.lands.forward else -NEAR
-    there = spool_voltage(Spool(spool.target, spool.place + near, 0.0))
-    return openings(plant, there), spool.speed / near
+    return valve_course.openings_beside(plant, course)
 
 
 @kernel
@@ -166,7 +161,7 @@ def rates_beside(
     rates: Array,
     matrix: Array,
 ) -> float:
-    """Write the rates, shape (3, COUNT): here, beside the present openings, and a scratch.
+    """Write the rates, shape (5, COUNT): here, and beside the present openings.
 
     Into ``matrix`` goes −J, each column the change of the rates with a state. Returns how often
     (1/s) the change to the openings beside happens.
@@ -183,13 +178,22 @@ def rates_beside(
             kept = trial[rows[k]]
             trial[rows[k]] = kept + DIFFERENCE * ERRORS[rows[k]]
             difference = trial[rows[k]] - kept
-        row = HERE if k < 0 else BESIDE if k == count else SCRATCH
+        row = HERE if k < 0 else BESIDE if k == count else MIDDLE
         store(full_rates(plant, lands, restored(trial), modes), rates[row])
         if 0 <= k < count:
             trial[rows[k]] = kept
             for i in range(count):
-                matrix[i, k] = (rates[HERE, rows[i]] - rates[SCRATCH, rows[i]]) / difference
+                matrix[i, k] = (rates[HERE, rows[i]] - rates[MIDDLE, rows[i]]) / difference
     return often
+
+
+@kernel
+def beyond_parabola(rates: Array) -> float:
+    """:func:`in_time_error` of one state, over the step; BESIDE has h ∂f/∂t."""
+    rise, turn = rates[HERE] + rates[BESIDE], ALPHA * rates[BESIDE]
+    bend = (rates[MIDDLE] - rates[HERE] - turn) / (ALPHA * ALPHA)
+    error: float = BEYOND_PARABOLA * (rates[LAST] - rise - bend)
+    return error
 
 
 @outlined_kernel
@@ -199,7 +203,7 @@ def full_step(
     """Return the state after ``step`` s and the size of its error; NaN where it is no number."""
     rows = np.empty(COUNT, np.int64)
     n = rows_of(plant, modes, rows)
-    rates, stages, numbers = np.zeros((3, COUNT)), np.empty((3, n)), numbers_of(state)
+    rates, stages, numbers = np.zeros((5, COUNT)), np.empty((3, n)), numbers_of(state)
     matrix = np.empty((n, n))
     course = spanned(plant, course, step)
     often = rates_beside(plant, course, state, modes, rows, rates, matrix)
@@ -215,14 +219,17 @@ def full_step(
     solve(matrix, n, u1)
     for i in range(n):
         numbers[rows[i]] += u1[i]
-    lands = openings_after(plant, course, ALPHA * step)
-    store(full_rates(plant, lands, restored(numbers), modes), rates[HERE])
+    watched = moving(course)
+    for row in range(MIDDLE if watched else LATER, LATER + 1):
+        lands = openings_after(plant, course, step if row == LAST else ALPHA * step)
+        there = restored(numbers) if row == LATER else state
+        store(full_rates(plant, lands, there, modes), rates[row])
     for i in range(n):
-        u2[i] = rates[HERE, rows[i]] + C21 / step * u1[i] + GAMMA_2 * change[rows[i]]
+        u2[i] = rates[LATER, rows[i]] + C21 / step * u1[i] + GAMMA_2 * change[rows[i]]
     solve(matrix, n, u2)
     for i in range(n):
         u3[i] = (
-            rates[HERE, rows[i]] + (C31 * u1[i] + C32 * u2[i]) / step + GAMMA_3 * change[rows[i]]
+            rates[LATER, rows[i]] + (C31 * u1[i] + C32 * u2[i]) / step + GAMMA_3 * change[rows[i]]
         )
     solve(matrix, n, u3)
     size = total = 0.0
@@ -230,6 +237,9 @@ def full_step(
         numbers[rows[i]] += B2 * u2[i] + B3 * u3[i]
         error = E1 * u1[i] + E2 * u2[i] + E3 * u3[i]
         size = max(size, abs(error) / ERRORS[rows[i]])
+        if watched:
+            in_time = beyond_parabola(rates[:, rows[i]]) * step
+            size = max(size, abs(in_time) / ERRORS[rows[i]])
         # A maximum passes over what is not a number.
         total += error + numbers[rows[i]]
     return restored(numbers), size + 0.0 * total

@@ -43,7 +43,14 @@ from rodless_sim.physics.air_in_tubes import (
     share_of,
     stiffness,
 )
-from rodless_sim.physics.course import ALPHA, openings_after, staged_with
+from rodless_sim.physics.course import (
+    ALPHA,
+    in_time_error,
+    moving,
+    openings_after,
+    staged_with,
+    worse,
+)
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import Inflows, less_leaks, motion_rate, rates
 from rodless_sim.physics.full_rates import air_rates, supply_at_valve
@@ -423,7 +430,19 @@ def staged_in_time(
     near = within(plant, arriving, course.valve, step, SMALL)
     ahead = within(plant, arriving, course.valve, step, ALPHA)
     change, weight = moved(rates(soon, near, state, direction), first, -1.0), 1.0 / SMALL
-    return staged_with(then, ahead, state, direction, matrix, first, change, weight, step)
+    after, size = staged_with(then, ahead, state, direction, matrix, first, change, weight, step)
+    if moving(course):
+        middle = rates(then, ahead, state, direction)
+        end = within(plant, arriving, course.valve, step, 1.0)
+        last = rates(now_supplied(plant, course.time + step), end, state, direction)
+        size = worse(size, in_time_error(first, change, weight, middle, last, step))
+    return after, size
+
+
+@version_for(Timed, moving)
+def _moving(course: Timed) -> bool:
+    # Tubes are fed in parts of their own.
+    return course.tubes == () and moving(course.valve)
 
 
 # For full_step.
@@ -457,6 +476,11 @@ def _openings_after(plant: Plant, course: Spanned, elapsed: float) -> Instant:
     supply = rippled(plant.ripple, plant.supply_pressure, course.course.time + elapsed)
     inlet = within(plant, course.arriving, course.course.valve, course.step, elapsed / course.step)
     return Instant(supply, inlet, course.drawn)
+
+
+@version_for(Spanned, moving)
+def _spanned_moving(course: Spanned) -> bool:
+    return moving(course.course)
 
 
 @version_for(Spanned, full_step.openings_beside)
