@@ -63,7 +63,7 @@ def complain(line: str) -> None:
 def announce() -> None:
     """Say once that this process has to compile: without logging set up, too."""
     line = "compiling, which takes about a minute; the next start finds the result"
-    if LOGGER.hasHandlers():
+    if LOGGER.hasHandlers() and LOGGER.isEnabledFor(logging.INFO):
         LOGGER.info(line)
     else:
         print(line, file=sys.stderr, flush=True)

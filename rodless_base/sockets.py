@@ -8,9 +8,10 @@
 
 """Sockets: lists of modules of one kind, to which a new module is added by its name."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from types import ModuleType
+from weakref import WeakSet
 
 from rodless_base.kernels import is_kernel
 from rodless_base.one_line import shown
@@ -29,8 +30,8 @@ def chooser(name: str, found: Sequence[ModuleType], source: str) -> dict[str, Pa
     return declare(Parameter(name, names[0], "", meaning, source, choices=names))
 
 
-# Kernels return one type, whatever the numbers: of thousands of rigs the first tells.
-_CHECKED: set[object] = set()
+# Of thousands of rigs the first tells: a compiled function returns one type, whatever the numbers.
+_CHECKED: WeakSet[Callable[..., object]] = WeakSet()
 
 
 def check_kernel(module: ModuleType, name: str, example: object, *arguments: object) -> None:

@@ -11,6 +11,7 @@
 The C file's loop, spread over the cores in the same way, shows what the cores of the machine share.
 """
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -53,7 +54,8 @@ def bench_ensembles(
         figures |= _of_preset(preset, check, few, many)
     try:
         run = _in_c()
-    except NoCompilerError:
+    except NoCompilerError as error:
+        print(f"C file: left out: {error}", file=sys.stderr)
         return figures
     alone, together = in_turn(lambda workers: _of_c_seconds(run, of_c, workers or cores()), check)
     return figures | {f"C file, {cores()} cores ÷ one": alone / together}

@@ -8,6 +8,8 @@
 
 """One rule for "90 % of the rigs": the least value of a rig that so many of them do not exceed."""
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,5 +21,7 @@ def quantile(values: npt.ArrayLike, share: float) -> float:
     than all that have: it counts as infinite.
     """
     found = np.asarray(values, dtype=np.float64)
-    there = np.where(np.isnan(found), np.inf, found)
-    return float(np.quantile(there, share, method="inverted_cdf"))
+    there = np.sort(np.where(np.isnan(found), np.inf, found))
+    # 0.55 is a little more in binary: of a hundred it is the 55th all the same.
+    place = max(math.ceil(share * len(there) - 1e-9), 1)
+    return float(there[place - 1])

@@ -67,12 +67,13 @@ def parameter_text(task: TuningTask, found: Tuned) -> str:
 
 
 def _of_finals(task: TuningTask, found: Tuned) -> str:
-    if found.final_score is None:
+    if not task.finalists:
         return ""
     count = len(task.finals()) * len(task.study)
-    return (
-        f"; of {task.finalists} finalists the best on {count} other rigs: {found.final_score:.6g}"
-    )
+    if found.final_score is None:
+        return f"; the finalists have not met on {count} other rigs yet: go on by the same command"
+    finalists = min(task.finalists, len(found.candidates))
+    return f"; of {finalists} finalists the best on {count} other rigs: {found.final_score:.6g}"
 
 
 def _scored(task: TuningTask) -> str:

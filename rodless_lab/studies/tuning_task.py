@@ -180,8 +180,9 @@ def read_task(given: str | Path) -> TuningTask:
     if not 0.0 <= spread <= 1.0:
         raise search.error("spread", f"{spread:g} refused, must be from 0 to 1")
     finalists = search.whole("finalists", 0)
-    if not 0 <= finalists <= 1000:
-        raise search.error("finalists", f"{finalists} refused, must be from 0 to 1000")
+    # One alone would be the values in force, whatever the search finds.
+    if not (finalists == 0 or 2 <= finalists <= 1000):
+        raise search.error("finalists", f"{finalists} refused, must be 0, or from 2 to 1000")
     search.end()
     trials = tuple(_trials(fields, score, path))
     score.end()

@@ -158,7 +158,10 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
     _refuse(parameters)
     change = float(np.ptp(Problem(run, parameters).force))
     if change < LEAST_FORCE:
-        raise UninformativeRunError(f"the pressures' force changes by only {change:.3g} N")
+        raise UninformativeRunError(
+            f"the pressures' force changes by only {change:.3g} N, of {LEAST_FORCE:g} N that tell "
+            "anything: record a run of `rodless drive bristles`"
+        )
     problem = Problem(run, parameters)
     least = _least(run, parameters, problem.start, SHARES)
     fit = _fitted(least)
@@ -191,11 +194,16 @@ def _fitted(least: _Least) -> BristleFit:
 
 def _refuse(parameters: RigParameters) -> None:
     """Refuse a base whose carriage is not moved by what the pressures push."""
-    rigid = parameters.text("coupling.kind") == "rigid"
-    if Plant.of(parameters).cylinder.locked or not rigid:
+    kind = parameters.text("coupling.kind")
+    if kind != "rigid":
         raise ParameterError(
-            "cylinder.locked, coupling.kind: refused, the fit takes the pressures to push the "
-            "carriage itself; identify without"
+            f"coupling.kind: {kind} refused, the fit takes the pressures to push the carriage "
+            "itself; give a base with coupling.kind: rigid"
+        )
+    if Plant.of(parameters).cylinder.locked:
+        raise ParameterError(
+            "cylinder.locked: refused, a carriage that is held tells nothing of its friction; "
+            "give a base without"
         )
 
 

@@ -26,6 +26,17 @@ def test_what_was_taken_out_is_counted(lost: set[int]) -> None:
     )
 
 
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 0.9))
+def test_heavy_losses_are_counted(seed: int, share: float) -> None:
+    """Up to nine samples in ten, by chance, with stamps that came twice among the rest."""
+    generator = np.random.default_rng(seed)
+    there = generator.random(EVEN.shape) >= share
+    there[[0, 1, -1]] = True
+    kept = np.sort(np.concatenate([EVEN[there], EVEN[there][:10]]))
+    found = missing_samples({"/cut": kept})
+    assert found.endswith(f": {np.sum(~there)} of 1000 of /cut") == (not there.all())
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_late_samples_are_not_missing(seed: int) -> None:
     """Stamps of a real rig's driver: a few much too late, or all with jitter to 0.9 periods."""

@@ -35,3 +35,11 @@ def test_of_a_hundred_rigs_it_is_the_one_of_that_number(share: float, expected: 
     """The fiftieth, the ninetieth, the worst; of two, the better one is the median."""
     assert quantile([float(k) for k in range(100, 0, -1)], share) == expected
     assert quantile([2.0, 1.0], 0.5) == 1.0
+
+
+def test_it_is_so_of_any_share_in_per_cent() -> None:
+    """Of up to 200 rigs, also where a share times their number is not exact in binary."""
+    for count in range(1, 201):
+        values = [float(k) for k in range(1, count + 1)]
+        expected = [max(-(-percent * count // 100), 1) for percent in range(1, 101)]
+        assert [quantile(values, percent / 100) for percent in range(1, 101)] == expected
