@@ -98,8 +98,8 @@ def run_in(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
     sent = SampleTimes(joint, time)
     voltage, doubt = _voltage(bag, namespace, sent)
-    missing = _missing(bag, namespace)
-    run = replace(_on_one_base((time, position), pressures, voltage), doubt=doubt, missing=missing)
+    run = _on_one_base((time, position), pressures, voltage)
+    run = replace(run, doubt=doubt, missing=_missing(bag, namespace, float(run.time[0])))
     setpoint = None
     if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
         when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), sent)
@@ -107,11 +107,14 @@ def run_in(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
     return replace(run, time=run.time - run.time[0]), setpoint
 
 
-def _missing(bag: Bag, namespace: str) -> str:
-    """Say which samples were lost on the way into the bag, if any, and how to lose none."""
+def _missing(bag: Bag, namespace: str, begin: float) -> str:
+    """Say which samples were lost on the way into the bag, if any, and how to lose none.
+
+    Times count from ``begin`` (s, a stamp), as those of the run do.
+    """
     topics = (JOINT_STATES, *PRESSURES.values(), VALVE_STATE)
     recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
-    lost = missing_samples({found.topic.name: found.stamp for found in recorded})
+    lost = missing_samples({found.topic.name: found.stamp - begin for found in recorded})
     return lost and (
         f"{bag.path}: {lost}; a replay departs where the valve's were lost: record with "
         "`rodless record`, or as docs/bags.md says"
