@@ -46,6 +46,9 @@ DURATION = 6.0
 # How often the progress is shown, in wall-clock s.
 PROGRESS_PERIOD = 0.1
 
+# For the nodes, in wall-clock s: a crowded machine may compile for minutes.
+PATIENCE = 300.0
+
 
 class Progress:
     """Called all the while: shows how far the run is, and ends it when asked to stop."""
@@ -124,6 +127,7 @@ def move(
         plant={"supply.pressure": SUPPLY_PRESSURE, "time.period": PERIOD},
         duration=DURATION,
         paused=True,
+        timeout=PATIENCE,
         check=progress,
         bag=bag,
         bag_topics=[REFERENCE],

@@ -37,8 +37,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser.add_argument(
         "--output",
         type=Path,
-        default=Path("results/bench/metrics.json"),
-        help="all numbers (default: %(default)s); tables and picture go beside it",
+        help="all numbers (default: results/bench/metrics.json, PART.json with --only); tables "
+        "and picture go beside it",
     )
     parser.add_argument("--only", choices=tuple(PARTS), help="leave the others out")
     options = parser.parse_args(arguments)
@@ -51,7 +51,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         if stop.requested:
             raise _InterruptedError
 
-    output: Path = options.output
+    # The figures of one part do not replace those of a whole run.
+    output: Path = options.output or Path("results/bench", f"{options.only or 'metrics'}.json")
     figures: dict[str, float] = {}
     try:
         output.parent.mkdir(parents=True, exist_ok=True)

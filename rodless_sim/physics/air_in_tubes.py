@@ -273,14 +273,14 @@ def next_jump(tubes: Tubes, time: float) -> float:
 def with_room(tubes: Tubes) -> Tubes:
     """Return the same history with room for one more row: without what has arrived, or longer."""
     history, last, count = tubes.history, tubes.last, tubes.rows
-    kept = count - last
+    kept, room = count - last, history
     if 2 * kept > history.shape[0]:
-        longer = np.empty((2 * history.shape[0], COLUMNS))
-        longer[:kept] = history[last:count]
-        return Tubes(longer, kept, 0, tubes.a, tubes.b)
+        room = np.empty((2 * history.shape[0], COLUMNS))
+    # Number by number: whole rows would have the texts of numpy's errors compiled with them.
     for row in range(kept):
-        history[row] = history[last + row]
-    return Tubes(history, kept, 0, tubes.a, tubes.b)
+        for column in range(COLUMNS):
+            room[row, column] = history[last + row, column]
+    return Tubes(room, kept, 0, tubes.a, tubes.b)
 
 
 @kernel

@@ -95,15 +95,15 @@ def _advance_period(
 ) -> tuple[AnyMotion, AnyCourse, int]:
     """:func:`advance_period`, cut where a command arrives within it."""
     early, late = arrivals
-    if early == late:
-        return advance_from(plant, course, state, flows, period * SECONDS_PER_NANOSECOND, tolerance)
-    first = until_arrival(plant.drive, period)
-    state, passed, fault = advance_from(
-        plant, course, state, flows, first * SECONDS_PER_NANOSECOND, tolerance
-    )
-    if fault != 0:
-        return state, passed, fault
-    following = course_at(plant, spool_of(passed), late)
-    flows = inflows(plant, following, state)
-    left = (period - first) * SECONDS_PER_NANOSECOND
-    return advance_from(plant, following, state, flows, left, tolerance)
+    first = period if early == late else until_arrival(plant.drive, period)
+    span = first
+    # One call for both parts: each call site is a copy of nearly all the code there is to compile.
+    while True:
+        state, course, fault = advance_from(
+            plant, course, state, flows, span * SECONDS_PER_NANOSECOND, tolerance
+        )
+        if fault != 0 or first == period:
+            return state, course, fault
+        span, first = period - first, period
+        course = course_at(plant, spool_of(course), late)
+        flows = inflows(plant, course, state)

@@ -8,6 +8,7 @@
 
 """Names, types, units and stamps of everything the two nodes offer to others."""
 
+import itertools
 import json
 import math
 import re
@@ -163,17 +164,18 @@ def test_events_of_the_controller_are_dated_in_plant_time(observer: Observer) ->
     """By its samples: it does not listen to /clock."""
     assert observer.get_parameters("/controller", ["use_sim_time"]) == {"use_sim_time": True}
     events = observer.collect(ParameterEvent, "/parameter_events")
-    stamps: list[int] = []
+    gains = itertools.count(60)
+
+    def stamps() -> list[int]:
+        return [stamp for event in events if (stamp := stamp_nanoseconds(event.stamp)) > 0]
 
     def dated() -> bool:
-        known = len(events)
-        observer.set_parameters("/controller", {"controller.kd": 60.0 + len(stamps)})
-        observer.wait(lambda: len(events) > known, "the event")
-        stamps.append(stamp_nanoseconds(events[-1].stamp))
-        return stamps[-1] > 0
+        # A change that comes before controller and observer have found each other goes unheard.
+        observer.set_parameters("/controller", {"controller.kd": float(next(gains))})
+        return bool(stamps())
 
     observer.wait(dated, "a date")
-    assert stamps[-1] < 86_400 * 10**9  # of the wall clock it would be decades
+    assert stamps()[-1] < 86_400 * 10**9  # of the wall clock it would be decades
 
 
 def test_joint_is_the_carriage_in_si_units(observer: Observer) -> None:

@@ -6,12 +6,17 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""`rodless bench` where psutil, an extra, is not installed."""
+"""`rodless bench`: where its figures go, and where psutil, an extra, is not installed."""
 
+import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from rodless_base.start import Stop
+from rodless_lab.cli import bench as verb
 
 WITHOUT_PSUTIL = (
     "import sys; sys.modules['psutil'] = None; from rodless_lab.cli.main import main; main()"
@@ -43,3 +48,18 @@ def test_without_psutil_it_says_how_to_get_it(arguments: list[str]) -> None:
     assert run.returncode == 2
     assert run.stdout == ""
     assert run.stderr == "rodless bench needs psutil: pip install 'rodless_sim[bench]'\n"
+
+
+def test_one_part_leaves_the_figures_of_a_whole_run_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A whole run fills metrics.json; one part goes to a file of its own."""
+    pytest.importorskip("psutil")
+    measured = {"solvers": 1.0, "nodes": 2.0}
+    parts = {name: lambda *_, name=name: {name: measured[name]} for name in measured}
+    monkeypatch.setattr(verb, "PARTS", parts)
+    monkeypatch.chdir(tmp_path)
+    assert verb.main([], Stop()) == 0
+    assert verb.main(["--only", "nodes"], Stop()) == 0
+    found = {path.name: json.loads(path.read_text()) for path in Path("results/bench").iterdir()}
+    assert found == {"metrics.json": measured, "nodes.json": {"nodes": 2.0}}

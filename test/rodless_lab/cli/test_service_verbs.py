@@ -16,6 +16,7 @@ import pytest
 from running import StartProcess, StartRig, until_it_says
 from std_srvs.srv import SetBool
 
+from rodless_base.ros.diagnostics import NAMESAKES
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import SessionProcesses
 
@@ -148,6 +149,9 @@ def test_two_rigs_of_one_name_are_refused_by_name(
             text = f"2 nodes named {node} {words}"
             until_it_reports(observer, node, lambda said, text=text: text in said.message)
             assert twin[node].output.count(text) == 1
+    # A loaded machine may lose the word that the twin leaves: its lease ends 20 s later.
+    for node in ("plant", "controller"):
+        until_it_reports(observer, node, lambda said: said.values[NAMESAKES] == "1")
     assert observer.get_parameters("/rig/plant", ["supply.pressure"]) == {
         "supply.pressure": 621325.0
     }
