@@ -12,18 +12,24 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from rodless_base.constants import CLOSED_VOLTAGE
+from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
-from rodless_lab.identification.excitation import EXCITATIONS, PERIOD
+from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitation
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 once all voltages were given, 1 where it was ended before."""
+    """Return 0 once all voltages were given, 1 where it was ended before, 2 for a bad option."""
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.session.driver import drive  # noqa: PLC0415
 
-    voltages = EXCITATIONS[options.subject]()
+    try:
+        voltages = excitation(options.subject, options.closed_voltage)
+    except ParameterError as error:
+        print(error, file=sys.stderr)
+        return 2
     duration = len(voltages) * PERIOD
 
     def show(seconds: int) -> None:
@@ -51,5 +57,12 @@ def _parser() -> argparse.ArgumentParser:
         default=0,
         metavar="N",
         help="recorders to wait for (%(default)d), so that the first command is in their bags",
+    )
+    parser.add_argument(
+        "--closed-voltage",
+        type=float,
+        default=CLOSED_VOLTAGE,
+        metavar="V",
+        help="where the valve of the rig is closed (%(default)g)",
     )
     return parser

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CLOSED_VOLTAGE
+from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
 
@@ -145,3 +146,13 @@ EXCITATIONS: dict[str, Callable[[], Array]] = {
     "spool": spool_voltages,
     "valve": chamber_voltages,
 }
+
+
+def excitation(subject: str, closed_voltage: float = CLOSED_VOLTAGE) -> Array:
+    """Return voltages (V), one per :data:`PERIOD`, for a valve closed at ``closed_voltage`` (V).
+
+    They are those of 5.08 V, the paper's, as far away from where the valve is closed. Raises
+    KeyError for no subject, and ParameterError for what ``valve.closed_voltage`` cannot be.
+    """
+    closed = RigParameters.DECLARATIONS["valve.closed_voltage"].check(closed_voltage)
+    return EXCITATIONS[subject]() + (float(closed) - CLOSED_VOLTAGE)

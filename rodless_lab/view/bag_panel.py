@@ -65,6 +65,7 @@ class BagPanel:
         self._cursor.on("pan", lambda event: self._scrub(event.args != "end"))
         self._cursor.on("update:model-value", self._seek, throttle=SEEK_PERIOD)
         self._apart = ui.html("", sanitize=False).classes("view-label").props(tag("apart"))
+        self._notes = ui.label().classes("view-label view-lines").props(tag("notes"))
 
     def _list(self) -> None:
         """Offer the bags that are in the folder now, once a second."""
@@ -119,6 +120,7 @@ class BagPanel:
             self._shown = playback
             self._cursor.props(f":min={playback.begin:.6f} :max={playback.end:.6f}")
             self._apart.set_content(_table(playback))
+            self._notes.set_text("\n".join(playback.notes))
         self._play.set_text("Stop" if playback.playing else "Play")
         if self._speed.value != playback.speed:
             self._speed.set_value(playback.speed)

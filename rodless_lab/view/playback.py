@@ -187,6 +187,11 @@ class Playback:
         return min(self._from + self._speed * (self._clock() - self._since), self.end)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the recordings before they are trusted: one line each."""
+        return tuple(note for tape in self.tapes for note in tape.run.notes)
+
+    @property
     def playing(self) -> bool:
         """Whether the cursor moves."""
         return self._playing and self.cursor < self.end

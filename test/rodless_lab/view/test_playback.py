@@ -105,6 +105,21 @@ def test_two_bags_stand_on_one_time_and_say_how_far_they_are_apart(bags: Path) -
     assert apart["valve voltage"].largest == 0.0
 
 
+def test_samples_that_a_recorder_lost_are_told(bags: Path, tmp_path: Path) -> None:
+    """How many, from when on and of which bag, also where the other of two is whole."""
+    rig_bag.write(
+        tmp_path / "gaps",
+        run(),
+        lambda topic, k, *message: None if topic == "/joint_states" and k == 1500 else message,
+    )
+    whole = open_tape(bags / "slow")
+    assert Playback([whole]).notes == ()
+    (note,) = Playback([whole, open_tape(tmp_path / "gaps")]).notes
+    assert note.startswith(
+        f"{tmp_path / 'gaps'}: samples are missing, from 1.499 s on: 1 of 4000 of /joint_states"
+    )
+
+
 def test_what_is_no_bag_of_a_rig_is_refused_in_words(tmp_path: Path) -> None:
     """The name, and what is missing."""
     with pytest.raises(ViewError, match="nothing"):
