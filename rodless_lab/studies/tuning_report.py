@@ -8,6 +8,7 @@
 
 """What a search leaves: the parameter file, and a page with the trade-off."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rodless_base.atomic_write import atomic_write
+from rodless_base.parameters import Value
+from rodless_control.laws import law_class
 from rodless_lab.figures.files import write_figure
 from rodless_lab.figures.style import label, panels
 from rodless_lab.simulation.ensemble import Ensemble
@@ -51,8 +54,13 @@ def labels(task: TuningTask) -> dict[str, str]:
 
 
 def parameter_text(task: TuningTask, found: Tuned) -> str:
-    """Return a parameter file with the values found, for the controller."""
-    law = task.study.base.controller.text("controller.law")
+    """Return a parameter file for the controller: the values found, and the law's other ones.
+
+    It has the law's whole set, so that what it does depends on no preset that it is laid on.
+    """
+    controller = task.study.base.controller
+    law = controller.text("controller.law")
+    values = {name: controller[name] for name in law_class(law).PARAMETERS} | found.values
     figures = ", ".join(labels(task))
     rigs = len(task.study)
     lines = [
@@ -61,7 +69,7 @@ def parameter_text(task: TuningTask, found: Tuned) -> str:
         "/**/controller:",
         "  ros__parameters:",
         f"    controller.law: {law}",
-        *(f"    {name}: {_real(value)}" for name, value in found.values.items()),
+        *(f"    {name}: {_yaml(value)}" for name, value in values.items()),
     ]
     return "\n".join(lines) + "\n"
 
@@ -81,7 +89,9 @@ def _scored(task: TuningTask) -> str:
     return f"in the mean from {at} on" if task.mean_beyond else f"at {at}"
 
 
-def _real(value: float) -> str:
+def _yaml(value: Value) -> str:
+    if not isinstance(value, float):
+        return json.dumps(value)
     # All digits, so that the file is the candidate; YAML 1.1 takes 1e-05 for a text.
     mantissa, mark, exponent = repr(value).partition("e")
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{mark}{exponent}"

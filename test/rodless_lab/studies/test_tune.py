@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from rodless_control import ControllerParameters
+from rodless_control.laws import law_class
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
@@ -24,6 +25,8 @@ from rodless_lab.studies.shipped import shipped
 from rodless_lab.studies.tune import Bench, Candidate, Journal, present_shares, search
 from rodless_lab.studies.tuning_report import front, parameter_text, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
+
+PID = law_class("pid").PARAMETERS.keys()
 
 TASK = """
 base: calibrated
@@ -87,12 +90,18 @@ def test_a_search_that_goes_on_ends_where_one_in_one_go_does(tmp_path: Path) -> 
 
 
 def test_the_parameter_file_is_the_candidate(tmp_path: Path) -> None:
-    """The controller loads it with all digits; page and picture stand beside it."""
+    """The controller loads it with all digits; page and picture stand beside it.
+
+    It has the gains of the task's base too, and so is the same law wherever it is laid on.
+    """
     task = read_task(written(tmp_path))
     found = search(task, tmp_path / "out")
     text = write_tuned(tmp_path / "out", task, found)
     loaded = ControllerParameters.from_file(tmp_path / "out" / "tuned.yaml")
     assert {name: loaded[name] for name in found.values} == found.values
+    law = task.study.base.controller.with_values(found.values)
+    assert {name: loaded[name] for name in PID} == {name: law[name] for name in PID}
+    assert any(law[name] != ControllerParameters()[name] for name in PID - found.values.keys())
     assert "at the 1 quantile: score" in (tmp_path / "out" / "tuned.yaml").read_text(
         encoding="utf-8"
     )
