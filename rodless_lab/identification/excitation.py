@@ -154,5 +154,6 @@ def excitation(subject: str, closed_voltage: float = CLOSED_VOLTAGE) -> Array:
     They are those of 5.08 V, the paper's, as far away from where the valve is closed. Raises
     KeyError for no subject, and ParameterError for what ``valve.closed_voltage`` cannot be.
     """
-    closed = RigParameters.DECLARATIONS["valve.closed_voltage"].check(closed_voltage)
-    return EXCITATIONS[subject]() + (float(closed) - CLOSED_VOLTAGE)
+    closed = RigParameters({"valve.closed_voltage": closed_voltage}).number("valve.closed_voltage")
+    voltages: Array = EXCITATIONS[subject]() + (closed - CLOSED_VOLTAGE)
+    return voltages

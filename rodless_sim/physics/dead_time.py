@@ -86,7 +86,7 @@ def _until_arrival(drive: Drive, period: int) -> int:
 @version_for((Course, Timed), advance_period)
 def _advance_period(
     plant: Plant,
-    course: Course | Timed,
+    course: AnyCourse,
     state: AnyMotion,
     flows: Inflows,
     arrivals: tuple[float, float],

@@ -21,11 +21,16 @@ from scipy.optimize import brentq, root
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.physics.heat import NetInflow, wall_area
+from rodless_sim.physics.heat import wall_area
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.settled_chamber import PRESSURE_ERROR, RELATIVE_ERROR, settled_chamber
+from rodless_sim.physics.settled_chamber import (
+    PRESSURE_ERROR,
+    RELATIVE_ERROR,
+    settled_chamber,
+    settled_warm_chamber,
+)
 from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 
 # What counts as balanced: heat that would warm a chamber by some microkelvins in a second.
@@ -74,37 +79,15 @@ def settled_air(plant: Plant, voltage: float, position: float) -> HeatedMotion:
     The carriage is held at ``position`` (m), the valve at ``voltage`` (V). Raises as
     :func:`settled_pressures`.
     """
-    lands, ambient, wall = openings(plant, voltage), plant.ambient_pressure, _wall(plant)
-
-    def flows(a: tuple[float, float], b: tuple[float, float]) -> Any:
-        return inflows(plant, lands, HeatedMotion(0.0, 0.0, a[0], b[0], a[1], b[1]))
-
+    lands = openings(plant, voltage)
     losses = [
         plant.heat.coefficient * wall_area(plant.heat, volume)
         for volume in (volume_a(plant.cylinder, position), volume_b(plant.cylinder, position))
     ]
     if plant.leak.across == 0.0:
-
-        def settled(chamber: int, temperature: float) -> float:
-            found = settled_chamber(plant, lands, chamber, temperature)
-            if math.isnan(found):
-                raise _unsettled(voltage)
-            return found
-
-        a = _chamber(
-            plant,
-            losses[0],
-            lambda t: settled(0, t),
-            lambda p, t: flows((p, t), (ambient, wall)).a,
-        )
-        b = _chamber(
-            plant,
-            losses[1],
-            lambda t: settled(1, t),
-            lambda p, t: flows((ambient, wall), (p, t)).b,
-        )
+        a, b = (_chamber(plant, lands, voltage, chamber, losses[chamber]) for chamber in (0, 1))
     else:
-        a, b = _both(plant, voltage, losses, flows)
+        a, b = _both(plant, lands, voltage, losses)
     return HeatedMotion(position, 0.0, a[0], b[0], a[1], b[1])
 
 
@@ -113,34 +96,23 @@ def _wall(plant: Plant) -> float:
 
 
 def _chamber(
-    plant: Plant,
-    loss: float,
-    pressure: Callable[[float], float],
-    chamber: Callable[[float, float], NetInflow],
+    plant: Plant, lands: Lands, voltage: float, chamber: int, loss: float
 ) -> tuple[float, float]:
     """Return P and T (Pa, K) of a chamber that has nothing to do with the other.
 
-    ``pressure`` is the one (Pa) at which nothing enters it at a temperature (K).
+    ``loss`` is to the walls, in W/K.
     """
-
-    def power(temperature: float) -> float:
-        flow = chamber(pressure(temperature), temperature)
-        return float(flow.enthalpy_flow + loss * (_wall(plant) - temperature))
-
     # The air settles between the coldest and the warmest that it meets.
     known = (plant.air.temperature, _wall(plant), plant.heat.ambient_temperature)
     low, high = min(known) - 1.0, max(known) + 1.0
-    if power(low) == power(high):  # nothing flows, no wall warms: any temperature is settled
-        return pressure(_wall(plant)), _wall(plant)
-    temperature = float(brentq(power, low, high, xtol=1e-9, rtol=1e-14))
-    return pressure(temperature), temperature
+    found = settled_warm_chamber(plant, lands, chamber, loss, low, high)
+    if any(map(math.isnan, found)):
+        raise _unsettled(voltage)
+    return found
 
 
 def _both(
-    plant: Plant,
-    voltage: float,
-    losses: list[float],
-    flows: Callable[[tuple[float, float], tuple[float, float]], Any],
+    plant: Plant, lands: Lands, voltage: float, losses: list[float]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return P and T (Pa, K) of chambers that leak into each other.
 
@@ -152,7 +124,9 @@ def _both(
 
     def powers(unknown: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         pressure_a, pressure_b, warm_a, warm_b = (scale * unknown).tolist()
-        a, b = flows((pressure_a, warm_a), (pressure_b, warm_b))
+        state = HeatedMotion(0.0, 0.0, pressure_a, pressure_b, warm_a, warm_b)
+        flows: Any = inflows(plant, lands, state)
+        a, b = flows
         capacity = a.enthalpy_flow, b.enthalpy_flow
         heat = [
             flow + loss * (_wall(plant) - warm)

@@ -6,26 +6,26 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""The pressure at which a closed valve leaves one chamber, without a call back to Python.
+"""What one chamber settles at with the valve closed, without a call back to Python.
 
-Brent's method (Algorithms for Minimization without Derivatives, 1973, chapter 4), step for step as
-scipy's ``brentq``, with the same bits: an ensemble settles thousands of rigs, and a call from scipy
-for each flow would take as long as a run.
+An ensemble settles thousands of rigs, and a call from scipy for each flow would take as long as a
+run, and would keep other threads waiting for the interpreter.
 """
 
 import math
+from typing import Any
 
 from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.root import MOST_STEPS, begun, next_guess, told
 from rodless_sim.physics.state import HeatedMotion, Motion
 
-# How exactly a pressure is looked for where it balances.
+# How exactly a pressure and a temperature are looked for where they balance.
 PRESSURE_ERROR = 1e-6  # Pa
+TEMPERATURE_ERROR = 1e-9  # K
 RELATIVE_ERROR = 1e-14
-
-MOST_STEPS = 100  # then scipy gives up, too
 
 
 @kernel
@@ -61,65 +61,64 @@ def settled_chamber(plant: Plant, lands: Lands, chamber: int, temperature: float
     outward = net_into(plant, lands, chamber, temperature, full)
     if outward == 0.0:
         return full
-    if outward < 0.0:
-        return between(plant, lands, chamber, temperature, empty, full, inward, outward)
-    return math.nan
-
-
-@kernel
-def between(
-    plant: Plant,
-    lands: Lands,
-    chamber: int,
-    temperature: float | None,
-    before: float,
-    now: float,
-    flow_before: float,
-    flow_now: float,
-) -> float:
-    """Return the root (Pa) between two pressures whose flows have opposite signs."""
-    # The root is between ``now``, the best so far, and ``behind``.
-    behind, flow_behind = before, flow_before
-    step_before = step = now - before
+    if not outward < 0.0:
+        return math.nan
+    search = begun(empty, full, inward, outward)
     for _ in range(MOST_STEPS):
-        if flow_before != 0.0 and flow_now != 0.0 and (flow_before < 0.0) != (flow_now < 0.0):
-            behind, flow_behind = before, flow_before
-            step_before = step = now - before
-        if abs(flow_behind) < abs(flow_now):
-            before, now, behind = now, behind, now
-            flow_before, flow_now, flow_behind = flow_now, flow_behind, flow_now
-        error = (PRESSURE_ERROR + RELATIVE_ERROR * abs(now)) / 2.0
-        half = (behind - now) / 2.0
-        if flow_now == 0.0 or abs(half) < error:
-            return now
-        tried = math.inf
-        if abs(step_before) > error and abs(flow_now) < abs(flow_before):
-            tried = interpolated(before, now, behind, flow_before, flow_now, flow_behind)
-        if 2.0 * abs(tried) < min(abs(step_before), 3.0 * abs(half) - error):
-            step_before, step = step, tried
-        else:
-            step_before = step = half
-        before, flow_before = now, flow_now
-        now += step if abs(step) > error else math.copysign(error, half)
-        flow_now = net_into(plant, lands, chamber, temperature, now)
-        if math.isnan(flow_now):
+        search = next_guess(search, PRESSURE_ERROR, RELATIVE_ERROR)
+        if search.found:
+            return search.now
+        flow = net_into(plant, lands, chamber, temperature, search.now)
+        if math.isnan(flow):
             return math.nan
+        search = told(search, flow)
     return math.nan
 
 
-@kernel
-def interpolated(
-    before: float,
-    now: float,
-    behind: float,
-    flow_before: float,
-    flow_now: float,
-    flow_behind: float,
-) -> float:
-    """Step (Pa) from ``now`` to where a line, or with three pressures a curve, has no flow."""
-    if before == behind:
-        return -flow_now * (now - before) / (flow_now - flow_before)
-    slope = (flow_before - flow_now) / (before - now)
-    other = (flow_behind - flow_now) / (behind - now)
-    top = -flow_now * (flow_behind * other - flow_before * slope)
-    return top / (other * slope * (flow_behind - flow_before))
+@outlined_kernel
+def power(
+    plant: Plant, lands: Lands, chamber: int, loss: float, temperature: float
+) -> tuple[float, float]:
+    """Pressure (Pa) at which a chamber at ``temperature`` (K) settles, and the heat it gains (W).
+
+    The other chamber is at ambient pressure, as warm as the walls; ``loss`` to them is in W/K.
+    """
+    pressure = settled_chamber(plant, lands, chamber, temperature)
+    ambient, wall = plant.ambient_pressure, plant.heat.wall_temperature
+    flows: Any  # of a heated plant, with the heat that they carry
+    if chamber == 0:
+        flows = inflows(plant, lands, HeatedMotion(0.0, 0.0, pressure, ambient, temperature, wall))
+        carried = flows.a.enthalpy_flow
+    else:
+        flows = inflows(plant, lands, HeatedMotion(0.0, 0.0, ambient, pressure, wall, temperature))
+        carried = flows.b.enthalpy_flow
+    return pressure, carried + loss * (wall - temperature)
+
+
+@outlined_kernel
+def settled_warm_chamber(
+    plant: Plant, lands: Lands, chamber: int, loss: float, low: float, high: float
+) -> tuple[float, float]:
+    """Return P and T (Pa, K) at which a chamber keeps its air and its heat, NaN where it cannot.
+
+    T lies between ``low`` and ``high`` (K); ``loss`` is to the walls, in W/K.
+    """
+    wall = plant.heat.wall_temperature
+    pressure, coldest = power(plant, lands, chamber, loss, low)
+    _, warmest = power(plant, lands, chamber, loss, high)
+    if coldest == warmest:  # nothing flows, no wall warms: any temperature is settled
+        return settled_chamber(plant, lands, chamber, wall), wall
+    if coldest == 0.0:
+        return pressure, low
+    if not coldest * warmest <= 0.0:
+        return math.nan, math.nan
+    search = begun(low, high, coldest, warmest)
+    for _ in range(MOST_STEPS):
+        search = next_guess(search, TEMPERATURE_ERROR, RELATIVE_ERROR)
+        if search.found:
+            return settled_chamber(plant, lands, chamber, search.now), search.now
+        _, gained = power(plant, lands, chamber, loss, search.now)
+        if math.isnan(gained):
+            return math.nan, math.nan
+        search = told(search, gained)
+    return math.nan, math.nan

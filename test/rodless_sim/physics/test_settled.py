@@ -9,17 +9,28 @@
 """The pressures at which the flows through the valve balance, without a run in time."""
 
 from functools import partial
+from typing import Any
 
 import pytest
 from chamber_flows import flow_into_a, flow_into_b
 from scipy.optimize import brentq
 
+from rodless_lab import draw
 from rodless_lab.accuracy.random_rigs import case
 from rodless_sim import RigParameters
+from rodless_sim.physics.cylinder import volume_a, volume_b
+from rodless_sim.physics.equations import inflows
+from rodless_sim.physics.heat import wall_area
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.settled import settled_pressures
-from rodless_sim.physics.settled_chamber import PRESSURE_ERROR, RELATIVE_ERROR
+from rodless_sim.physics.settled import settled_air, settled_pressures
+from rodless_sim.physics.settled_chamber import (
+    PRESSURE_ERROR,
+    RELATIVE_ERROR,
+    TEMPERATURE_ERROR,
+    settled_chamber,
+)
+from rodless_sim.physics.state import HeatedMotion
 
 SUPPLY, AMBIENT = 621325.0, 101325.0
 
@@ -68,3 +79,42 @@ def test_the_pressures_are_those_of_scipy_bit_for_bit(number: int) -> None:
                 else brentq(net, ambient, supply, xtol=PRESSURE_ERROR, rtol=RELATIVE_ERROR)
             )
             assert pressure == expected
+
+
+@pytest.mark.parametrize("voltage", [5.08, 4.9, 5.3, 0.0])
+def test_warm_chambers_are_those_of_scipy_bit_for_bit(voltage: float) -> None:
+    """Of random rigs whose walls have another temperature than the supply's air."""
+    ranges = {
+        "chambers.wall_temperature": (280.0, 320.0),
+        "chambers.heat_transfer_coefficient": (5.0, 200.0),
+        "supply.pressure": (4e5, 8e5),
+        "cylinder.dead_volume_*": (5e-6, 5e-5),
+    }
+    for rig in draw(ranges, 8):
+        plant = Plant.of(rig)
+        found = settled_air(plant, voltage, 0.05)
+        volumes = volume_a(plant.cylinder, 0.05), volume_b(plant.cylinder, 0.05)
+        expected = [_warm(plant, voltage, chamber, volumes[chamber]) for chamber in (0, 1)]
+        assert (found.pressure_a, found.temperature_a) == expected[0]
+        assert (found.pressure_b, found.temperature_b) == expected[1]
+
+
+def _warm(plant: Plant, voltage: float, chamber: int, volume: float) -> tuple[float, float]:
+    """Return what a chamber settles at, by scipy's root of the heat that it gains."""
+    lands, heat = openings(plant, voltage), plant.heat
+    wall, ambient = heat.wall_temperature, plant.ambient_pressure
+
+    def pressure(temperature: float) -> float:
+        return settled_chamber(plant, lands, chamber, temperature)
+
+    def gained(temperature: float) -> float:
+        own, other = (pressure(temperature), temperature), (ambient, wall)
+        a, b = (own, other) if chamber == 0 else (other, own)
+        flows: Any = inflows(plant, lands, HeatedMotion(0.0, 0.0, a[0], b[0], a[1], b[1]))
+        loss = heat.coefficient * wall_area(heat, volume)
+        return float(flows[chamber].enthalpy_flow + loss * (wall - temperature))
+
+    known = plant.air.temperature, wall, heat.ambient_temperature
+    low, high = min(known) - 1.0, max(known) + 1.0
+    temperature = brentq(gained, low, high, xtol=TEMPERATURE_ERROR, rtol=RELATIVE_ERROR)
+    return pressure(temperature), temperature
