@@ -8,7 +8,9 @@
 
 """The scores as a picture: of each law and task the median, and how far the worst rig is."""
 
+import re
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +26,7 @@ LARGEST = 3.0  # mm
 
 MARKERS = "os^vDPX*"
 BEYOND = "$\\uparrow$"
+LABEL_WIDTH = 13  # letters
 
 
 def side_by_side(scores: Sequence[Score]) -> Figure:
@@ -34,13 +37,14 @@ def side_by_side(scores: Sequence[Score]) -> Figure:
     _panel(sines, [one for one in scores if one.task.cycles], "peak_error", 1e3, LARGEST)
     sines.set_ylabel("peak error / mm")
     handles, names = moves.get_legend_handles_labels()
-    arrow = Line2D([], [], marker=BEYOND, color="0.3", linestyle="none", markersize=5)
-    figure.legend(
-        [*handles, arrow],
-        [*names, "worst rig beyond the picture, or never settled"],
-        loc="outside lower center",
-        ncols=3,
-    )
+    parts = {
+        "median": _sign("o"),
+        "nine rigs in ten are below": _sign("_"),
+        "up to the worst rig": _sign("|"),
+        "the worst is beyond, or never settled": _sign(BEYOND),
+    }
+    figure.legend(handles, names, loc="outside lower left", ncols=2)
+    figure.legend(list(parts.values()), list(parts), loc="outside lower right")
     return figure
 
 
@@ -61,6 +65,16 @@ def _panel(axes: Axes, scores: Sequence[Score], figure: str, scale: float, large
         beyond = x[found[-1] > largest]
         level = np.full(len(beyond), 1.03 * largest)
         axes.plot(beyond, level, linestyle="none", marker=BEYOND, color=colour, markersize=5)
-    axes.set_xticks(range(len(tasks)), [task.replace(", ", ",\n") for task in tasks])
-    axes.tick_params(axis="x", labelsize=6, labelrotation=30)
+    axes.set_xticks(range(len(tasks)), [_in_lines(task) for task in tasks])
+    axes.tick_params(axis="x", labelsize=6)
     axes.set_ylim(0.0, 1.06 * largest)
+
+
+def _sign(marker: str) -> Line2D:
+    return Line2D([], [], marker=marker, color="0.3", linestyle="none", markersize=5)
+
+
+def _in_lines(task: str) -> str:
+    """Break a name where it has commas, and no number from its unit."""
+    kept = re.sub(r"(\d) ", "\\1\u00a0", task)
+    return "\n".join(fill(part, LABEL_WIDTH) for part in kept.replace(", ", ",\n").splitlines())
