@@ -116,3 +116,10 @@ def _text(path: str | Path, what: str) -> str:
     if len(content) > LARGEST_FILE:
         raise ValueError(f"not {what}: larger than {LARGEST_FILE // 1000} kB")
     return content.decode("utf-8")
+
+
+def yaml_text(value: bool | int | float | str | tuple[float, ...]) -> str:
+    """Return a parameter's value as it stands in a file, with all digits, so that ROS reads it."""
+    plain = list(value) if isinstance(value, tuple) else value
+    text: str = yaml.safe_dump(plain, default_flow_style=True, width=10_000)
+    return text.removesuffix("...\n").rstrip("\n")

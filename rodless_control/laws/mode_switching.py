@@ -9,8 +9,8 @@
 """Two laws in turn: the cascade follows what moves, the PID arrives and keeps still.
 
 No set of gains does both well: what follows a sine within tenths of a millimetre moves the valve at
-rest and hunts where friction is low. So the reference decides, as in disk drives, which seek with
-one controller and hold the track with another:
+rest. So the reference decides, as in disk drives, which seek with one controller and hold the track
+with another:
 
     the reference moves, or has been at rest for less than ``rest_time``:  u = u_cascade
     otherwise:                                                             u = u_pid

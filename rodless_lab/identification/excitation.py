@@ -151,7 +151,7 @@ EXCITATIONS: dict[str, Callable[[], Array]] = {
 def excitation(subject: str, closed_voltage: float = CLOSED_VOLTAGE) -> Array:
     """Return voltages (V), one per :data:`PERIOD`, for a valve closed at ``closed_voltage`` (V).
 
-    They are those of 5.08 V, the paper's, as far away from where the valve is closed. Raises
+    They are those for the paper's 5.08 V, shifted by as much as the valve is. Raises
     KeyError for no subject, and ParameterError for what ``valve.closed_voltage`` cannot be.
     """
     closed = RigParameters({"valve.closed_voltage": closed_voltage}).number("valve.closed_voltage")

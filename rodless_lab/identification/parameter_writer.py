@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from rodless_base.yaml_file import yaml_text
 from rodless_lab.identification.estimate import Estimate
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
@@ -87,15 +88,12 @@ def _entry(found: Finding) -> list[str]:
         comments.append(line if not estimate.note else f"{line}; {estimate.note}")
     if found.value is None:
         return comments
-    return [*comments, f"    {found.name}: {_text(found.value)}"]
+    return [*comments, f"    {found.name}: {yaml_text(_rounded(found.value))}"]
 
 
-def _text(value: float | tuple[float, ...] | str) -> str:
+def _rounded(value: float | tuple[float, ...] | str) -> float | tuple[float, ...] | str:
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):
-        return "[" + ", ".join(_text(item) for item in value) + "]"
-    text = f"{value:.9g}"
-    # YAML 1.1 reads 1e-05 as a text and 5 as an integer: a real has a point.
-    mantissa, mark, exponent = text.partition("e")
-    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{mark}{exponent}"
+        return tuple(float(f"{item:.9g}") for item in value)
+    return float(f"{value:.9g}")

@@ -8,7 +8,6 @@
 
 """What a search leaves: the parameter file, and a page with the trade-off."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rodless_base.atomic_write import atomic_write
-from rodless_base.parameters import Value
+from rodless_base.yaml_file import yaml_text
 from rodless_control.laws import law_class
 from rodless_lab.figures.files import write_figure
 from rodless_lab.figures.style import label, panels
@@ -69,7 +68,7 @@ def parameter_text(task: TuningTask, found: Tuned) -> str:
         "/**/controller:",
         "  ros__parameters:",
         f"    controller.law: {law}",
-        *(f"    {name}: {_yaml(value)}" for name, value in values.items()),
+        *(f"    {name}: {yaml_text(value)}" for name, value in values.items()),
     ]
     return "\n".join(lines) + "\n"
 
@@ -87,14 +86,6 @@ def _of_finals(task: TuningTask, found: Tuned) -> str:
 def _scored(task: TuningTask) -> str:
     at = f"the {task.quantile:g} quantile"
     return f"in the mean from {at} on" if task.mean_beyond else f"at {at}"
-
-
-def _yaml(value: Value) -> str:
-    if not isinstance(value, float):
-        return json.dumps(value)
-    # All digits, so that the file is the candidate; YAML 1.1 takes 1e-05 for a text.
-    mantissa, mark, exponent = repr(value).partition("e")
-    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{mark}{exponent}"
 
 
 def _values_table(task: TuningTask, found: Tuned) -> str:

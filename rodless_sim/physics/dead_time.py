@@ -95,15 +95,15 @@ def _advance_period(
 ) -> tuple[AnyMotion, AnyCourse, int]:
     """:func:`advance_period`, cut where a command arrives within it."""
     early, late = arrivals
-    first = period if early == late else until_arrival(plant.drive, period)
-    span = first
+    span = period if early == late else until_arrival(plant.drive, period)
+    left = period - span
     # One call for both parts: each call site is a copy of nearly all the code there is to compile.
     while True:
         state, course, fault = advance_from(
             plant, course, state, flows, span * SECONDS_PER_NANOSECOND, tolerance
         )
-        if fault != 0 or first == period:
+        if fault != 0 or left == 0:
             return state, course, fault
-        span, first = period - first, period
+        span, left = left, 0
         course = course_at(plant, spool_of(course), late)
         flows = inflows(plant, course, state)

@@ -22,7 +22,7 @@ MOST_STEPS = 100  # then scipy gives up, too
 
 
 class Search(NamedTuple):
-    """A root that lies between ``now``, the best so far, and ``behind``."""
+    """A root between ``behind`` and ``now``, where the function is wanted next unless ``found``."""
 
     before: float
     now: float
@@ -67,7 +67,7 @@ def next_guess(search: Search, error: float, relative_error: float) -> Search:
     else:
         step_before = step = half
     there = now + (step if abs(step) > near else math.copysign(near, half))
-    return Search(now, there, behind, of_now, of_now, of_behind, step_before, step, False)
+    return Search(now, there, behind, of_now, math.nan, of_behind, step_before, step, False)
 
 
 @kernel

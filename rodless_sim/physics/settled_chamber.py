@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""What one chamber settles at with the valve closed, without a call back to Python.
+"""What one chamber settles at with the valve held, without a call back to Python.
 
 An ensemble settles thousands of rigs, and a call from scipy for each flow would take as long as a
 run, and would keep other threads waiting for the interpreter.
@@ -59,9 +59,7 @@ def settled_chamber(plant: Plant, lands: Lands, chamber: int, temperature: float
     if inward <= 0.0:
         return empty
     outward = net_into(plant, lands, chamber, temperature, full)
-    if outward == 0.0:
-        return full
-    if not outward < 0.0:
+    if not (inward > 0.0 >= outward):
         return math.nan
     search = begun(empty, full, inward, outward)
     for _ in range(MOST_STEPS):
@@ -76,10 +74,8 @@ def settled_chamber(plant: Plant, lands: Lands, chamber: int, temperature: float
 
 
 @outlined_kernel
-def power(
-    plant: Plant, lands: Lands, chamber: int, loss: float, temperature: float
-) -> tuple[float, float]:
-    """Pressure (Pa) at which a chamber at ``temperature`` (K) settles, and the heat it gains (W).
+def heat_gained(plant: Plant, lands: Lands, chamber: int, loss: float, temperature: float) -> float:
+    """Heat (W) that a chamber at ``temperature`` (K) gains at the pressure at which it settles.
 
     The other chamber is at ambient pressure, as warm as the walls; ``loss`` to them is in W/K.
     """
@@ -92,7 +88,7 @@ def power(
     else:
         flows = inflows(plant, lands, HeatedMotion(0.0, 0.0, ambient, pressure, wall, temperature))
         carried = flows.b.enthalpy_flow
-    return pressure, carried + loss * (wall - temperature)
+    return float(carried + loss * (wall - temperature))
 
 
 @outlined_kernel
@@ -104,20 +100,20 @@ def settled_warm_chamber(
     T lies between ``low`` and ``high`` (K); ``loss`` is to the walls, in W/K.
     """
     wall = plant.heat.wall_temperature
-    pressure, coldest = power(plant, lands, chamber, loss, low)
-    _, warmest = power(plant, lands, chamber, loss, high)
+    coldest = heat_gained(plant, lands, chamber, loss, low)
+    warmest = heat_gained(plant, lands, chamber, loss, high)
     if coldest == warmest:  # nothing flows, no wall warms: any temperature is settled
         return settled_chamber(plant, lands, chamber, wall), wall
     if coldest == 0.0:
-        return pressure, low
-    if not coldest * warmest <= 0.0:
+        return settled_chamber(plant, lands, chamber, low), low
+    if not (coldest < 0.0 <= warmest or warmest <= 0.0 < coldest):
         return math.nan, math.nan
     search = begun(low, high, coldest, warmest)
     for _ in range(MOST_STEPS):
         search = next_guess(search, TEMPERATURE_ERROR, RELATIVE_ERROR)
         if search.found:
             return settled_chamber(plant, lands, chamber, search.now), search.now
-        _, gained = power(plant, lands, chamber, loss, search.now)
+        gained = heat_gained(plant, lands, chamber, loss, search.now)
         if math.isnan(gained):
             return math.nan, math.nan
         search = told(search, gained)

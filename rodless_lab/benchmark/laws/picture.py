@@ -38,8 +38,8 @@ def side_by_side(scores: Sequence[Score]) -> Figure:
     sines.set_ylabel("peak error / mm")
     handles, names = moves.get_legend_handles_labels()
     parts = {
-        "median": _sign("o"),
-        "nine rigs in ten are below": _sign("_"),
+        "median, by the law's sign": _sign("o"),
+        "nine rigs in ten at most": _sign("_"),
         "up to the worst rig": _sign("|"),
         "the worst is beyond, or never settled": _sign(BEYOND),
     }
@@ -60,7 +60,8 @@ def _panel(axes: Axes, scores: Sequence[Score], figure: str, scale: float, large
         )
         colour = f"C{place}"
         axes.vlines(x, middle, worst, colors=colour, linewidth=0.8)
-        axes.plot(x, high, "_", color=colour, markersize=5)
+        within = found[1] <= largest
+        axes.plot(x[within], high[within], "_", color=colour, markersize=5)
         axes.plot(x, middle, MARKERS[place % len(MARKERS)], color=colour, markersize=4, label=law)
         beyond = x[found[-1] > largest]
         level = np.full(len(beyond), 1.03 * largest)

@@ -43,7 +43,7 @@ def test_a_step_settles_and_ends_at_the_target(seed: int) -> None:
 
 @fresh
 def test_half_the_friction_makes_few_hunt(seed: int) -> None:
-    """Of a hundred rigs one or two."""
+    """At most two of a hundred rigs."""
     assert np.sum(np.abs(controlled("low friction", seed)["limit_cycle"]) > 25e-6) <= 2
 
 

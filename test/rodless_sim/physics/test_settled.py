@@ -8,6 +8,7 @@
 
 """The pressures at which the flows through the valve balance, without a run in time."""
 
+import math
 from functools import partial
 from typing import Any
 
@@ -17,18 +18,17 @@ from scipy.optimize import brentq
 
 from rodless_lab import draw
 from rodless_lab.accuracy.random_rigs import case
-from rodless_sim import RigParameters
+from rodless_sim import RigParameters, SimulationError
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.heat import wall_area
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
-from rodless_sim.physics.settled import settled_air, settled_pressures
+from rodless_sim.physics.settled import settled_air, settled_motion, settled_pressures
 from rodless_sim.physics.settled_chamber import (
     PRESSURE_ERROR,
     RELATIVE_ERROR,
     TEMPERATURE_ERROR,
-    settled_chamber,
 )
 from rodless_sim.physics.state import HeatedMotion
 
@@ -100,21 +100,38 @@ def test_warm_chambers_are_those_of_scipy_bit_for_bit(voltage: float) -> None:
 
 
 def _warm(plant: Plant, voltage: float, chamber: int, volume: float) -> tuple[float, float]:
-    """Return what a chamber settles at, by scipy's root of the heat that it gains."""
+    """Return what a chamber settles at, by scipy's roots of its flow and of the heat it gains."""
     lands, heat = openings(plant, voltage), plant.heat
-    wall, ambient = heat.wall_temperature, plant.ambient_pressure
+    wall, ambient, supply = heat.wall_temperature, plant.ambient_pressure, plant.supply_pressure
+
+    def flow(pressure: float, temperature: float, beside: float) -> Any:
+        own, other = (pressure, temperature), (ambient, beside)
+        a, b = (own, other) if chamber == 0 else (other, own)
+        return inflows(plant, lands, HeatedMotion(0.0, 0.0, a[0], b[0], a[1], b[1]))[chamber]
 
     def pressure(temperature: float) -> float:
-        return settled_chamber(plant, lands, chamber, temperature)
+        def net(tried: float) -> float:
+            return float(flow(tried, temperature, temperature).mass_flow)
+
+        if net(ambient) <= 0.0:
+            return ambient
+        return float(brentq(net, ambient, supply, xtol=PRESSURE_ERROR, rtol=RELATIVE_ERROR))
 
     def gained(temperature: float) -> float:
-        own, other = (pressure(temperature), temperature), (ambient, wall)
-        a, b = (own, other) if chamber == 0 else (other, own)
-        flows: Any = inflows(plant, lands, HeatedMotion(0.0, 0.0, a[0], b[0], a[1], b[1]))
+        carried = flow(pressure(temperature), temperature, wall).enthalpy_flow
         loss = heat.coefficient * wall_area(heat, volume)
-        return float(flows[chamber].enthalpy_flow + loss * (wall - temperature))
+        return float(carried + loss * (wall - temperature))
 
     known = plant.air.temperature, wall, heat.ambient_temperature
     low, high = min(known) - 1.0, max(known) + 1.0
     temperature = brentq(gained, low, high, xtol=TEMPERATURE_ERROR, rtol=RELATIVE_ERROR)
     return pressure(temperature), temperature
+
+
+@pytest.mark.parametrize("field", ["supply_pressure", "ambient_pressure"])
+@pytest.mark.parametrize("preset", ["paper", "calibrated"])
+def test_a_chamber_whose_flow_is_no_number_is_refused(preset: str, field: str) -> None:
+    """At either end of the pressures: none of them is taken for settled."""
+    plant = Plant.of(RigParameters.preset(preset))._replace(**{field: math.nan})
+    with pytest.raises(SimulationError, match=r"the chambers do not settle at 5\.08 V"):
+        settled_motion(plant, 5.08, 0.05)
