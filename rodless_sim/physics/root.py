@@ -10,7 +10,7 @@
 
 Brent's method (Algorithms for Minimization without Derivatives, 1973, chapter 4), step for step as
 scipy's ``brentq``, with the same bits. Compiled code takes no functions: whoever looks for a root
-asks for the :func:`next_guess`, and says what the function is there.
+asks for the :func:`next_guess`, and says what the function is at the one before.
 """
 
 import math
@@ -22,13 +22,12 @@ MOST_STEPS = 100  # then scipy gives up, too
 
 
 class Search(NamedTuple):
-    """A root between ``behind`` and ``now``, where the function is wanted next unless ``found``."""
+    """A root between ``behind`` and ``now``, or ``now`` itself where ``found``."""
 
     before: float
     now: float
     behind: float
     of_before: float
-    of_now: float
     of_behind: float
     step_before: float
     step: float
@@ -36,19 +35,19 @@ class Search(NamedTuple):
 
 
 @kernel
-def begun(low: float, high: float, of_low: float, of_high: float) -> Search:
-    """Begin between two places at which the function has opposite signs."""
+def begun(low: float, high: float, of_low: float) -> Search:
+    """Begin between two places at which the function has opposite signs, at ``high``."""
     step = high - low
-    return Search(low, high, low, of_low, of_high, of_low, step, step, False)
+    return Search(low, high, low, of_low, of_low, step, step, False)
 
 
 @kernel
-def next_guess(search: Search, error: float, relative_error: float) -> Search:
-    """Put ``now`` where the function is wanted next; ``found`` where it is the root already.
+def next_guess(search: Search, of_now: float, error: float, relative_error: float) -> Search:
+    """Put ``now``, where the function is ``of_now``, to the next place, or say that it is the root.
 
     It is one where the root is no farther than ``error`` and ``relative_error`` of it.
     """
-    before, now, behind, of_before, of_now, of_behind, step_before, step, _ = search
+    before, now, behind, of_before, of_behind, step_before, step, _ = search
     if of_before != 0.0 and of_now != 0.0 and (of_before < 0.0) != (of_now < 0.0):
         behind, of_behind = before, of_before
         step_before = step = now - before
@@ -58,7 +57,7 @@ def next_guess(search: Search, error: float, relative_error: float) -> Search:
     near = (error + relative_error * abs(now)) / 2.0
     half = (behind - now) / 2.0
     if of_now == 0.0 or abs(half) < near:
-        return Search(before, now, behind, of_before, of_now, of_behind, step_before, step, True)
+        return Search(before, now, behind, of_before, of_behind, step_before, step, True)
     tried = math.inf
     if abs(step_before) > near and abs(of_now) < abs(of_before):
         tried = interpolated(before, now, behind, of_before, of_now, of_behind)
@@ -67,23 +66,7 @@ def next_guess(search: Search, error: float, relative_error: float) -> Search:
     else:
         step_before = step = half
     there = now + (step if abs(step) > near else math.copysign(near, half))
-    return Search(now, there, behind, of_now, math.nan, of_behind, step_before, step, False)
-
-
-@kernel
-def told(search: Search, of_now: float) -> Search:
-    """Say what the function is at ``now``."""
-    return Search(
-        search.before,
-        search.now,
-        search.behind,
-        search.of_before,
-        of_now,
-        search.of_behind,
-        search.step_before,
-        search.step,
-        search.found,
-    )
+    return Search(now, there, behind, of_now, of_behind, step_before, step, False)
 
 
 @kernel

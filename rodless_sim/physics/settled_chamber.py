@@ -19,13 +19,29 @@ from rodless_base.kernels import kernel, outlined_kernel
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.root import MOST_STEPS, begun, next_guess, told
+from rodless_sim.physics.root import MOST_STEPS, begun, next_guess
 from rodless_sim.physics.state import HeatedMotion, Motion
 
 # How exactly a pressure and a temperature are looked for where they balance.
 PRESSURE_ERROR = 1e-6  # Pa
 TEMPERATURE_ERROR = 1e-9  # K
 RELATIVE_ERROR = 1e-14
+
+
+@kernel
+def warm_inflow(
+    plant: Plant, lands: Lands, chamber: int, pressure: float, temperature: float, beside: float
+) -> Any:
+    """What enters chamber A (0) or B (1) of a heated plant; the other has ambient pressure.
+
+    The other's air is at ``beside`` (K).
+    """
+    ambient = plant.ambient_pressure
+    if chamber == 0:
+        warm = HeatedMotion(0.0, 0.0, pressure, ambient, temperature, beside)
+        return inflows(plant, lands, warm).a
+    warm = HeatedMotion(0.0, 0.0, ambient, pressure, beside, temperature)
+    return inflows(plant, lands, warm).b
 
 
 @kernel
@@ -36,13 +52,10 @@ def net_into(
 
     The other chamber is at ambient pressure and, where air has one, at this ``temperature`` (K).
     """
-    ambient = plant.ambient_pressure
     if temperature is not None:
-        if chamber == 0:
-            warm = HeatedMotion(0.0, 0.0, pressure, ambient, temperature, temperature)
-            return inflows(plant, lands, warm).a.mass_flow
-        warm = HeatedMotion(0.0, 0.0, ambient, pressure, temperature, temperature)
-        return inflows(plant, lands, warm).b.mass_flow
+        inflow = warm_inflow(plant, lands, chamber, pressure, temperature, temperature)
+        return float(inflow.mass_flow)
+    ambient = plant.ambient_pressure
     if chamber == 0:
         return inflows(plant, lands, Motion(0.0, 0.0, pressure, ambient)).a.mass_flow
     return inflows(plant, lands, Motion(0.0, 0.0, ambient, pressure)).b.mass_flow
@@ -61,15 +74,14 @@ def settled_chamber(plant: Plant, lands: Lands, chamber: int, temperature: float
     outward = net_into(plant, lands, chamber, temperature, full)
     if not (inward > 0.0 >= outward):
         return math.nan
-    search = begun(empty, full, inward, outward)
+    search, flow = begun(empty, full, inward), outward
     for _ in range(MOST_STEPS):
-        search = next_guess(search, PRESSURE_ERROR, RELATIVE_ERROR)
+        search = next_guess(search, flow, PRESSURE_ERROR, RELATIVE_ERROR)
         if search.found:
             return search.now
         flow = net_into(plant, lands, chamber, temperature, search.now)
         if math.isnan(flow):
             return math.nan
-        search = told(search, flow)
     return math.nan
 
 
@@ -80,15 +92,9 @@ def heat_gained(plant: Plant, lands: Lands, chamber: int, loss: float, temperatu
     The other chamber is at ambient pressure, as warm as the walls; ``loss`` to them is in W/K.
     """
     pressure = settled_chamber(plant, lands, chamber, temperature)
-    ambient, wall = plant.ambient_pressure, plant.heat.wall_temperature
-    flows: Any  # of a heated plant, with the heat that they carry
-    if chamber == 0:
-        flows = inflows(plant, lands, HeatedMotion(0.0, 0.0, pressure, ambient, temperature, wall))
-        carried = flows.a.enthalpy_flow
-    else:
-        flows = inflows(plant, lands, HeatedMotion(0.0, 0.0, ambient, pressure, wall, temperature))
-        carried = flows.b.enthalpy_flow
-    return float(carried + loss * (wall - temperature))
+    wall = plant.heat.wall_temperature
+    inflow = warm_inflow(plant, lands, chamber, pressure, temperature, wall)
+    return float(inflow.enthalpy_flow + loss * (wall - temperature))
 
 
 @outlined_kernel
@@ -108,13 +114,12 @@ def settled_warm_chamber(
         return settled_chamber(plant, lands, chamber, low), low
     if not (coldest < 0.0 <= warmest or warmest <= 0.0 < coldest):
         return math.nan, math.nan
-    search = begun(low, high, coldest, warmest)
+    search, gained = begun(low, high, coldest), warmest
     for _ in range(MOST_STEPS):
-        search = next_guess(search, TEMPERATURE_ERROR, RELATIVE_ERROR)
+        search = next_guess(search, gained, TEMPERATURE_ERROR, RELATIVE_ERROR)
         if search.found:
             return settled_chamber(plant, lands, chamber, search.now), search.now
         gained = heat_gained(plant, lands, chamber, loss, search.now)
         if math.isnan(gained):
             return math.nan, math.nan
-        search = told(search, gained)
     return math.nan, math.nan

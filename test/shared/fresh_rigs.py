@@ -12,6 +12,9 @@ from dataclasses import replace
 
 import pytest
 
+from rodless_control import PidParameters
+from rodless_control.controller import Law
+from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.studies.study import Study
 from rodless_sim import RigParameters
 
@@ -26,3 +29,14 @@ def fresh_rigs(study: Study, seed: int) -> list[RigParameters]:
     assert seed not in {study.seed, study.seed + 1}
     rows = replace(study, seed=seed, count=RIGS)
     return [rows.row(number).base.rig for number in range(RIGS)]
+
+
+def controlled(
+    study: Study, seed: int, law: Law | PidParameters, duration: float | None = None
+) -> Ensemble:
+    """A study's runs on fresh rigs, by default as long as the study has them; none fails."""
+    base = study.base
+    rigs, seconds = fresh_rigs(study, seed), base.duration if duration is None else duration
+    found = ensemble(rigs, law, base.reference, seconds, base.period, since=base.since)
+    assert not found.failures
+    return found

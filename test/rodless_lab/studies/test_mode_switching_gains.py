@@ -10,13 +10,12 @@
 
 import numpy as np
 import pytest
-from fresh_rigs import SEEDS, fresh, fresh_rigs
+from fresh_rigs import SEEDS, controlled, fresh, fresh_rigs
 
 from rodless_control import PidParameters, references
 from rodless_control.controller import Law
 from rodless_lab.benchmark.laws.entries import tuned
-from rodless_lab.simulation.ensemble import Ensemble, ensemble
-from rodless_lab.studies.study import Study
+from rodless_lab.simulation.ensemble import ensemble
 from rodless_lab.studies.tuning_task import read_task
 
 pytestmark = pytest.mark.slow
@@ -29,16 +28,6 @@ PID = PidParameters.preset("calibrated")
 def law() -> Law:
     """The law with the gains of its file."""
     return tuned("mode_switching").law
-
-
-def controlled(
-    study: Study, seed: int, controller: Law | PidParameters, duration: float
-) -> Ensemble:
-    """A study's runs on a hundred rigs that no search has seen; none fails."""
-    rigs, reference = fresh_rigs(study, seed), study.base.reference
-    found = ensemble(rigs, controller, reference, duration, since=study.base.since)
-    assert not found.failures
-    return found
 
 
 @fresh
