@@ -177,7 +177,7 @@ class ParameterSet(Mapping[str, Value]):
     def __init__(self, values: Mapping[str, object] | None = None) -> None:
         """Take the defaults with ``values`` on top; raises :class:`ParameterError`."""
         given = self._named({} if values is None else values)
-        self._take(given, given, {n: d.default for n, d in self.DECLARATIONS.items()})
+        self._take(given, {n: d.check(d.default) for n, d in self.DECLARATIONS.items()})
 
     @classmethod
     def _named(cls, values: object) -> dict[str, object]:
@@ -189,14 +189,13 @@ class ParameterSet(Mapping[str, Value]):
                 '{"name": value, ...}'
             ) from error
 
-    def _take(
-        self, given: Mapping[str, object], named: Collection[str], before: Mapping[str, Value]
-    ) -> None:
-        unknown = [name for name in given if name not in self.DECLARATIONS]
+    def _take(self, named: Mapping[str, object], before: Mapping[str, Value]) -> None:
+        """Take ``named`` values on top of good ones."""
+        unknown = [name for name in named if name not in self.DECLARATIONS]
         if unknown:
             raise ParameterError(self.unknown(unknown[0]))
         self._values: dict[str, Value] = {
-            name: declared.check(given.get(name, declared.default))
+            name: declared.check(named[name]) if name in named else before[name]
             for name, declared in self.DECLARATIONS.items()
         }
         changed = [name for name in named if self._values[name] != before[name]]
@@ -294,7 +293,7 @@ class ParameterSet(Mapping[str, Value]):
         """
         named = self._named(changes)
         changed = object.__new__(type(self))
-        changed._take({**self._values, **named}, named, self._values)
+        changed._take(named, self._values)
         changed._origin = self._origin
         return changed
 
@@ -326,6 +325,8 @@ class ParameterSet(Mapping[str, Value]):
         True
         """
         value = self[name]
+        if isinstance(value, float):  # most are; a run asks for a hundred
+            return value
         if isinstance(value, str | tuple):
             raise TypeError(f"{name} is not a number")
         return float(value)

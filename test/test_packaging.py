@@ -193,7 +193,7 @@ def test_colcon_registers_the_package(prefix: Path) -> None:
     assert {file.name for file in (share / "rodless_sim/config").glob("*.yaml")} == PRESETS
     assert (share / "rodless_sim/config/sensors/data_sheet.yaml").is_file()
     assert (share / "rodless_sim/config/scenarios/leak.yaml").is_file()
-    assert (share / "rodless_sim/config/laws/pid_parking.yaml").is_file()
+    assert (share / "rodless_sim/config/laws/cascade.yaml").is_file()
     assert (share / "rodless_sim/config/rosbag2/lossless.yaml").is_file()
     assert (share / "rodless_sim/launch/rig.launch.py").is_file()
     views = {file.name for file in (share / "rodless_sim/description").iterdir()}
@@ -267,7 +267,7 @@ def test_the_wheel_carries_presets_and_types(wheel: zipfile.ZipFile) -> None:
     assert {f"rodless_base/config/{preset}" for preset in PRESETS} <= names
     assert "rodless_base/config/sensors/data_sheet.yaml" in names
     assert "rodless_base/config/scenarios/leak.yaml" in names
-    assert "rodless_base/config/laws/pid_parking.yaml" in names
+    assert "rodless_base/config/laws/cascade.yaml" in names
     assert "rodless_lab/benchmark/c/rig.c" in names
     assert {f"{package}/py.typed" for package in PRODUCT} <= names
 

@@ -16,6 +16,7 @@ or Sobol (``scipy.stats.qmc``).
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from math import isfinite
 from typing import Protocol, TypeGuard
 
@@ -136,7 +137,7 @@ class Dimension:
 
     def names(self, declared: Iterable[str]) -> list[str]:
         """Return the parameters that the axis varies, none where it is for another set."""
-        return [name for name in declared if fnmatchcase(name, self.name)]
+        return list(_matching(self.name, tuple(declared)))
 
     def values(self, base: Mapping[str, Value], level: object) -> dict[str, object]:
         """Return what becomes of the parameters of ``base`` at one value of the axis."""
@@ -144,6 +145,11 @@ class Dimension:
         if not self.factor:
             return dict.fromkeys(names, level)
         return {name: scaled(name, base[name], level) for name in names}
+
+
+@lru_cache  # a study asks for each of its rows
+def _matching(pattern: str, declared: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for name in declared if fnmatchcase(name, pattern))
 
 
 def scaled(name: str, value: Value, factor: object) -> object:

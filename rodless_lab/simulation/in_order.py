@@ -23,7 +23,10 @@ Result = TypeVar("Result")
 MOST_WORKERS = 1000
 
 # Items that wait for each thread: enough to keep it busy, few enough to keep memory flat.
+# Items per thread whose results may wait for that of an earlier one; of them, those that each of the
+# other threads has: one that it works on, and the next.
 AHEAD = 4
+GIVEN = 2
 
 
 def cores() -> int:
@@ -42,7 +45,8 @@ def in_order(
 ) -> Iterator[Result]:
     """Yield ``work(item)`` of each item in their order, over ``workers`` threads (default: cores).
 
-    The compiled loop releases the GIL, so threads run rigs at once. Only a few items per thread are
+    The compiled loop releases the GIL, so threads run rigs at once. This thread is one of them: one
+    more than there are cores would take turns with those that work. Only a few items per thread are
     taken ahead, so that ``items`` may be a generator of any length. The first item is worked on
     alone: what it compiles, the others find. An exception of ``work`` ends the run; what has not
     begun by then never does.
@@ -55,15 +59,27 @@ def in_order(
     if count == 1:
         yield from map(work, left)
         return
-    with ThreadPoolExecutor(count) as pool:
+    with ThreadPoolExecutor(count - 1) as others:
         waiting: deque[Future[Result]] = deque()
         try:
             for item in left:
-                waiting.append(pool.submit(work, item))
-                if len(waiting) == AHEAD * count:
+                given = sum(not one.done() for one in waiting)
+                free = given < GIVEN * (count - 1)
+                waiting.append(others.submit(work, item) if free else _here(work, item))
+                while waiting and (waiting[0].done() or len(waiting) == AHEAD * count):
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
         finally:
             for one in waiting:
                 one.cancel()
+
+
+def _here(work: Callable[[Item], Result], item: Item) -> Future[Result]:
+    """Work on an item in this thread."""
+    found: Future[Result] = Future()
+    try:
+        found.set_result(work(item))
+    except Exception as error:
+        found.set_exception(error)
+    return found

@@ -36,6 +36,16 @@ class Toy(ParameterSet):
             raise ParameterError("range.low: not below range.high")
 
 
+def test_a_default_out_of_its_own_range_is_refused() -> None:
+    """A set of one's own cannot begin with a value that nobody could give it."""
+
+    class Wrong(ParameterSet):
+        DECLARATIONS: ClassVar = declare(Parameter("gain", 5.0, "", "a gain", "test", 0.0, 1.0))
+
+    with pytest.raises(ParameterError, match=r"gain: 5\.0 refused, must be from 0 to 1"):
+        Wrong()
+
+
 def test_defaults_are_the_declared_ones() -> None:
     """Without values a set holds every declared default, in the order of the declarations."""
     toy = Toy()

@@ -16,8 +16,6 @@ from rodless_base.parameter_file import preset_directory
 from rodless_control.controller import Law
 from rodless_control.laws import LAWS, law_class, make_law
 
-PID_WITH_PARKING = "laws/pid_parking.yaml"
-
 # Of a law whose gains are not those of ``calibrated``, the file that has them.
 FILES = {name: f"laws/{name}.yaml" for name in ("cascade", "mode_switching")}
 
@@ -31,13 +29,8 @@ class Entry:
 
 
 def of_package() -> list[Entry]:
-    """Return the laws of the package: as ``calibrated`` or a file of their own tunes them.
-
-    The PID competes twice, with the gains of ``config/laws/pid_parking.yaml`` too.
-    """
-    found = [tuned(name) for name in LAWS]
-    with_options = entry("pid", preset_directory() / PID_WITH_PARKING)
-    return [found[0], Entry("pid with parking", with_options.law), *found[1:]]
+    """Return the laws of the package: as ``calibrated`` or a file of their own tunes them."""
+    return [tuned(name) for name in LAWS]
 
 
 def tuned(name: str) -> Entry:

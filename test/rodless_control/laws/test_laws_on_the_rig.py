@@ -26,7 +26,7 @@ def tuned() -> dict[str, Law]:
     return {one.name: one.law for one in of_package()}
 
 
-@pytest.mark.parametrize("name", ["pid with parking", *(n for n in LAWS if n != "pid")])
+@pytest.mark.parametrize("name", LAWS)
 def test_it_moves_58_mm_and_keeps_still(name: str) -> None:
     """To 0.2 mm within 0.5 s, no more than 0.4 mm past it, then within 0.15 mm on average.
 
@@ -39,7 +39,7 @@ def test_it_moves_58_mm_and_keeps_still(name: str) -> None:
     assert abs(found.mean_error) < 1.5e-4
 
 
-@pytest.mark.parametrize("name", ["pid with parking", *(n for n in LAWS if n != "pid")])
+@pytest.mark.parametrize("name", LAWS)
 def test_it_follows_a_sine(name: str) -> None:
     """20 mm at 0.381 Hz after the start: within 1.2 mm all the time, and 0.6 mm RMS."""
     sine = references.sine(0.1, 0.02, 0.381, at=0.1)

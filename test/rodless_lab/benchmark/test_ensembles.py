@@ -62,9 +62,12 @@ def test_ctrl_c_ends_it_within_a_rig() -> None:
     ],
 )
 def test_the_round_with_the_median_ratio_counts(
-    seconds: list[tuple[float, float]], expected: tuple[float, float]
+    seconds: list[tuple[float, float]],
+    expected: tuple[float, float],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """One core and all are measured in turn; a disturbed round does not decide."""
+    monkeypatch.setattr(ensembles, "ROUNDS", len(seconds))
     left = iter([one for pair in seconds for one in pair])
     timed: Callable[[int | None], float] = lambda _: next(left)  # noqa: E731
     assert ensembles.in_turn(timed, lambda: None) == expected
