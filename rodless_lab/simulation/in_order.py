@@ -22,9 +22,8 @@ Result = TypeVar("Result")
 
 MOST_WORKERS = 1000
 
-# Items that wait for each thread: enough to keep it busy, few enough to keep memory flat.
-# Items per thread whose results may wait for that of an earlier one; of them, those that each of the
-# other threads has: one that it works on, and the next.
+# Items per thread that are taken before the first of their results is due: enough to keep all busy,
+# few enough to keep memory flat. Each of the other threads has one to work on, and the next.
 AHEAD = 4
 GIVEN = 2
 
