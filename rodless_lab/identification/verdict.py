@@ -8,7 +8,7 @@
 """Whether a model fits: residuals against what the stated sensors leave, over several spans."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -118,6 +118,31 @@ def check_power(name: str, found: float, explained: Array, unit: str, scale: flo
         unit,
         tail(found, explained),
     )
+
+
+# Spans (s) over which residuals are averaged before they are squared: 0 is each by itself, which
+# tells their size; the others what is slower, and hides in the noise of a single reading.
+SPANS = (0.0, 0.01, 0.1)
+
+
+def span_checks(
+    compared: Sequence[tuple[str, Array, Array]], spacing: float, unit: str, scale: float
+) -> Iterator[Check]:
+    """Yield, for each of SPANS, what residuals show beside draws of what a right model leaves.
+
+    ``compared`` has the name of each, its residuals, shape (..., m), and draws of them, shape
+    (d, ..., m), ``spacing`` s apart. The checks show roots times ``scale`` in ``unit``.
+    """
+    samples = compared[0][1].shape[-1]
+    for span in SPANS:
+        length = max(round(span / spacing), 1)
+        if 2 * length > samples:
+            continue
+        over = f" over {span:g} s" if span else ""
+        for name, found, drawn in compared:
+            expected = power(drawn, length).reshape(len(drawn), -1).mean(axis=1)
+            mean = float(np.mean(power(found, length)))
+            yield check_power(f"{name}{over}", mean, expected, unit, scale)
 
 
 # Draws of what chance leaves, their seed, and how many neighbours go together.

@@ -16,7 +16,7 @@ it is told apart where the carriage slides faster than the bristles' damping las
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,16 +26,16 @@ from scipy import linalg, optimize
 
 from rodless_base.parameters import ParameterError
 from rodless_lab.identification.bristles.problem import (
+    BRISTLE_DAMPING,
     COMPLIANCE,
     FORWARD,
-    RATE,
     REVERSE,
     STIFFEST,
     Problem,
 )
 from rodless_lab.identification.estimate import Estimate, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
-from rodless_lab.identification.verdict import Check, Verdict, check_power, power
+from rodless_lab.identification.verdict import Verdict, power, span_checks
 from rodless_lab.runs.measured_run import (
     FEWEST_SAMPLES,
     MeasuredRun,
@@ -86,10 +86,6 @@ DAMPING_ACCURACY = 0.02
 # Draws of what the sensors leave of a model that fits, and their seed: a verdict is repeatable.
 DRAWS = 100
 SEED = 1
-
-# Spans (s) over which residuals are averaged before they are squared: 0 is each by itself, which
-# tells their size; the others what is slower, and hides in the noise of a single reading.
-SPANS = (0.0, 0.01, 0.1)
 
 
 @dataclass(frozen=True)
@@ -185,10 +181,11 @@ def _stiff(values: Array) -> Array:
 def _fitted(least: _Least) -> BristleFit:
     """Say what a solution is worth."""
     problem, solution = least.problem, _solved(least)
+    compared = [("scatter of the position", solution.residuals, solution.explained)]
     return BristleFit(
         _estimates(solution),
         problem.modelled(solution.values),
-        Verdict(tuple(_checks(problem, solution))),
+        Verdict(tuple(span_checks(compared, problem.spacing, "m", problem.noise))),
     )
 
 
@@ -218,7 +215,7 @@ def _least(
     """
     problem = Problem(run, parameters)
     values = start
-    free = np.arange(len(values)) != RATE
+    free = np.arange(len(values)) != BRISTLE_DAMPING
     for share in shares:
         part = Problem(_beginning(run, share), parameters)
         values = _searched(part, values, free, ROUGH, TETHER).x * part.scale
@@ -286,20 +283,6 @@ def _solved(least: _Least) -> _Solution:
     return _Solution(values, residuals, explained, errors * problem.scale)
 
 
-def _checks(problem: Problem, solution: _Solution) -> Iterator[Check]:
-    for span in SPANS:
-        length = max(round(span / problem.spacing), 1)
-        if 2 * length <= len(solution.residuals):
-            over = f" over {span:g} s" if span else ""
-            yield check_power(
-                f"scatter of the position{over}",
-                float(power(solution.residuals, length)),
-                power(solution.explained, length),
-                "m",
-                problem.noise,
-            )
-
-
 def _estimates(solution: _Solution) -> dict[str, Estimate]:
     """Return the intervals, from the errors of the draws and the scatter beyond theirs."""
     excess = float(power(solution.residuals, 1)) / float(np.mean(power(solution.explained, 1)))
@@ -307,7 +290,7 @@ def _estimates(solution: _Solution) -> dict[str, Estimate]:
     errors = MARGIN * np.sqrt(mean_squares * max(excess, 1.0))
     compliance, damping = (
         symmetric(float(solution.values[place]), float(errors[place]), DRAWS, unit)
-        for place, unit in ((COMPLIANCE, "m/N"), (RATE, "N·s/m"))
+        for place, unit in ((COMPLIANCE, "m/N"), (BRISTLE_DAMPING, "N·s/m"))
     )
     sides = [solution.values[side][-1] for side in (FORWARD, REVERSE)]
     damping = damping.widened(DAMPING_ACCURACY * (damping.value + float(np.mean(sides))))

@@ -69,7 +69,7 @@ _FRICTION = ((10.0, 0.0, 1e3), (10.0, 0.0, 1e3), (1e-3, 2e-4, 0.1), (1e3, 0.0, 1
 
 # Places among the values: 1/σ₀, σ₁, friction forward and reverse, the force the bristles bear at
 # the start, the start position, the constant force and the sizes of the position sensor's errors.
-COMPLIANCE, RATE = 0, 1
+COMPLIANCE, BRISTLE_DAMPING = 0, 1
 FORWARD, REVERSE = slice(2, 6), slice(6, 10)
 START_FORCE, START_POSITION, BIAS = 10, 11, 12
 SHAPES = slice(13, 13 + ERRORS - 1)
@@ -177,7 +177,7 @@ class Problem:
     def _path(self, values: Array, force: Array) -> Array:
         stiffness = 1.0 / float(values[COMPLIANCE])
         return carriage_path(
-            self._bristles._replace(stiffness=stiffness, damping=float(values[RATE])),
+            self._bristles._replace(stiffness=stiffness, damping=float(values[BRISTLE_DAMPING])),
             self._friction._replace(forward=_side(values[FORWARD]), reverse=_side(values[REVERSE])),
             self._mass,
             force - self._weight - values[BIAS],

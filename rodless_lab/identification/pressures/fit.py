@@ -9,7 +9,7 @@
 """Grey-box fit of valve and chambers: the rig's own equations against measured pressures."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from rodless_lab.identification.estimate import Estimate, covariance, judged, sy
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.problem import Problem, Unknown
 from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_START, spool_start
-from rodless_lab.identification.verdict import Check, Verdict, check_power, power
+from rodless_lab.identification.verdict import Verdict, span_checks
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
@@ -50,10 +50,6 @@ ROBUST = 3.0
 # Draws of what the sensors leave of a model that fits, and their seed: a verdict is repeatable.
 DRAWS = 100
 SEED = 1
-
-# Spans (s) over which residuals are averaged before they are squared: 0 is each by itself, which
-# tells their size; the others what is slower, and hides in the noise of a single reading.
-SPANS = (0.0, 0.01, 0.1)
 
 
 @dataclass(frozen=True)
@@ -267,7 +263,7 @@ def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array)
         ("scatter of the pressures", residuals.reshape(2, -1), explained),
         ("scatter of the supply", supply, still),
     )
-    return Verdict(tuple(span_checks(problem, compared)))
+    return Verdict(tuple(span_checks(compared, problem.spacing, "Pa", problem.noise)))
 
 
 def left_of(drawn: Array, problem: Problem, jacobian: Array) -> Array:
@@ -277,20 +273,6 @@ def left_of(drawn: Array, problem: Problem, jacobian: Array) -> Array:
     solved = linalg.pinv(jacobian)[:, : problem.readings]
     kept: Array = drawn - drawn @ solved.T @ jacobian[: problem.readings].T
     return kept.reshape(DRAWS, 2, -1)
-
-
-def span_checks(problem: Problem, compared: Sequence[tuple[str, Array, Array]]) -> Iterator[Check]:
-    """Yield, for each of SPANS, what residuals, shape (..., m), show beside their draws."""
-    samples = compared[0][1].shape[-1]
-    for span in SPANS:
-        length = max(round(span / problem.spacing), 1)
-        if 2 * length > samples:
-            continue
-        over = f" over {span:g} s" if span else ""
-        for name, found, left in compared:
-            expected = power(left, length).reshape(DRAWS, -1).mean(axis=1)
-            mean = float(np.mean(power(found, length)))
-            yield check_power(f"{name}{over}", mean, expected, "Pa", problem.noise)
 
 
 def _correlation(residuals: Array) -> float:

@@ -26,11 +26,10 @@ from rodless_lab.identification.pressures.fit import (
     Solution,
     left_of,
     solve,
-    span_checks,
 )
 from rodless_lab.identification.pressures.problem import Problem
 from rodless_lab.identification.pressures.unknowns import SPOOL_START
-from rodless_lab.identification.verdict import Verdict
+from rodless_lab.identification.verdict import Verdict, span_checks
 from rodless_lab.runs.measured_run import MeasuredRun
 
 Array = npt.NDArray[np.float64]
@@ -122,7 +121,7 @@ def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
     found = solve(second, fitted.parameters, own, known=told)
     explained = _explained(fitted, found, second)
     compared = [("scatter of the pressures", found.residuals.reshape(2, -1), explained)]
-    checks = list(span_checks(found.problem, compared))
+    checks = list(span_checks(compared, found.problem.spacing, "Pa", found.problem.noise))
     left, expected_left = checks[0].found, checks[0].expected
     return Prediction(name, left, expected_left, found.problem.noise, Verdict(tuple(checks)))
 
