@@ -77,7 +77,7 @@ BY_PAIRS = {"tubes", "ripple"}
 # Both choose the same parameter: the last one wins.
 CHOICES = ("exponent", "heat")
 PAIRS = [pair for pair in combinations(OPTIONS, 2) if pair != CHOICES]
-RANDOM = 200
+RANDOM = 2000
 
 
 def drawn(generator: np.random.Generator, names: tuple[str, ...]) -> RigParameters:
@@ -103,11 +103,15 @@ def drawn(generator: np.random.Generator, names: tuple[str, ...]) -> RigParamete
     return rig.with_values(values)
 
 
-def run_is_clean(parameters: RigParameters, generator: np.random.Generator) -> float:
-    """Control the rig for 0.5 s; assert that it stays one, and return how far it moved (m)."""
+def run_is_clean(
+    parameters: RigParameters, generator: np.random.Generator, duration: float
+) -> float:
+    """Control the rig for ``duration`` s; assert that it stays one, and return its travel (m)."""
     start, target = generator.uniform(0.0, 0.2, 2).tolist()
     law = bare_pid("saturating")
-    run = closed_loop(parameters, law, references.step(start, target, at=0.05), 0.5, 1e-3, start)
+    run = closed_loop(
+        parameters, law, references.step(start, target, at=0.05), duration, 1e-3, start
+    )
     for name, values in run.columns().items():
         assert np.isfinite(values).all(), name
     assert run.position.min() >= 0.0
@@ -124,14 +128,14 @@ def test_each_pair_runs(names: tuple[str, ...]) -> None:
     """Five rigs with both options, half a second of closed loop each."""
     generator = np.random.default_rng([12, PAIRS.index(names)])
     for _ in range(5):
-        run_is_clean(drawn(generator, names), generator)
+        run_is_clean(drawn(generator, names), generator, 0.5)
 
 
 def test_random_combinations_run() -> None:
-    """200 rigs, each option on in half of them, half a second each; most of them move."""
+    """Each option on in half of the rigs, two seconds each; most of them move."""
     generator = np.random.default_rng(2000)
     travels = []
     for _ in range(RANDOM):
         names = tuple(n for n in OPTIONS if n not in BY_PAIRS and generator.random() < 0.5)
-        travels.append(run_is_clean(drawn(generator, names), generator))
+        travels.append(run_is_clean(drawn(generator, names), generator, 2.0))
     assert np.mean(np.array(travels) > 1e-3) > 0.7
