@@ -27,6 +27,7 @@ from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 from numba.extending import overload
 
+import rodless_base.boxing  # noqa: F401  before anything is compiled
 from rodless_base.kernel_cache import KernelCache, complain, private_folder
 from rodless_base.one_line import in_one_line
 

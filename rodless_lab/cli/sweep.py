@@ -50,6 +50,11 @@ def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     study = read_study(options.study)
     folder = options.output or FOLDER / study.name
     progress = Progress()
+    if options.scheduler and options.workers:
+        print(
+            f"--workers {options.workers}: left out, the workers of --scheduler run the rows",
+            file=sys.stderr,
+        )
 
     def show(known: int, total: int) -> None:
         progress.show(f"{known} of {total} rows", last=known == total)

@@ -54,7 +54,7 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
         f"written to {folder / PARAMETERS}; for `rodless rig --parameters`, or the controller's "
         "--params-file"
     )
-    if found.complete and len(found.candidates) < task.candidates:
+    if found.complete and found.converged:
         print(
             f"the search has converged: the last of {len(found.candidates)} candidates score alike"
         )

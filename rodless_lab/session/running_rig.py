@@ -35,7 +35,7 @@ DISCOVERY = 3.0
 SILENCE = 3.0
 
 # Why a node says nothing any more. One that was killed is known for up to 20 s.
-SILENT = "silent: killed, frozen, or its machine is too busy"
+SILENT = "silent: compiling for its first start, killed, frozen, or its machine is too busy"
 
 
 class RigError(HarnessError):

@@ -30,7 +30,6 @@ from rodless_control.controller import (
     Kernels,
     Law,
     LawError,
-    checked_answer,
     checked_base,
     checked_terms,
     law_name,
@@ -39,6 +38,7 @@ from rodless_control.controller import (
 from rodless_control.laws import law_with
 from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference, sampled
+from rodless_lab.simulation.asked_law import LawFailedError, ask
 from rodless_lab.simulation.stepped_loop import needs_steps, run_stepped
 from rodless_sim import Rig, RigParameters, Trace
 from rodless_sim.instruments.instruments import Instruments, Lags, read_rig, truth
@@ -231,10 +231,7 @@ def plain_loop(law: Law) -> Callable[..., LoopResult]:
     ) -> tuple[None, tuple[float, ...]]:
         # A law divides by zero as it does in the node: numpy's numbers would go on with infinity.
         reference = ReferencePoint(float(reference.position), float(reference.velocity))
-        try:
-            return None, checked_answer(law, law.update(measurement, reference, interval))
-        except LawError as error:
-            raise LawError(f"at {measurement.time:g} s: {error}") from error
+        return None, ask(law, measurement, reference, interval)
 
     return unlinked(run_closed_loop, begin=begin_plain, update=update_plain)
 
@@ -356,7 +353,12 @@ def closed_loop(
     """
     checked(rig_parameters)
     loop = Loop(law, reference, duration, period)
-    return loop.traced(loop.run(rig_parameters, position, scenario))
+    try:
+        run = loop.run(rig_parameters, position, scenario)
+    except LawFailedError as failure:
+        # Who wrote the law sees the own exception, with the own line in its traceback.
+        raise failure.raised from None
+    return loop.traced(run)
 
 
 def _refuse_beyond_any_rig(positions: Array, times: Array) -> None:
@@ -404,7 +406,8 @@ class Loop:
         self._limits = limits_of(self.law)
         self.times = sample_times(count, self._span)
         self.references = sampled(reference, self.times)  # shape (n, 2): m, m/s
-        _refuse_beyond_any_rig(self.references[:, 0], self.times)
+        self.wanted = self.references[:, 0].copy()  # shape (n,): m
+        _refuse_beyond_any_rig(self.wanted, self.times)
         self._noise_shape = (count, NOISE_CHANNELS)
         self._no_noise = np.zeros(self._noise_shape)
 
@@ -468,8 +471,10 @@ class Loop:
         """Return a run as named columns."""
         voltage, *terms, position = run.commands.T.copy()
         found = trace(run.plant, self._span, voltage, run.rows)
-        wanted = self.references[:, 0].copy()
         named = ClosedLoopTrace(
-            position, **found.columns(), reference=wanted, error=wanted - found.position
+            position,
+            **found.columns(),
+            reference=self.wanted.copy(),
+            error=self.wanted - found.position,
         )
         return named.with_terms(dict(zip(self._terms, terms, strict=True)))

@@ -8,7 +8,7 @@
 
 """Random rigs around a preset."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from rodless_base.one_line import shown
 from rodless_lab.simulation.design import DesignError, Dimension, dimension, seed_of, shares, varied
@@ -67,6 +67,7 @@ def draw(
         *_dimensions(ranges, False),
         *_dimensions({} if factors is None else factors, True),
     ]
+    _refuse_two_of_one(dimensions)
     for row, design in enumerate(shares(method, count, len(dimensions), seed)):
         values = varied(around, dimensions, design.tolist())
         yield around.with_values({"sensors.seed": seed_of(seed, row), **values})
@@ -82,3 +83,13 @@ def _dimensions(given: Mapping[str, object], factor: bool) -> list[Dimension]:
         if not one.names(RigParameters.DECLARATIONS):
             raise DesignError(RigParameters.unknown(one.name))
     return found
+
+
+def _refuse_two_of_one(dimensions: Sequence[Dimension]) -> None:
+    """Raise DesignError where a parameter is drawn twice: one of the two would be lost."""
+    owners: dict[str, str] = {}
+    for one in dimensions:
+        for name in one.names(RigParameters.DECLARATIONS):
+            if name in owners:
+                raise DesignError(f"{name}: drawn by {owners[name]} and by {one.name}; keep one")
+            owners[name] = one.name

@@ -122,11 +122,10 @@ def ensemble(
     """
     check_workers(workers)
     loop = Loop(law, reference, duration, period)
-    wanted = loop.references[:, 0].copy()
 
     def figures(rig: RigParameters) -> RunMetrics:
         run = loop.run(rig, position, scenario(rig) if scenario else None)
-        return metrics_of(loop.times, wanted, run.rows, run.flows, run.commands, since)
+        return metrics_of(loop.times, loop.wanted, run.rows, run.flows, run.commands, since)
 
     def run(rig: RigParameters) -> tuple[RunMetrics, str]:
         return outcome(lambda: figures(rig))

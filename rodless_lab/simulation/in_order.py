@@ -22,10 +22,12 @@ Result = TypeVar("Result")
 
 MOST_WORKERS = 1000
 
-# Items per thread that are taken before the first of their results is due: enough to keep all busy,
-# few enough to keep memory flat. Each of the other threads has one to work on, and the next.
-AHEAD = 4
-GIVEN = 2
+# Items per thread that are taken before the first of their results is due: enough to keep all busy
+# where one takes much longer than the next, few enough to keep memory flat.
+AHEAD = 8
+
+# Items that each of the other threads has, while this one is busy with its own.
+GIVEN = 4
 
 
 def cores() -> int:
@@ -47,8 +49,8 @@ def in_order(
     The compiled loop releases the GIL, so threads run rigs at once. This thread is one of them: one
     more than there are cores would take turns with those that work. Only a few items per thread are
     taken ahead, so that ``items`` may be a generator of any length. The first item is worked on
-    alone: what it compiles, the others find. An exception of ``work`` ends the run; what has not
-    begun by then never does.
+    alone: what it compiles, the others find. An exception of ``work`` ends the run where its turn
+    comes; no more than what was taken ahead has begun by then.
     """
     left = iter(items)
     for item in left:
@@ -56,7 +58,8 @@ def in_order(
         break
     count = cores() if workers is None else workers
     if count == 1:
-        yield from map(work, left)
+        for item in left:
+            yield work(item)
         return
     with ThreadPoolExecutor(count - 1) as others:
         waiting: deque[Future[Result]] = deque()

@@ -20,8 +20,17 @@ def quantile(values: npt.ArrayLike, share: float) -> float:
     A rig that does not have the figure (NaN), because it never settled or its run failed, is worse
     than all that have: it counts as infinite.
     """
+    return float(_from_quantile(values, share)[0])
+
+
+def mean_beyond(values: npt.ArrayLike, share: float) -> float:
+    """Return the mean of the quantile and of all that lie beyond it in the order of their size."""
+    return float(np.mean(_from_quantile(values, share)))
+
+
+def _from_quantile(values: npt.ArrayLike, share: float) -> npt.NDArray[np.float64]:
     found = np.asarray(values, dtype=np.float64)
     there = np.sort(np.where(np.isnan(found), np.inf, found))
     # 0.55 is a little more in binary: of a hundred it is the 55th all the same.
     place = max(math.ceil(share * len(there) - 1e-9), 1)
-    return float(there[place - 1])
+    return there[place - 1 :]

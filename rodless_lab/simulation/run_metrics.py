@@ -14,7 +14,7 @@ run from ``since`` on, or about its last second:
     final error     e at the last sample
     mean error      mean of e over the last second
     limit cycle     (max e - min e)/2 over the last second
-    settling        from the last change of r until |e| <= 0.2 mm for good
+    settling        from where r last begins to move until |e| <= 0.2 mm for good
     overshoot       how far y passes the last r, in the direction of the last change
     peak, RMS       max |e|, sqrt(mean e^2)
     air             what has flowed into both chambers
@@ -50,7 +50,7 @@ class RunMetrics(NamedTuple):
 
     final_error: Annotated[float, "m", "reference less position at the end"]
     mean_error: Annotated[float, "m", "mean error of the last second"]
-    settling_time: Annotated[float, "s", "from the last change of the reference to ±0.2 mm"]
+    settling_time: Annotated[float, "s", "from where the reference last begins to move to ±0.2 mm"]
     overshoot: Annotated[float, "m", "past the last reference"]
     peak_error: Annotated[float, "m", "largest error"]
     rms_error: Annotated[float, "m", "root mean square of the error"]
@@ -174,7 +174,7 @@ def measured(
 
 @outlined_kernel
 def settled(reference: Array, position: Array, period: float) -> tuple[float, float]:
-    """Return settling time (s) and overshoot (m) after the last change of the reference."""
+    """Return settling time (s) and overshoot (m) of the last motion of the reference."""
     count = reference.size
     end = count - 1
     while end > 0 and reference[end] == reference[end - 1]:

@@ -20,7 +20,8 @@ import numpy.typing as npt
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
 from rodless_control import ReferencePoint
-from rodless_control.controller import Law, LawError, checked_answer, output_limits
+from rodless_control.controller import Law, output_limits
+from rodless_lab.simulation.asked_law import ask
 from rodless_sim import Rig, RigParameters
 from rodless_sim.faults import ValveFault, sensor_states
 from rodless_sim.instruments.acquisition import Acquisition
@@ -90,8 +91,5 @@ class Answers:
         last = seen.stamp if self._last is None else self._last
         interval = (seen.stamp - last) * SECONDS_PER_NANOSECOND
         self._last = seen.stamp
-        try:
-            voltage, *terms = checked_answer(self._law, self._law.update(seen, reference, interval))
-        except LawError as error:
-            raise LawError(f"at {seen.time:g} s: {error}") from error
+        voltage, *terms = ask(self._law, seen, reference, interval)
         return (min(max(voltage, self._low), self._high), *terms)

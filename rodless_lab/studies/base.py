@@ -8,7 +8,7 @@
 
 """What all runs of a study begin with: a rig, its controller, and how long they run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -96,7 +96,12 @@ def read_base(fields: Fields, folder: Path) -> Base:
         )
     laws = _laws(fields, changes)
     try:
-        rig, controllers = _sets(given, folder, laws)
+        kinds = {law: ControllerParameters.for_law(law) for law in laws}
+    except ParameterError as error:
+        key = "set" if LAW in changes else "vary"
+        raise StudyError(f"{fields.where}: {key}: {described(error)}") from error
+    try:
+        rig, controllers = _sets(given, folder, kinds)
     except ParameterError as error:
         raise StudyError(f"{fields.where}: base: {described(error)}") from error
     run = fields.below("run")
@@ -162,18 +167,18 @@ def check_reference(fields: Fields, base: Base) -> None:
 
 
 def _sets(
-    base: str, folder: Path, laws: Sequence[str]
+    base: str, folder: Path, kinds: Mapping[str, type[ControllerParameters]]
 ) -> tuple[RigParameters, dict[str, ControllerParameters]]:
-    kinds = {law: ControllerParameters.for_law(law) for law in laws}
+    """Return rig and controllers, by law, as the base has them; raises ParameterError."""
     if base in preset_names():
-        return RigParameters.preset(base), {law: kinds[law].preset(base) for law in laws}
+        return RigParameters.preset(base), {law: kind.preset(base) for law, kind in kinds.items()}
     path = folder / base
     if not _exists(path):
         raise ParameterError(
             f"{in_one_line(base)}: neither a preset ({', '.join(preset_names())}) nor a parameter "
             f"file in {folder}"
         )
-    return RigParameters.from_file(path), {law: kinds[law].from_file(path) for law in laws}
+    return RigParameters.from_file(path), {law: kind.from_file(path) for law, kind in kinds.items()}
 
 
 def _exists(path: Path) -> bool:

@@ -17,11 +17,11 @@ from itertools import islice
 from typing import Any
 
 from rodless_base.extras import missing_extra
-from rodless_base.kernels import source_digest
 from rodless_base.one_line import described
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.row_run import RowResult, RowRunner
 from rodless_lab.studies.study import Row, Study
+from rodless_lab.studies.version import rules_digest
 
 # Rows of a task: a tenth of a second of work, a hundred times what it costs to send.
 BATCH = 25
@@ -35,7 +35,7 @@ CONNECTION_TIMEOUT = 30.0  # s
 def run_rows(columns: tuple[str, ...], every: int, rows: list[Row]) -> tuple[str, list[RowResult]]:
     """Run rows on a worker; return the digest of its equations, and what it has found."""
     run = RowRunner(columns, every)
-    return source_digest(), [run(row) for row in rows]
+    return rules_digest(), [run(row) for row in rows]
 
 
 def on_cluster(address: str, study: Study, rows: Iterable[Row]) -> Iterator[RowResult]:
@@ -56,23 +56,30 @@ def on_cluster(address: str, study: Study, rows: Iterable[Row]) -> Iterator[RowR
         try:
             client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)
             left = batches(rows)
-            threads = sum(client.nthreads().values())
-            first = _sent(client, study, islice(left, AHEAD * max(threads, 1)))
+            first = _sent(client, study, islice(left, _wanted(client)))
             completed = as_completed(first, loop=client.loop)
             for future in completed:
                 digest, results = future.result()
-                if digest != source_digest():
+                if digest != rules_digest():
                     raise StudyError(
                         f"--scheduler {address}: a worker runs another version of this package; "
                         "install the same one everywhere"
                     )
                 yield from results
-                completed.update(_sent(client, study, islice(left, 1)))
+                # Workers may have joined, or gone.
+                free = _wanted(client) - completed.count()
+                completed.update(_sent(client, study, islice(left, max(free, 0))))
         except (TimeoutError, KilledWorker) as error:
             raise StudyError(
                 f"--scheduler {address}: {described(error)}; what is known is kept, and the same "
                 "command goes on"
             ) from error
+
+
+def _wanted(client: Any) -> int:
+    """Return how many tasks keep the workers that there are busy: one where none is left."""
+    threads: dict[str, int] = client.nthreads()
+    return max(AHEAD * sum(threads.values()), 1)
 
 
 def _sent(client: Any, study: Study, tasks: Iterable[list[Row]]) -> list[Any]:

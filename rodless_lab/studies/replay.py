@@ -55,6 +55,8 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
 def _saved(folder: Path, number: int) -> dict[str, Any]:
     from pyarrow import dataset  # noqa: PLC0415  there, or nothing would have been written
 
+    if not any((folder / DATA).glob("part-*.parquet")):
+        raise StudyError(f"{folder}: no part of the sweep is complete yet; run the sweep on first")
     data = dataset.dataset(folder / DATA, format="parquet")
     rows = data.to_table(filter=dataset.field("row") == number).to_pylist()
     if not rows:

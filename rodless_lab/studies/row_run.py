@@ -49,9 +49,8 @@ class RowRunner:
             found = loop.run(row.base.rig)
             if self._columns:
                 traces.update(self._decimated(loop.traced(found)))
-            wanted = loop.references[:, 0].copy()
             return metrics_of(
-                loop.times, wanted, found.rows, found.flows, found.commands, row.base.since
+                loop.times, loop.wanted, found.rows, found.flows, found.commands, row.base.since
             )
 
         metrics, failure = outcome(run)

@@ -12,13 +12,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rodless_base.kernels import source_digest
 from rodless_control import ControllerParameters
 from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import Axis, Choice, Dimension, Range
 from rodless_lab.studies.base import Base
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.study import Study
+from rodless_lab.studies.version import law_digest, rules_digest
 from rodless_sim import RigParameters
 
 FILE = "study.json"
@@ -29,7 +29,9 @@ def study_text(study: Study) -> str:
     base = study.base
     return json.dumps(
         {
-            "sources": source_digest(),
+            "sources": rules_digest(),
+            "laws": [law_digest(one.LAW_CLASS) for one in base.controllers.values()]
+            or [law_digest(base.controller.LAW_CLASS)],
             "name": study.name,
             "rig": dict(base.rig),
             "controller": dict(base.controller),
@@ -63,7 +65,7 @@ def read_saved_study(folder: Path) -> Study:
         raise StudyError(f"{folder}: no sweep there; give its folder as --output")
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
-        if found["sources"] != source_digest():
+        if found["sources"] != rules_digest():
             raise StudyError(
                 f"{folder}: made by another version of this package, whose numbers may differ"
             )

@@ -43,6 +43,8 @@ def saltelli(dimensions: int, samples: int, seed: int) -> Array:
     """
     if samples < 1 or samples & (samples - 1):
         raise DesignError(f"rows {samples} refused: a Saltelli design needs a power of two")
+    if dimensions == 0:
+        raise DesignError("method saltelli refused: nothing varies; name parameters under vary")
     if samples * (dimensions + 2) > MOST_ROWS:
         raise DesignError(f"rows {samples} refused: more than {MOST_ROWS} runs; take fewer")
     try:

@@ -22,6 +22,7 @@ from typing import Any
 from rodless_base.atomic_write import atomic_write
 from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
+from rodless_lab.simulation.design import is_whole
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.journal import add_line, claim, known_lines, locked
 from rodless_lab.studies.results import DATA
@@ -131,6 +132,17 @@ def _parquet() -> Any:
     return arrow, parquet
 
 
+def _as_they_are(level: object) -> object:
+    return level
+
+
+def _as_floats(level: object) -> object:
+    """Return a number as a float, of several each."""
+    if isinstance(level, tuple):
+        return tuple(map(_as_floats, level))
+    return float(level) if is_whole(level) else level
+
+
 def parquet_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
     """Return a Parquet file of rows as the journal has them: the same bytes for the same rows.
 
@@ -145,8 +157,10 @@ def parquet_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
         "row": arrow.array(numbers, arrow.int64()),
         "seed": arrow.array([int(one.base.rig.number("sensors.seed")) for one in levels]),
     }
-    for axis in study.dimensions:
-        columns[axis.name] = arrow.array([one.levels[axis.name] for one in levels])
+    for place, axis in enumerate(study.dimensions):
+        # One type for all parts, of which some may have whole numbers alone.
+        shown = _as_floats if study.has_fractions(place) else _as_they_are
+        columns[axis.name] = arrow.array([shown(one.levels[axis.name]) for one in levels])
     for place, name in enumerate(RunMetrics._fields):
         # There are NaN of two signs; JSON has made them one.
         values = [row["metrics"][place] for row in rows]

@@ -86,6 +86,26 @@ class Study:
             for row in design.tolist()
         ]
 
+    def has_fractions(self, place: int) -> bool:
+        """Whether the axis at a place has numbers that are not whole, in any of its rows."""
+        return place in self._with_fractions
+
+    @property
+    def _sharing(self) -> int:
+        """How many rows have one seed: of a Saltelli design those that differ in an axis alone.
+
+        With noise of their own the difference would be taken for what the axis does.
+        """
+        return len(self.dimensions) + 2 if self.method == SALTELLI else 1
+
+    @cached_property
+    def _with_fractions(self) -> frozenset[int]:
+        return frozenset(
+            place
+            for place, levels in enumerate(zip(*self.levels, strict=True))
+            if any(isinstance(one, float) for level in levels for one in several(level))
+        )
+
     @cached_property
     def _both(self) -> dict[str, Value]:
         both = {**self.base.rig, **self.base.controller}
@@ -103,11 +123,16 @@ class Study:
     def row(self, number: int) -> Row:
         """Return one row; raises ParameterError where its values are no rig or controller."""
         levels = self.levels[number]
-        values: dict[str, object] = {SEED: seed_of(self.seed, number)}
+        values: dict[str, object] = {SEED: seed_of(self.seed, number // self._sharing)}
         for one, level in zip(self.dimensions, levels, strict=True):
             values.update(one.values(self._both, level))
         named = {one.name: level for one, level in zip(self.dimensions, levels, strict=True)}
         return Row(number, named, self.base.with_values(values))
+
+
+def several(level: object) -> tuple[object, ...]:
+    """Return the values of a parameter that has several, or its one."""
+    return level if isinstance(level, tuple) else (level,)
 
 
 def _levels(dimension: Dimension) -> Sequence[object]:

@@ -70,8 +70,7 @@ def _line(results: Results, name: str) -> str:
     label = f"{name.replace('_', ' ')}{', size' if name in SIGNED else ''}, {how.unit}"
     if not there.size:
         return f"| {label} | - | - | - | {values.size} |"
-    median, ninety = (quantile(values, share) for share in (0.5, 0.9))
-    cells = [_cell(one, how.decimals) for one in (median, ninety, float(there.max()))]
+    cells = [_cell(quantile(values, share), how.decimals) for share in (0.5, 0.9, 1.0)]
     return f"| {label} | {' | '.join(cells)} | {values.size - there.size} |"
 
 
@@ -88,7 +87,7 @@ def sensitivities(results: Results, seed: int) -> dict[str, Indices]:
 
 
 def sensitivity_table(results: Results, found: dict[str, Indices]) -> str:
-    """Return the total indices in Markdown, a row for each figure."""
+    """Return the total indices in Markdown, a row for each figure, and which figures have none."""
     lines = [f"| figure | {' | '.join(results.axes)} |", "|---" * (len(results.axes) + 1) + "|"]
     for name, indices in found.items():
         cells = [
@@ -96,4 +95,7 @@ def sensitivity_table(results: Results, found: dict[str, Indices]) -> str:
             for total, interval in zip(indices.total, indices.total_interval, strict=True)
         ]
         lines.append(f"| {name.replace('_', ' ')} | {' | '.join(cells)} |")
+    left_out = [name.replace("_", " ") for name in RunMetrics._fields if name not in found]
+    if left_out:
+        lines += ["", f"None of: {', '.join(left_out)}. A row has none, or all have the same."]
     return "\n".join(lines) + "\n"

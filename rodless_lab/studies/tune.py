@@ -19,7 +19,6 @@ taken.
 """
 
 import json
-import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,7 +28,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import Bounds, differential_evolution
 
-from rodless_base.kernels import source_digest
 from rodless_base.parameters import ParameterError
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.simulation.quantile import quantile
@@ -38,6 +36,7 @@ from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.journal import add_line, claim, known_lines, locked
 from rodless_lab.studies.saved_study import study_text
 from rodless_lab.studies.tuning_task import TuningTask
+from rodless_lab.studies.version import rules_digest
 from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
@@ -65,6 +64,7 @@ class Tuned(NamedTuple):
     best: Candidate
     candidates: list[Candidate]  # all that were tried, in order
     complete: bool
+    converged: bool = False  # the last candidates score alike, and the search has ended early
     final_score: float | None = None  # of the best among the finalists, on the rigs of the finals
 
 
@@ -122,15 +122,22 @@ class Journal:
         OSError.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        claim(folder, TASK, task_text(task), "the search of another task")
-        self._path = folder / JOURNAL
+        self._path, self._finals = folder / JOURNAL, folder / FINALS
         self._only = locked(folder, "another search")
-        self.known = {
-            tuple(shares): Candidate(tuple(shares), score, figures)
-            for shares, score, figures in known_lines(self._path)
-        }
-        self._finals = folder / FINALS
-        self.finals = {tuple(shares): score for shares, score in known_lines(self._finals)}
+        try:
+            claim(folder, TASK, task_text(task), "the search of another task")
+            self.known = {
+                tuple(shares): Candidate(tuple(shares), score, figures)
+                for shares, score, figures in known_lines(self._path)
+            }
+            self.finals = {tuple(shares): score for shares, score in known_lines(self._finals)}
+        except BaseException as error:
+            self.close()
+            if isinstance(error, StudyError) or not isinstance(error, TypeError | ValueError):
+                raise
+            raise StudyError(
+                f"{folder}: {JOURNAL} or {FINALS} is damaged; give another --output, or remove it"
+            ) from error
 
     def close(self) -> None:
         """Let others have the folder."""
@@ -151,7 +158,7 @@ def task_text(task: TuningTask) -> str:
     """Return all that the search depends on."""
     return json.dumps(
         {
-            "sources": source_digest(),
+            "sources": rules_digest(),
             "trials": [
                 [one.name, json.loads(study_text(one.study)), one.score.figures]
                 for one in task.trials
@@ -176,7 +183,8 @@ def search(
 ) -> Tuned:
     """Look for the values that score best; go on with what ``folder`` knows already.
 
-    The values in force come first and are among the finalists, so that the result is never worse.
+    The values in force come first and are among the finalists, so that the result is never worse,
+    but for values that were outside of their ranges.
     ``progress`` is told how far the search is. Raises StudyError and OSError as :class:`Journal`.
     """
     bench, journal = Bench(task), Journal(folder, task)
@@ -193,21 +201,22 @@ def search(
         progress(f"{len(asked)} of {task.candidates} candidates, best score {best:.4g}")
         return asked[key].score
 
-    complete = True
+    complete, converged = True, False
     final: tuple[Candidate, float] | None = None
     try:
-        differential_evolution(
+        found = differential_evolution(
             score,
             Bounds(np.zeros(len(task.ranges)), np.ones(len(task.ranges))),
             maxiter=task.generations,
             popsize=task.population,
             seed=np.random.default_rng(task.seed),
             init=_near_the_present(task) if task.spread else "latinhypercube",
-            x0=present_shares(task),
+            x0=task.present_shares,
             polish=False,
             updating="immediate",
             tol=1e-3,
         )
+        converged = bool(found.success)
         if task.finalists:
             final = _final(task, journal, list(asked.values()), progress, stopped)
     except _StoppedError:
@@ -220,7 +229,7 @@ def search(
         journal.close()
     tried = list(asked.values())
     best, final_score = final or (min(tried, key=lambda one: one.score), None)
-    return Tuned(task.values(np.array(best.shares)), best, tried, complete, final_score)
+    return Tuned(task.values(np.array(best.shares)), best, tried, complete, converged, final_score)
 
 
 def _final(
@@ -252,21 +261,7 @@ def _final(
 
 def _near_the_present(task: TuningTask) -> Array:
     """Return the first candidates about the values in force, shape (candidates, parameters)."""
-    present = present_shares(task)
+    present = task.present_shares
     random = np.random.default_rng(task.seed)
     drawn = random.normal(present, task.spread, (task.generation_size, len(present)))
     return np.clip(drawn, 0.0, 1.0)
-
-
-def present_shares(task: TuningTask) -> Array:
-    """Return where in their ranges the values in force are; the nearer end for those outside."""
-    found: list[float] = []
-    for name, value in task.present().items():
-        one = task.ranges[name]
-        inside = min(max(value, one.low), one.high)
-        if one.logarithmic:
-            found.append(math.log(inside / one.low) / math.log(one.high / one.low))
-        else:
-            found.append((inside - one.low) / (one.high - one.low))
-    shares: Array = np.clip(np.array(found), 0.0, 1.0)
-    return shares

@@ -10,6 +10,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +20,12 @@ from rodless_base.one_line import in_one_line
 from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
-from rodless_lab.simulation.quantile import quantile
+from rodless_lab.simulation.quantile import mean_beyond, quantile
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file
-from rodless_lab.studies.study import FIELDS, Study, read_dimension, study_of
+from rodless_lab.studies.study import FIELDS, GRID, Study, read_dimension, study_of
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +35,9 @@ COMMON = ("base", "sensors", "design")
 
 # What a rig costs that a figure has no number for: it never settled, or its run failed.
 NEVER = 10.0
+
+# Shares that are no further apart are the same: the search moves the last digits.
+SAME_SHARE = 1e-12
 
 # On how many draws of as many rigs the finalists of a search meet.
 FINAL_DRAWS = 3
@@ -77,8 +81,8 @@ class TuningTask:
 
     The score of a law is a quantile, over the rigs, of what they cost in all trials together: near
     1 it is the worst rigs that count. With ``mean_beyond`` it is the mean of the costs from that
-    quantile on, the conditional value at risk (Rockafellar and Uryasev, Journal of Risk 2, 2000):
-    it changes with each of the worst rigs, and not with one of them alone.
+    quantile on, its own among them: it changes with each of the worst rigs, and not with one of
+    them alone, as the conditional value at risk (Rockafellar and Uryasev, Journal of Risk 2, 2000).
     """
 
     name: str
@@ -104,8 +108,7 @@ class TuningTask:
         """Return the score of what the rigs have done in each trial."""
         costs = [trial.score.costs(one) for trial, one in zip(self.trials, found, strict=True)]
         total: Array = np.sum(costs, axis=0)
-        at = quantile(total, self.quantile)
-        return float(np.mean(total[total >= at])) if self.mean_beyond else at
+        return (mean_beyond if self.mean_beyond else quantile)(total, self.quantile)
 
     def finals(self) -> "list[TuningTask]":
         """Return the same task with as many rigs that the search has not seen, several times."""
@@ -116,18 +119,23 @@ class TuningTask:
         return self._redrawn(len(self.finals()) + 1)
 
     def _redrawn(self, times: int) -> "TuningTask":
-        others = (
-            replace(one, study=replace(one.study, seed=(one.study.seed + times) % LARGEST_SEED))
-            for one in self.trials
-        )
+        others = (replace(one, study=_redrawn(one.study, times)) for one in self.trials)
         return replace(self, trials=tuple(others))
 
     def values(self, shares: Array) -> dict[str, float]:
-        """Return the parameters at shares of their ranges, shape (parameters,)."""
-        return {
+        """Return the parameters at shares of their ranges, shape (parameters,).
+
+        At the share of a value in force it is that value, to the last digit.
+        """
+        found = {
             name: one.at(float(share))
             for (name, one), share in zip(self.ranges.items(), shares, strict=True)
         }
+        in_force = np.abs(shares - self.present_shares) < SAME_SHARE
+        for (name, value), here in zip(self.present().items(), in_force, strict=True):
+            if here and name not in self.outside():
+                found[name] = value
+        return found
 
     @property
     def candidates(self) -> int:
@@ -150,6 +158,19 @@ class TuningTask:
     def present(self) -> dict[str, float]:
         """Return the values that the law has before it is tuned."""
         return {name: self.study.base.controller.number(name) for name in self.ranges}
+
+    @cached_property
+    def present_shares(self) -> Array:
+        """Where in their ranges the values in force are; the nearer end for those outside."""
+        return np.array([self.ranges[name].share(value) for name, value in self.present().items()])
+
+
+def _redrawn(study: Study, times: int) -> Study:
+    """Return as many other rigs: of a grid, which has no others, drawn at random within it."""
+    seed = (study.seed + times) % LARGEST_SEED
+    if study.method == GRID:
+        return replace(study, seed=seed, method="random", count=len(study))
+    return replace(study, seed=seed)
 
 
 def read_task(given: str | Path) -> TuningTask:
@@ -197,6 +218,7 @@ def read_task(given: str | Path) -> TuningTask:
         finalists=finalists,
         **sizes,
     )
+    _check_trials(task, str(path))
     _check_ranges(task, str(path))
     return task
 
@@ -247,6 +269,21 @@ def _sizes(figures: Fields) -> dict[str, float]:
     return sizes
 
 
+def _check_trials(task: TuningTask, where: str) -> None:
+    """Refuse a trial whose rigs would be others: an axis more, or in another order."""
+    first, *others = task.trials
+    axes = [one.name for one in first.study.dimensions]
+    for trial in others:
+        if [one.name for one in trial.study.dimensions] != axes or len(trial.study) != len(
+            first.study
+        ):
+            raise StudyError(
+                f"{where}: trials: {in_one_line(trial.name)}: vary: refused, other axes than those "
+                f"of {in_one_line(first.name)}; all trials have the same rigs: vary the same "
+                "parameters in each, for example in vary of the whole file"
+            )
+
+
 def _check_ranges(task: TuningTask, where: str) -> None:
     controller = task.study.base.controller
     varied = {
@@ -257,6 +294,10 @@ def _check_ranges(task: TuningTask, where: str) -> None:
     }
     if LAW in varied:
         raise StudyError(f"{where}: vary: {LAW}: refused, a task tunes one law; give it in set")
+    for name in sorted(varied - set(task.study.base.rig)):
+        raise StudyError(
+            f"{where}: vary: {name}: refused, a task varies rigs alone; give it in set"
+        )
     for name, one in task.ranges.items():
         declared = controller.LAW_CLASS.PARAMETERS.get(name)
         if declared is None:
@@ -264,8 +305,6 @@ def _check_ranges(task: TuningTask, where: str) -> None:
             raise StudyError(
                 f"{where}: tune: {in_one_line(name)}: no such parameter of the law {law}"
             )
-        if name in varied:
-            raise StudyError(f"{where}: tune: {name}: is varied over the rigs too; keep one")
         if not isinstance(declared.default, float):
             raise StudyError(f"{where}: tune: {name}: is no real number, and cannot be tuned")
         if not declared.minimum <= one.low < one.high <= declared.maximum:

@@ -18,7 +18,6 @@ from target import Change, Target
 from rodless_control import ControllerParameters
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.study import DESIGNS, TRACES, read_study
-from rodless_lab.studies.tune import present_shares
 from rodless_lab.studies.tuning_task import read_task
 from rodless_sim import RigParameters
 
@@ -75,4 +74,4 @@ class StudyFiles(Target):
             study = read_study(self._file)
             return [dict(study.row(len(study) - 1).base.rig), study.numbers]
         task = read_task(self._file)
-        return [task.values(present_shares(task)), task.present()]
+        return [task.values(task.present_shares), task.present()]

@@ -11,9 +11,11 @@
     effort = wanted + I + offset
     voltage = neutral + effort + crossing(effort)      within the limits
 
-New gains start without a jump: the offset takes up the difference that they make at the last sample
-and fades with ``tracking_time``, as the PID's does. Differences beyond ``REACH``, the effort of a
-command at its limit, do not count: there is no jump between two commands at one limit.
+New gains start without a jump of the effort: what stands behind it, the crossing of the dead zone
+and a law's model of the valve, acts at once. The offset takes up the difference that they make at
+the last sample and fades with ``tracking_time``, as the PID's does. Differences beyond ``REACH``,
+the effort of a command at its limit, do not count: there is no jump between two commands at one
+limit.
 """
 
 import math

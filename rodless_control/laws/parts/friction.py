@@ -26,8 +26,6 @@ from typing import NamedTuple
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
 
-# Velocity (m/s) at which three quarters of the Coulomb term act.
-
 
 class Friction(NamedTuple):
     """Constants of the compensation, in the unit of force or voltage of the law."""

@@ -34,7 +34,7 @@ def of_package() -> list[Entry]:
 
 
 def tuned(name: str) -> Entry:
-    """Return one law of the package, as ``calibrated`` or a file of its own tunes it."""
+    """Return a law as ``calibrated`` tunes it, or of the package a file of its own."""
     return entry(name, preset_directory() / FILES[name] if name in FILES else None)
 
 
@@ -55,5 +55,5 @@ def users(texts: Sequence[str]) -> list[Entry]:
     found = []
     for text in texts:
         name, _, file = text.partition("=")
-        found.append(Entry(text, entry(name, Path(file) if file else None).law))
+        found.append(Entry(text, (entry(name, Path(file)) if file else tuned(name)).law))
     return found

@@ -8,8 +8,10 @@
 
 """The scores as tables in Markdown."""
 
+import csv
 import math
 from collections.abc import Callable, Iterator, Sequence
+from io import StringIO
 
 from rodless_lab.benchmark.laws.contest import LIMIT_CYCLE, Score
 
@@ -65,7 +67,17 @@ def markdown(scores: Sequence[Score]) -> str:
         rows = [one for one in scores if bool(one.task.cycles) is cyclic]
         if rows:
             parts += [f"### {title}", "\n".join(_lines(columns, rows))]
+    failed = [line for one in scores for line in _failed(one)]
+    if failed:
+        parts += ["### Runs without figures", "\n".join(failed)]
     return "\n\n".join(parts) + "\n"
+
+
+def _failed(score: Score) -> Iterator[str]:
+    """Say how many runs have no figures, and why the first of them has none."""
+    for place, why in list(score.runs.failures.items())[:1]:
+        count = f"{len(score.runs.failures)} of {len(score.runs)}"
+        yield f"- {score.entry.name}, {score.task.name}: {count}, the first with rig {place}: {why}"
 
 
 def _lines(columns: dict[str, Cell], scores: Sequence[Score]) -> Iterator[str]:
@@ -80,13 +92,16 @@ def _lines(columns: dict[str, Cell], scores: Sequence[Score]) -> Iterator[str]:
 
 
 def rows(scores: Sequence[Score]) -> str:
-    """Return the figures of every run as CSV, a line each."""
+    """Return the figures of every run as CSV, a line each; ``failure`` says why it has none."""
     names = list(scores[0].runs.columns())
-    lines = [",".join(["task", "law", "rig", *names])]
+    text = StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(["task", "law", "rig", *names, "failure"])
     for one in scores:
         columns = [one.runs[name].tolist() for name in names]
+        # Without commas, for who splits lines at them.
+        who = one.task.name.replace(",", ";"), one.entry.name.replace(",", ";")
         for place, values in enumerate(zip(*columns, strict=True)):
-            figures = [repr(value) for value in values]
-            task = one.task.name.replace(",", ";")
-            lines.append(",".join([task, one.entry.name.replace(",", ";"), str(place), *figures]))
-    return "\n".join(lines) + "\n"
+            why = one.runs.failures.get(place, "")
+            lines.writerow([*who, place, *map(repr, values), why])
+    return text.getvalue()

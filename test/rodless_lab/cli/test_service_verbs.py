@@ -123,8 +123,11 @@ def test_a_plant_that_freezes_under_way_is_not_said_to_run(
             assert move.wait() == 1
         finally:
             rig["plant"].thaw()
-    assert "plant time stands still: the plant is silent: killed, frozen" in move.output
-    assert "plant: silent: killed, frozen" in move.output
+    assert (
+        "plant time stands still: the plant is silent: compiling for its first start, killed"
+        in move.output
+    )
+    assert "plant: silent: compiling for its first start, killed, frozen" in move.output
 
 
 def test_two_rigs_of_one_name_are_refused_by_name(

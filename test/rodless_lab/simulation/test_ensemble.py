@@ -110,16 +110,66 @@ def test_a_law_in_python_runs_rig_by_rig() -> None:
     assert threads == {threading.get_ident()}
 
 
+@pytest.mark.parametrize("error", [ZeroDivisionError, StopIteration, ValueError])
+@pytest.mark.parametrize("faulty", [False, True])
+def test_a_law_that_raises_fails_its_run_alone(error: type[Exception], faulty: bool) -> None:
+    """Each other rig has its figures; the failure names time, law, error and line.
+
+    Step by step, as a fault has the rig run, too.
+    """
+    chosen = rigs(4)
+    if faulty:
+        chosen = [rig.with_values({"fault.position.offset": 1e-4}) for rig in chosen]
+    begun: list[int] = []
+
+    def law(measurement: Measurement, _reference: ReferencePoint) -> float:
+        if measurement.stamp == 0:
+            begun.append(0)
+        if len(begun) == 2 and measurement.stamp >= 5_000_000:
+            raise error("no more")
+        return 5.5
+
+    found = ensemble(chosen, law, STEP, 0.02)
+    assert list(found.failures) == [1]
+    assert re.fullmatch(
+        rf"at 0\.005 s: .*law.* failed: {error.__name__}: no more \(test_ensemble\.py, line \d+\)",
+        found.failures[1],
+    )
+    assert np.isnan(found["peak_error"]).tolist() == [False, True, False, False]
+
+
+def test_a_scenario_that_ends_early_ends_the_ensemble_aloud() -> None:
+    """One that raises StopIteration, as an iterator at its end, is no end of the rigs."""
+
+    def scenario(_rig: RigParameters) -> None:
+        raise StopIteration
+
+    for workers in (1, 2):
+        with pytest.raises(RuntimeError, match="StopIteration"):
+            ensemble(rigs(4), LAW, STEP, 0.01, workers=workers, scenario=scenario)
+
+
+@pytest.mark.parametrize("ranges", [{"cylinder.*mass": (1.0, 2.0)}, RANGES])
+def test_two_ranges_of_one_parameter_are_refused(ranges: dict[str, object]) -> None:
+    """As a range and a factor, or by two names: one of the two would be lost."""
+    with pytest.raises(
+        ValueError, match=r"^cylinder\.moving_mass: drawn by .* and by .*; keep one"
+    ):
+        list(draw(ranges, 2, NOISY, factors={"cylinder.moving_mass": (0.9, 1.1)}))
+
+
 def test_a_compiled_law_runs_in_several_threads() -> None:
-    """The run that waits in one thread goes on once another has begun."""
-    both = threading.Barrier(2, timeout=60.0)
+    """The run that waits in one thread goes on once a later one has begun in another."""
+    other = threading.Event()
 
     def work(item: int) -> int:
-        if item > 0:  # the first is worked on alone
-            both.wait()
+        if item == 1:  # the first, 0, is worked on alone
+            assert other.wait(60.0)
+        elif item > 1:
+            other.set()
         return item * item
 
-    assert list(in_order(work, range(5), workers=2)) == [0, 1, 4, 9, 16]
+    assert list(in_order(work, range(9), workers=2)) == [k * k for k in range(9)]
 
 
 def test_an_exception_ends_the_work() -> None:

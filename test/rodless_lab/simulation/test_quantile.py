@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rodless_lab.simulation.quantile import quantile
+from rodless_lab.simulation.quantile import mean_beyond, quantile
 
 
 @given(st.lists(st.floats(0.0, 9.0) | st.just(nan), min_size=1, max_size=200), st.integers(1, 100))
@@ -43,3 +43,8 @@ def test_it_is_so_of_any_share_in_per_cent() -> None:
         values = [float(k) for k in range(1, count + 1)]
         expected = [max(-(-percent * count // 100), 1) for percent in range(1, 101)]
         assert [quantile(values, percent / 100) for percent in range(1, 101)] == expected
+
+
+def test_the_mean_beyond_has_as_many_rigs_whatever_their_ties() -> None:
+    """Of a hundred from the 90th on: eleven, by hand, though 95 of them are alike."""
+    assert mean_beyond([1.0] * 95 + [10.0] * 5, 0.9) == (6 * 1.0 + 5 * 10.0) / 11

@@ -73,7 +73,7 @@ def test_a_cluster_of_another_version_is_refused(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its rows could have other bits: none is kept."""
-    monkeypatch.setattr(cluster, "source_digest", lambda: "another")
+    monkeypatch.setattr(cluster, "rules_digest", lambda: "another")
     with pytest.raises(StudyError, match="a worker runs another version of this package"):
         sweep(write_study(tmp_path), tmp_path / "out", scheduler=address)
     assert not list((tmp_path / "out" / "rows").iterdir())

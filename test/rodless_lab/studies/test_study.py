@@ -112,6 +112,10 @@ def test_a_saltelli_design_is_that_of_salib(tmp_path: Path) -> None:
     expected = sobol.sample(problem, 8, calc_second_order=False, seed=3)
     assert np.array(study.levels) == pytest.approx(expected)
     assert len(study) == 8 * 4
+    # The rows of one base sample differ in an axis alone, and so have the same noise.
+    seeds = [study.row(k).base.rig["sensors.seed"] for k in range(32)]
+    assert [len(set(seeds[k : k + 4])) for k in range(0, 32, 4)] == [1] * 8
+    assert len(set(seeds)) == 8
 
 
 def test_a_study_is_read_back_from_beside_its_results(tmp_path: Path) -> None:
@@ -161,7 +165,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("vary: {reference.type: [sine]}", "vary: reference.type: cannot vary within a study"),
         ("vary: {controller.l*: [pid]}", "controller.law cannot vary with others"),
         ("vary: {controller.law: pid}", "vary: controller.law: must be a list of laws"),
-        ("vary: {controller.law: [pd]}", "base: controller.law: 'pd' refused: must be pid"),
+        ("vary: {controller.law: [pd]}", "vary: controller.law: 'pd' refused: must be pid"),
         (
             "{set: {controller.law: pid}, vary: {controller.law: [pid]}}",
             "set: controller.law refused: it varies",
@@ -186,10 +190,11 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
             "set: {reference.type: move}",
             "set: reference.type: move refused, it waits for set-points",
         ),
-        ("set: {controller.law: pd}", "base: controller.law: 'pd' refused: must be pid"),
+        ("set: {controller.law: pd}", "set: controller.law: 'pd' refused: must be pid"),
         ("design: {method: gird}", "design: method: 'gird' refused, must be grid, random"),
         ("design: {method: random, rows: 0}", "design: count 0 refused"),
         ("design: {method: saltelli, rows: 3}", "rows 3 refused: a Saltelli design needs a power"),
+        ("design: {method: saltelli, rows: 4}", "method saltelli refused: nothing varies; name"),
         ("design: {rows: 3}", "design: rows: refused: the rows of a grid follow from the counts"),
         ("run: {duration: -1}", "run: duration -1.0 s refused"),
         ("run: {duration: 1.0, since: 2.0}", "run: since: 2 s refused, must be within the run"),

@@ -8,14 +8,19 @@
 
 """The pages on sweeps and tuning: what they show can be done."""
 
+import math
 import re
 from pathlib import Path
 
+import numpy as np
+import pyarrow as arrow
 import pytest
 import yaml
 
 from rodless_lab import sweep
+from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.pictures import draw_rows, draw_sensitivities
+from rodless_lab.studies.results import Results
 from rodless_lab.studies.study import read_study
 from rodless_lab.studies.summary import sensitivities, sensitivity_table, summary
 from rodless_lab.studies.tuning_task import read_task
@@ -82,6 +87,19 @@ def test_the_summary_counts_what_never_settled_as_worse_than_all_that_did(tmp_pa
     assert draw_rows(found).axes
 
 
+def test_no_worst_is_better_than_the_ninetieth() -> None:
+    """Where three of twenty never settled, 90 % and worst both say so."""
+    runs = [NO_METRICS._replace(settling_time=0.3 if k < 17 else math.nan) for k in range(20)]
+    columns = {"row": np.arange(20), "failure": [""] * 20, "seed": np.arange(20)}
+    columns |= dict(zip(RunMetrics._fields, np.array(runs).T, strict=True))
+    (line,) = (
+        one
+        for one in summary(Results(arrow.table(columns), (), 20)).splitlines()
+        if one.startswith("| settling")
+    )
+    assert line == "| settling time, s | 0.300 | never | never | 3 |"
+
+
 def test_the_parameter_that_matters_has_the_index(tmp_path: Path) -> None:
     """Air used over 0.2 s of a step follows from the supply, and hardly from the mass."""
     path = tmp_path / "study.yaml"
@@ -99,4 +117,5 @@ def test_the_parameter_that_matters_has_the_index(tmp_path: Path) -> None:
     assert supply > 0.9
     assert mass < 0.1
     assert "| air | " in sensitivity_table(found, indices)
+    assert "None of: settling time" in sensitivity_table(found, indices)
     assert draw_sensitivities(found.axes, indices).axes

@@ -23,7 +23,7 @@ from pyarrow import parquet
 from small_study import write_law, write_study
 
 from rodless_lab import closed_loop, run_metrics, sweep
-from rodless_lab.studies import store
+from rodless_lab.studies import saved_study, store
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.replay import replay_row
 from rodless_lab.studies.study import read_study
@@ -168,6 +168,33 @@ def test_the_data_set_is_read_by_others_whole(
     frame = pd.read_parquet(tmp_path / "out" / "rows")
     assert np.array_equal(frame["mean_error"], found["mean_error"])
     assert (found.failures, found.complete) == ({}, True)
+
+
+def test_an_axis_has_one_type_in_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whole numbers in the first file and fractions in the second are read as one column."""
+    monkeypatch.setattr(store, "PART", 2)
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "run: {duration: 0.02}\nvary: {supply.ripple_amplitude: [0, 0.5], "
+        "supply.pressure: [500000, 600000]}",
+        encoding="utf-8",
+    )
+    found = sweep(path, tmp_path / "out")
+    assert found["supply.ripple_amplitude"].tolist() == [0.0, 0.0, 0.5, 0.5]
+    table = parquet.read_table(tmp_path / "out" / "rows")
+    assert str(table.schema.field("supply.ripple_amplitude").type) == "double"
+    assert str(table.schema.field("supply.pressure").type) == "int64"
+
+
+def test_a_law_that_was_changed_is_another_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows of a user's law before and after an edit are not put together."""
+    study = read_study(write_study(tmp_path))
+    run_sweep(study, tmp_path / "out", 1, None, silent, lambda: True)
+    monkeypatch.setattr(saved_study, "law_digest", lambda _law: "edited")
+    with pytest.raises(StudyError, match="holds the results of another study"):
+        run_sweep(study, tmp_path / "out", 1, None, silent)
 
 
 def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
-from rodless_lab.studies.tune import Bench, Candidate, Journal, present_shares, search
+from rodless_lab.studies.tune import Bench, Candidate, Journal, search
 from rodless_lab.studies.tuning_report import front, parameter_text, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
@@ -147,7 +147,7 @@ def test_a_search_may_begin_near_the_values_in_force(tmp_path: Path) -> None:
         found = search(task, tmp_path / f"{spread}", stopped=partial(next, left, True))
         assert task.candidates == 120
         first[spread] = np.array([one.shares for one in found.candidates])
-        assert first[spread][0] == pytest.approx(present_shares(task))
+        assert first[spread][0] == pytest.approx(task.present_shares)
     deviations = {spread: np.std(shares, axis=0) for spread, shares in first.items()}
     assert deviations[0.02] == pytest.approx([0.02, 0.02], rel=0.4)
     # The standard deviation of numbers that are spread evenly from 0 to 1.
@@ -213,6 +213,62 @@ def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
     assert "| sine: peak error, mm |" in text
 
 
+@pytest.mark.parametrize(
+    "axis", ["supply.pressure: {from: 5.0e5, to: 6.0e5}", "friction.*.static: [30.0, 40.0]"]
+)
+def test_a_trial_with_other_rigs_is_refused(tmp_path: Path, axis: str) -> None:
+    """One axis more would draw all others anew: the costs of two rigs would be added up."""
+    trials = TRIALS.replace("run: {duration: 0.3}", f"vary: {{{axis}}}")
+    path = written(tmp_path, extra=trials)
+    text = path.read_text(encoding="utf-8").replace(
+        "score: {quantile: 1.0, figures: {mean_error: 1.0e-2, overshoot: 1.0e-2}}", "score: {}"
+    )
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(StudyError, match="sine: vary: refused, other axes than those of step"):
+        read_task(path)
+
+
+def test_a_grid_has_other_rigs_too(tmp_path: Path) -> None:
+    """For finals and the report: as many, drawn within its ranges, none of them of the grid."""
+    text = written(tmp_path).read_text(encoding="utf-8")
+    text = text.replace("to: 2.0}", "to: 2.0, count: 4}").replace("method: sobol, rows: 3", "")
+    path = tmp_path / "grid.yaml"
+    path.write_text(text, encoding="utf-8")
+    task = read_task(path)
+
+    def masses(one: TuningTask) -> list[float]:
+        rows = (one.study.row(k).base.rig for k in range(len(one.study)))
+        return [rig.number("cylinder.moving_mass") for rig in rows]
+
+    assert len(masses(task)) == len(masses(task.other_rigs())) == 4
+    assert not set(masses(task)) & set(masses(task.other_rigs()))
+    assert all(0.7 <= mass <= 2.0 for mass in masses(task.other_rigs()))
+
+
+@pytest.mark.parametrize("name", shipped("tasks"))
+def test_the_values_in_force_are_tried_to_the_last_digit(name: str) -> None:
+    """Their shares give them back, though a logarithm and a power lie between."""
+    task = read_task(name)
+    assert task.outside() == {}
+    assert task.values(task.present_shares) == task.present()
+    assert task.values(task.present_shares + 1e-9) != task.present()
+
+
+def test_a_damaged_journal_is_refused_and_the_folder_is_free_again(tmp_path: Path) -> None:
+    """A whole line of another shape: one line says so, each time."""
+    task = read_task(written(tmp_path))
+    Journal(tmp_path / "out", task).close()
+    (tmp_path / "out" / "candidates.jsonl").write_text("[1]\n", encoding="utf-8")
+    for _ in range(2):
+        with pytest.raises(StudyError, match="is damaged; give another --output, or remove it"):
+            Journal(tmp_path / "out", task)
+
+
+def test_a_search_that_ends_with_its_generations_has_not_converged(tmp_path: Path) -> None:
+    """Two generations of eight are not enough for the candidates to score alike."""
+    assert not search(read_task(written(tmp_path)), tmp_path / "out").converged
+
+
 def test_figures_stand_in_one_place(tmp_path: Path) -> None:
     """Those of the score are refused where trials have their own."""
     with pytest.raises(StudyError, match="score: figures: refused: each of trials has its own"):
@@ -271,7 +327,11 @@ def test_a_task_that_cannot_be_done_is_refused_in_one_line(
         ("seed: 5", "spread: 1.5", "search: spread: 1.5 refused, must be from 0 to 1"),
         ("quantile: 1.0", "mean_beyond: 3", "score: mean_beyond: 3 refused, must be true or false"),
         ("generations: 2", "generations: 0", "search: generations: 0 refused"),
-        ("cylinder.moving_mass: {", "controller.kp: {", "is varied over the rigs too; keep one"),
+        (
+            "cylinder.moving_mass: {",
+            "controller.kp: {",
+            "vary: controller.kp: refused, a task varies rigs alone",
+        ),
         ("kd: {from: 1.0, to: 50.0}", "kd: [1.0, 2.0]", "must be a range, from and to"),
     ],
 )

@@ -20,7 +20,7 @@ from rodless_control import Law, ParameterError, references
 from rodless_control.laws import LAWS
 from rodless_lab.benchmark.laws.contest import Score, contest, score
 from rodless_lab.benchmark.laws.entries import Entry, entry, of_package, users
-from rodless_lab.benchmark.laws.tables import markdown
+from rodless_lab.benchmark.laws.tables import markdown, rows
 from rodless_lab.benchmark.laws.tasks import FRICTION, Steps, Task, random_steps, rigs, tasks
 from rodless_lab.cli.laws import main
 from rodless_lab.simulation.ensemble import Ensemble
@@ -127,6 +127,25 @@ def test_every_task_has_a_name_of_its_own_and_a_row_for_each_law() -> None:
         ["  ", " another "],
     ]
     assert contest(entries, [SHORT], rigs(2, 1), begun.append, lambda: True) == []
+
+
+def test_a_run_without_figures_is_named() -> None:
+    """In the page with the reason of the first, in the CSV each with its own."""
+    failures = {0: "at 0.1 s: law Mine answered nan V, twice", 2: "beyond its stroke"}
+    runs = Ensemble([NO_METRICS] * 3, failures)
+    scores = [Score(Entry("mine", entry("pid").law), SHORT, runs)]
+    expected = (
+        "- mine, short: 2 of 3, the first with rig 0: at 0.1 s: law Mine answered nan V, twice"
+    )
+    assert markdown(scores).splitlines()[-1] == expected
+    lines = list(csv.DictReader(rows(scores).splitlines()))
+    assert [line["failure"] for line in lines] == [failures[0], "", failures[2]]
+
+
+def test_a_law_of_the_package_has_the_gains_that_the_table_shows() -> None:
+    """Named alone it competes as it does among all; with a file, by that."""
+    for one in of_package():
+        assert users([one.name])[0].law.parameters == one.law.parameters
 
 
 def test_the_laws_that_compete() -> None:

@@ -1,0 +1,38 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Which version of the rules has made a result: rows and scores of two are not put together."""
+
+import hashlib
+import inspect
+from functools import cache
+from pathlib import Path
+
+from rodless_base.kernels import source_digest
+from rodless_control.controller import Law
+
+# Beside what kernels depend on: what draws the rigs, runs them and judges their runs.
+_RULES = (Path(__file__).parent, Path(__file__).parents[1] / "simulation")
+
+
+@cache
+def rules_digest() -> str:
+    """Return a digest of all sources of this package that a row or a score depends on."""
+    digest = hashlib.sha256(source_digest().encode())
+    for file in (file for folder in _RULES for file in sorted(folder.glob("*.py"))):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def law_digest(law: type[Law]) -> str:
+    """Return a digest of the file that defines a law, which may be a user's; empty without one."""
+    try:
+        file = inspect.getsourcefile(law)
+    except TypeError:  # defined where there is no file
+        file = None
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else ""

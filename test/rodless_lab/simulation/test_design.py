@@ -1,0 +1,37 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Axes of a study: where a share of them is, and what is at a share."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rodless_lab import Range
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6), st.booleans())
+def test_a_range_ends_where_it_says(one: float, other: float, logarithmic: bool) -> None:
+    """Its ends are exact, and nothing between lies beyond them, whatever the rounding."""
+    if one == other:
+        return
+    axis = Range(min(one, other), max(one, other), logarithmic=logarithmic)
+    assert (axis.at(0.0), axis.at(1.0)) == (axis.low, axis.high)
+    for share in (math.ulp(0.0), 0.3, math.nextafter(1.0, 0.0)):
+        assert axis.low <= axis.at(share) <= axis.high
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_a_share_is_where_a_value_is(logarithmic: bool) -> None:
+    """The way back from a value, by hand at the middle; the nearer end for one outside."""
+    axis = Range(1.0, 100.0, logarithmic=logarithmic)
+    middle = 10.0 if logarithmic else 50.5
+    assert axis.share(middle) == pytest.approx(0.5)
+    assert [axis.share(value) for value in (1.0, 100.0, 0.1, 1e9)] == [0.0, 1.0, 0.0, 1.0]
