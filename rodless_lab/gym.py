@@ -25,7 +25,7 @@ from rodless_base.measurement import Measurement
 from rodless_base.one_line import shown
 from rodless_control import references
 from rodless_control.references import Reference, sampled
-from rodless_lab.simulation.closed_loop import sample_count
+from rodless_lab.simulation.closed_loop import refuse_beyond_any_rig, sample_count
 from rodless_lab.simulation.design import LARGEST_SEED
 from rodless_lab.simulation.draw import draw
 from rodless_sim import Rig, RigParameters, SimulationError
@@ -136,6 +136,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         drawn = self._drawn(int(self.np_random.integers(LARGEST_SEED)))
         self._rig = Rig((options or {}).get("rig", drawn))
         self._points = sampled(self._drawn_reference(), self._times)
+        refuse_beyond_any_rig(self._points[:, 0], self._times)
         self._sample, self._over = 0, False
         self._voltage = self._rig.state.voltage
         return self._observed()

@@ -74,6 +74,10 @@ class TopicMessages(Columns):
                 f"{self.topic.name}: message {place} is no {self.topic.type_name}"
             ) from error
 
+    def __repr__(self) -> str:
+        """Show the topic and how many messages it has, not what is in them."""
+        return f"<{self.topic.name}: {len(self)} of {self.topic.type_name}>"
+
     @cached_property
     def stamp(self) -> npt.NDArray[np.float64]:
         """Stamps of the headers in seconds; raises :class:`BagError` for a type without."""

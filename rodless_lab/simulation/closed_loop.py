@@ -361,7 +361,7 @@ def closed_loop(
     return loop.traced(run)
 
 
-def _refuse_beyond_any_rig(positions: Array, times: Array) -> None:
+def refuse_beyond_any_rig(positions: Array, times: Array) -> None:
     """Raise ValueError for a reference (m) beyond what `reference.target` may be: likely mm."""
     beyond = np.flatnonzero((positions < REACH.minimum) | (positions > REACH.maximum))
     if beyond.size:
@@ -407,7 +407,7 @@ class Loop:
         self.times = sample_times(count, self._span)
         self.references = sampled(reference, self.times)  # shape (n, 2): m, m/s
         self.wanted = self.references[:, 0].copy()  # shape (n,): m
-        _refuse_beyond_any_rig(self.wanted, self.times)
+        refuse_beyond_any_rig(self.wanted, self.times)
         self._noise_shape = (count, NOISE_CHANNELS)
         self._no_noise = np.zeros(self._noise_shape)
 

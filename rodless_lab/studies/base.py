@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rodless_base.one_line import described, in_one_line, shown
-from rodless_base.parameter_file import preset_names
+from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
 from rodless_control.parameters import LAW
@@ -94,7 +94,7 @@ def read_base(fields: Fields, folder: Path) -> Base:
         raise fields.error(
             "set", f"{SEED} refused: each row has a seed of its own, which design.seed draws"
         )
-    laws = _laws(fields, changes)
+    laws = _laws(fields, changes, folder / given)
     try:
         kinds = {law: ControllerParameters.for_law(law) for law in laws}
     except ParameterError as error:
@@ -122,16 +122,24 @@ def read_base(fields: Fields, folder: Path) -> Base:
     return base
 
 
-def _laws(fields: Fields, changes: Mapping[str, object]) -> list[str]:
-    """Return the laws of a study: those that vary, or the one that is set."""
+def _laws(fields: Fields, changes: Mapping[str, object], base: Path) -> list[str]:
+    """Return the laws of a study: those that vary, or the one that is set or that the base has."""
     varied = fields.below("vary").values.get(LAW)
     if varied is None:
-        return [str(changes.get(LAW, "pid"))]
+        return [str(changes.get(LAW, _law_of(base)))]
     if LAW in changes:
         raise fields.error("set", f"{LAW} refused: it varies; keep one")
     if not isinstance(varied, list) or not varied:
         raise fields.error("vary", f"{LAW}: must be a list of laws")
     return list(dict.fromkeys(map(str, varied)))
+
+
+def _law_of(base: Path) -> object:
+    """Return the law that a parameter file names; that of a preset or a file without is ``pid``."""
+    try:
+        return read_parameter_file(base, ControllerParameters.NODE).get(LAW, "pid")
+    except (OSError, ValueError):  # told where the whole file is read
+        return "pid"
 
 
 def _set(

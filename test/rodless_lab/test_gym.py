@@ -160,6 +160,13 @@ def test_what_is_not_one_voltage_is_refused_and_changes_nothing(action: object) 
     assert env.step([6.0])[4]["time"] == 1e-3
 
 
+def test_a_reference_in_millimetres_is_refused() -> None:
+    """As closed_loop does, at the reset that draws it."""
+    env = RigEnv(reference=references.step(0.0, 58.0, at=0.1), duration=0.3)
+    with pytest.raises(ValueError, match=r"asks for 58 m, must be from .* positions are in m"):
+        env.reset(seed=1)
+
+
 @pytest.mark.parametrize(
     "given", [{"ranges": 3.0}, {"factors": [1]}, {"reference": 0.1}, {"rig": {}}], ids=repr
 )

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rodless_base.parameter_file import preset_directory
+from rodless_control import ControllerParameters
 from rodless_control.controller import Law
-from rodless_control.laws import LAWS, law_class, make_law
+from rodless_control.laws import LAWS, make_law
 
 # Of a law whose gains are not those of ``calibrated``, the file that has them.
 FILES = {name: f"laws/{name}.yaml" for name in ("cascade", "mode_switching")}
@@ -42,12 +43,11 @@ def entry(name: str, file: Path | None = None) -> Entry:
     """Return one law: of this package by name, or ``package.module:Class``.
 
     Its parameters come from ``file``, by default from the preset ``calibrated``. Raises
-    ParameterError for a law or file that cannot be.
+    ParameterError for a law or file that cannot be, and for a file of another law.
     """
-    law = law_class(name)
-    kind = law.Parameters
+    kind = ControllerParameters.for_law(name)
     values = kind.preset("calibrated") if file is None else kind.from_file(file)
-    return Entry(name, make_law(law, values))
+    return Entry(name, make_law(values.LAW_CLASS, values.of_law()))
 
 
 def users(texts: Sequence[str]) -> list[Entry]:

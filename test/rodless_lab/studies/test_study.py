@@ -9,10 +9,12 @@
 """Studies: what their rows are, and each way in which one cannot be done."""
 
 from pathlib import Path
+from shutil import copy
 
 import numpy as np
 import pytest
 
+from rodless_base.parameter_file import preset_directory
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.saved_study import read_saved_study, study_text
 from rodless_lab.studies.shipped import shipped
@@ -100,6 +102,14 @@ def test_a_parameter_file_beside_the_study_is_its_base(tmp_path: Path) -> None:
     )
     study = read_study(written(tmp_path, "base: mine.yaml\n"))
     assert study.row(0).base.rig["supply.pressure"] == 5.5e5
+
+
+def test_a_parameter_file_brings_its_law(tmp_path: Path) -> None:
+    """A base that names the cascade has it, with its gains; a law that is set wins."""
+    copy(preset_directory() / "laws" / "cascade.yaml", tmp_path / "mine.yaml")
+    study = read_study(written(tmp_path, "base: mine.yaml\n"))
+    assert study.base.controller["controller.law"] == "cascade"
+    assert study.base.controller["cascade.mass"] == 1.96
 
 
 def test_a_saltelli_design_is_that_of_salib(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from quiet_stop import Quiet
 
+from rodless_base.parameter_file import preset_directory
 from rodless_control import Law, ParameterError, references
 from rodless_control.laws import LAWS
 from rodless_lab.benchmark.laws.contest import Score, contest, score
@@ -159,6 +160,10 @@ def test_the_laws_that_compete() -> None:
     assert switching["cascade.mass"] != switching.DECLARATIONS["cascade.mass"].default
     with pytest.raises(ParameterError, match="no_such_module"):
         users(["no_such_module:Law"])
+    with pytest.raises(
+        ParameterError, match="'cascade' refused: these are the parameters of 'pid'"
+    ):
+        users([f"pid={preset_directory() / 'laws' / 'cascade.yaml'}"])
 
 
 def test_the_command_writes_table_picture_and_every_run(
