@@ -61,6 +61,11 @@ VERBS = {
 }
 
 
+# Verbs that find a user's law in the folder where they are run, as the nodes of `rodless rig` do:
+# there last, so that nothing takes the place of a library.
+WITH_LAWS = ("laws", "sweep", "tune")
+
+
 def main() -> None:
     """Run the verb on the command line and exit with its code, 1 where its output got lost."""
     output = Output()
@@ -78,8 +83,7 @@ def main() -> None:
         # Neither ROS nor a bag takes another text.
         if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
             parser.error(f"{text!a} is not text in UTF-8")
-    # A law in the folder where the verb is run: the nodes of `rodless rig` find it too.
-    if not getattr(sys.flags, "safe_path", False):
+    if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
         sys.path.append(str(Path.cwd()))
     try:
         note = prepare_shared_memory()

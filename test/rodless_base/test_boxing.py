@@ -17,7 +17,7 @@ import pytest
 PROGRAM = """
 import signal
 from rodless_control import PidParameters, references
-from rodless_lab import closed_loop
+from rodless_lab.simulation.closed_loop import Loop
 from rodless_sim import Rig, RigParameters
 
 class Interrupted(KeyboardInterrupt): pass
@@ -26,7 +26,8 @@ def interrupt(*_):
     raise Interrupted
 
 calibrated = RigParameters.preset("calibrated")
-rig, law, step = Rig(calibrated), PidParameters(), references.step(0.0, 0.05)
+rig = Rig(calibrated)
+loop = Loop(PidParameters(), references.step(0.0, 0.05), 0.05, 1e-3)
 
 def work():
     {work}
@@ -50,7 +51,7 @@ print(caught)
     "work",
     [
         "rig.advance(5.5, 1e-3), rig.read()",
-        "closed_loop(calibrated, law, step, 0.05, 1e-3)",
+        "loop.run(calibrated)",
     ],
 )
 def test_an_interrupt_never_breaks_off_the_making_of_a_result(work: str) -> None:

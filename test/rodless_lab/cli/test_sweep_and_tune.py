@@ -8,6 +8,7 @@
 
 """`rodless sweep` and `rodless tune`: what they print, write and return."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import cast
 
 import pytest
 from pyarrow import parquet
-from small_study import write_study
+from small_study import write_law, write_study
 
 from rodless_base.start import Stop
 from rodless_lab.cli import sweep, tune
@@ -129,6 +130,28 @@ def test_a_library_that_is_missing_is_named_in_one_line(tmp_path: Path) -> None:
     assert run.returncode == 2
     assert run.stderr.count("\n") == 1
     assert run.stderr.endswith("pip install 'rodless_sim[sensitivity]'\n")
+
+
+@pytest.mark.parametrize("safe", [False, True])
+def test_a_law_beside_the_study_is_found(tmp_path: Path, safe: bool) -> None:
+    """In the folder where the command is run, unless Python is told to keep it off its path."""
+    study = write_study(tmp_path, write_law(tmp_path), rows=2)
+    others = {name: text for name, text in os.environ.items() if name != "PYTHONSAFEPATH"}
+    run = subprocess.run(
+        [Path(sys.executable).with_name("rodless"), "sweep", study, "-o", tmp_path / "out"],
+        cwd=tmp_path,
+        env={**others, "NOTED": str(tmp_path / "noted")}
+        | ({"PYTHONSAFEPATH": "1"} if safe else {}),
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    if safe and sys.version_info >= (3, 11):
+        assert run.returncode == 2
+        assert "set: controller.law: 'noted_law:Noted' refused" in run.stderr
+    else:
+        assert run.returncode == 0, run.stderr
 
 
 def test_tune_writes_a_parameter_file_and_prints_before_and_after(
