@@ -40,6 +40,11 @@ class Base:
     # Of each law that varies within the study, by what controller.law names; empty where none does.
     controllers: Mapping[str, ControllerParameters] = field(default_factory=dict)
 
+    @property
+    def all_controllers(self) -> list[ControllerParameters]:
+        """The controller of each law that varies, or the one there is."""
+        return list(self.controllers.values()) or [self.controller]
+
     def with_values(self, values: Mapping[str, object]) -> "Base":
         """Return a copy with values for either node; raises ParameterError."""
         own = {name: value for name, value in values.items() if name in self.rig}
@@ -94,11 +99,12 @@ def read_base(fields: Fields, folder: Path) -> Base:
         raise fields.error(
             "set", f"{SEED} refused: each row has a seed of its own, which design.seed draws"
         )
-    laws = _laws(fields, changes, folder / given)
+    laws = _laws(fields, changes, given, folder)
     try:
         kinds = {law: ControllerParameters.for_law(law) for law in laws}
     except ParameterError as error:
-        key = "set" if LAW in changes else "vary"
+        varies = LAW in fields.below("vary").values
+        key = "set" if LAW in changes else "vary" if varies else "base"
         raise StudyError(f"{fields.where}: {key}: {described(error)}") from error
     try:
         rig, controllers = _sets(given, folder, kinds)
@@ -122,11 +128,11 @@ def read_base(fields: Fields, folder: Path) -> Base:
     return base
 
 
-def _laws(fields: Fields, changes: Mapping[str, object], base: Path) -> list[str]:
+def _laws(fields: Fields, changes: Mapping[str, object], base: str, folder: Path) -> list[str]:
     """Return the laws of a study: those that vary, or the one that is set or that the base has."""
     varied = fields.below("vary").values.get(LAW)
     if varied is None:
-        return [str(changes.get(LAW, _law_of(base)))]
+        return [str(changes[LAW] if LAW in changes else _law_of(base, folder))]
     if LAW in changes:
         raise fields.error("set", f"{LAW} refused: it varies; keep one")
     if not isinstance(varied, list) or not varied:
@@ -134,10 +140,12 @@ def _laws(fields: Fields, changes: Mapping[str, object], base: Path) -> list[str
     return list(dict.fromkeys(map(str, varied)))
 
 
-def _law_of(base: Path) -> object:
+def _law_of(base: str, folder: Path) -> object:
     """Return the law that a parameter file names; that of a preset or a file without is ``pid``."""
+    if base in preset_names():
+        return "pid"
     try:
-        return read_parameter_file(base, ControllerParameters.NODE).get(LAW, "pid")
+        return read_parameter_file(folder / base, ControllerParameters.NODE).get(LAW, "pid")
     except (OSError, ValueError):  # told where the whole file is read
         return "pid"
 

@@ -30,8 +30,7 @@ def study_text(study: Study) -> str:
     return json.dumps(
         {
             "sources": rules_digest(),
-            "laws": [law_digest(one.LAW_CLASS) for one in base.controllers.values()]
-            or [law_digest(base.controller.LAW_CLASS)],
+            "laws": [law_digest(one.LAW_CLASS) for one in base.all_controllers],
             "name": study.name,
             "rig": dict(base.rig),
             "controller": dict(base.controller),

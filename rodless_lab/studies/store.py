@@ -132,10 +132,6 @@ def _parquet() -> Any:
     return arrow, parquet
 
 
-def _as_they_are(level: object) -> object:
-    return level
-
-
 def _as_floats(level: object) -> object:
     """Return a number as a float, of several each."""
     if isinstance(level, tuple):
@@ -158,9 +154,11 @@ def parquet_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
         "seed": arrow.array([int(one.base.rig.number("sensors.seed")) for one in levels]),
     }
     for place, axis in enumerate(study.dimensions):
+        values = [one.levels[axis.name] for one in levels]
         # One type for all parts, of which some may have whole numbers alone.
-        shown = _as_floats if study.has_fractions(place) else _as_they_are
-        columns[axis.name] = arrow.array([shown(one.levels[axis.name]) for one in levels])
+        columns[axis.name] = arrow.array(
+            map(_as_floats, values) if place in study.with_fractions else values
+        )
     for place, name in enumerate(RunMetrics._fields):
         # There are NaN of two signs; JSON has made them one.
         values = [row["metrics"][place] for row in rows]

@@ -86,10 +86,6 @@ class Study:
             for row in design.tolist()
         ]
 
-    def has_fractions(self, place: int) -> bool:
-        """Whether the axis at a place has numbers that are not whole, in any of its rows."""
-        return place in self._with_fractions
-
     @property
     def _sharing(self) -> int:
         """How many rows have one seed: of a Saltelli design those that differ in an axis alone.
@@ -99,7 +95,8 @@ class Study:
         return len(self.dimensions) + 2 if self.method == SALTELLI else 1
 
     @cached_property
-    def _with_fractions(self) -> frozenset[int]:
+    def with_fractions(self) -> frozenset[int]:
+        """The places of the axes with numbers that are not whole, in any row."""
         return frozenset(
             place
             for place, levels in enumerate(zip(*self.levels, strict=True))

@@ -123,5 +123,4 @@ def _run(
 
 
 def _is_compiled(base: Base) -> bool:
-    controllers = base.controllers.values() or (base.controller,)
-    return all(is_compiled(as_law(one)) for one in controllers)
+    return all(is_compiled(as_law(one)) for one in base.all_controllers)

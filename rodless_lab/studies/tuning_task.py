@@ -131,9 +131,9 @@ class TuningTask:
             name: one.at(float(share))
             for (name, one), share in zip(self.ranges.items(), shares, strict=True)
         }
-        in_force = np.abs(shares - self.present_shares) < SAME_SHARE
+        in_force, outside = np.abs(shares - self.present_shares) < SAME_SHARE, self.outside()
         for (name, value), here in zip(self.present().items(), in_force, strict=True):
-            if here and name not in self.outside():
+            if here and name not in outside:
                 found[name] = value
         return found
 

@@ -60,6 +60,16 @@ def written(folder: Path, more: str = "", extra: str = "") -> Path:
     return path
 
 
+def with_trials(folder: Path, trials: str) -> Path:
+    """The same with trials, which have the figures instead of the score."""
+    path = written(folder, extra=trials)
+    text = path.read_text(encoding="utf-8").replace(
+        "score: {quantile: 1.0, figures: {mean_error: 1.0e-2, overshoot: 1.0e-2}}", "score: {}"
+    )
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
 def test_the_values_found_score_better_than_those_before(tmp_path: Path) -> None:
     """Their score is that of the three rigs run by themselves; those in force were tried too."""
     task = read_task(written(tmp_path))
@@ -189,12 +199,7 @@ def test_finalists_meet_on_rigs_that_the_search_has_not_seen(tmp_path: Path) -> 
 
 def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
     """A trial changes what the file says of all; rigs and noise stay; its figures have its name."""
-    path = written(tmp_path, extra=TRIALS)
-    text = path.read_text(encoding="utf-8").replace(
-        "score: {quantile: 1.0, figures: {mean_error: 1.0e-2, overshoot: 1.0e-2}}", "score: {}"
-    )
-    path.write_text(text, encoding="utf-8")
-    task = read_task(path)
+    task = read_task(with_trials(tmp_path, TRIALS))
     rigs = [[dict(one.study.row(k).base.rig) for k in range(3)] for one in task.trials]
     for step, sine in zip(*rigs, strict=True):
         assert sine["cylinder.initial_position"] == 0.1
@@ -219,11 +224,7 @@ def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
 def test_a_trial_with_other_rigs_is_refused(tmp_path: Path, axis: str) -> None:
     """One axis more would draw all others anew: the costs of two rigs would be added up."""
     trials = TRIALS.replace("run: {duration: 0.3}", f"vary: {{{axis}}}")
-    path = written(tmp_path, extra=trials)
-    text = path.read_text(encoding="utf-8").replace(
-        "score: {quantile: 1.0, figures: {mean_error: 1.0e-2, overshoot: 1.0e-2}}", "score: {}"
-    )
-    path.write_text(text, encoding="utf-8")
+    path = with_trials(tmp_path, trials)
     with pytest.raises(StudyError, match="sine: vary: refused, other axes than those of step"):
         read_task(path)
 
