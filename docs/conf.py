@@ -10,6 +10,7 @@
 
 import shlex
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -29,13 +30,17 @@ author = MANIFEST.findtext("maintainer", "")
 project_copyright = f"2026, {project} contributors"
 release = version = MANIFEST.findtext("version", "")
 
+# On the ROS build farm there is nothing but what has a rosdep key, Markdown among it: pages are
+# without the notebooks there, and diagrams are text. `make docs` brings all, and warns of what lacks.
+NOTEBOOKS = find_spec("myst_nb") is not None
+DIAGRAMS = find_spec("sphinxcontrib.mermaid") is not None
+
 extensions = [
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "myst_nb",
-    "sphinxcontrib.mermaid",
-    "sphinx_copybutton",
+    "myst_nb" if NOTEBOOKS else "myst_parser",
+    *(["sphinxcontrib.mermaid"] if DIAGRAMS else []),
+    *(["sphinx_copybutton"] if find_spec("sphinx_copybutton") else []),
     "mathml",
     "repository_links",
     "remaining_pages",
@@ -43,7 +48,7 @@ extensions = [
 ]
 repository_root = str(ROOT)
 
-source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"} if NOTEBOOKS else {".md": "markdown"}
 exclude_patterns = [
     *("_build", "_ext", "**/.ipynb_checkpoints", "examples/*.md"),
     # What rosdoc2 puts beside these pages: the site has links to these files.
@@ -67,7 +72,7 @@ myst_url_schemes = ["http", "https", "mailto", "repository"]
 myst_enable_extensions = ["dollarmath"]
 myst_dmath_double_inline = True
 myst_heading_anchors = 3
-myst_fence_as_directive = ["mermaid"]
+myst_fence_as_directive = ["mermaid"] if DIAGRAMS else []
 
 # Nothing is drawn in the reader's browser, and nothing loaded from elsewhere: formulas are MathML,
 # diagrams pictures that are drawn here, by Mermaid inside of Python.

@@ -130,11 +130,16 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
     ) -> tuple[Array, dict[str, Any]]:
         """Begin an episode at rest; return its first observation.
 
-        ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all.
+        ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all. Raises
+        ValueError for other options.
         """
+        given = options or {}
+        for name in given:
+            if name != "rig":
+                raise ValueError(f"option {shown(name)} refused: there is rig")
         super().reset(seed=seed)
         drawn = self._drawn(int(self.np_random.integers(LARGEST_SEED)))
-        self._rig = Rig((options or {}).get("rig", drawn))
+        self._rig = Rig(given.get("rig", drawn))
         self._points = sampled(self._drawn_reference(), self._times)
         refuse_beyond_any_rig(self._points[:, 0], self._times)
         self._sample, self._over = 0, False

@@ -9,6 +9,7 @@
 """The site builds without a warning, and what it is made of arrives in it."""
 
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -132,6 +133,47 @@ def test_formulas_and_diagrams_are_drawn_when_the_site_is_built(site: Path) -> N
     shown = " ".join("".join(drawn.itertext()).split())
     for words in ("ControlLoop.sample(measurement)", "rodless_sim: the plant", "topics"):
         assert words in shown
+
+
+# Sphinx where these are not installed: they have no rosdep key, and the ROS build farm has none.
+WITHOUT_EXTRAS = """
+import sys
+from importlib import metadata
+
+WITHOUT = "furo", "mermaidx", "myst_nb", "sphinx_copybutton", "sphinxcontrib.mermaid"
+every = metadata.Distribution.entry_points.fget
+metadata.Distribution.entry_points = property(
+    lambda self: [one for one in every(self) if not one.value.startswith(WITHOUT)]
+)
+sys.modules |= dict.fromkeys(WITHOUT)
+
+from sphinx.cmd.build import main
+
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_pages_are_built_where_only_packages_with_rosdep_keys_are(tmp_path: Path) -> None:
+    """A page of formulas and one with a diagram, in the theme that rosdoc2 puts in."""
+    pages = tmp_path / "docs"
+    for folder in ("_ext", "_static"):
+        shutil.copytree(ROOT / "docs" / folder, pages / folder)
+    for page in ("conf.py", "model.md", "architecture.md"):
+        shutil.copy(ROOT / "docs" / page, pages)
+    (pages / "index.md").write_text("# Two pages\n\n```{toctree}\nmodel\narchitecture\n```\n")
+    out = tmp_path / "site"
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_EXTRAS, "-q", "-D", "html_theme=alabaster", pages, out],
+        cwd=ROOT,  # as of rosdoc2, which puts the package's folder on sys.path
+        env=unmeasured() | {"PYTHONSAFEPATH": "", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (out / "model.html").read_text(encoding="utf-8").count("<math ") > 80
+    assert "flowchart" in (out / "architecture.html").read_text(encoding="utf-8")
 
 
 def test_rosdoc2_is_told_where_the_site_is() -> None:

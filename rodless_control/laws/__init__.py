@@ -10,6 +10,7 @@
 
 import difflib
 import importlib
+import sys
 from collections.abc import Iterable, Mapping
 from operator import attrgetter
 
@@ -46,6 +47,8 @@ def law_class(name: str) -> type[Law]:
             name, f"{described(error)}; put its folder on PYTHONPATH or install the package"
         ) from error
     except BaseException as error:  # a module can also call sys.exit, and a node must not follow it
+        if isinstance(error, KeyboardInterrupt) and module_name in sys.modules:
+            raise  # Ctrl-C on the way to what is there already
         raise _refused(name, f"importing {module_name} failed: {_raised(error)}") from error
     try:
         law = attrgetter(class_name)(module)

@@ -18,6 +18,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
+from numbers import Integral, Real
 from typing import Protocol, TypeGuard
 
 import numpy as np
@@ -51,14 +52,14 @@ class Axis(Protocol):
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Whether ``value`` is a whole number."""
-    return isinstance(value, int) and not isinstance(value, bool)
+    """Whether ``value`` is a whole number, of numpy too."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def _is_number(value: object) -> bool:
     try:
         return (
-            isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
         )
     except OverflowError:  # a whole number too large for a float
         return False

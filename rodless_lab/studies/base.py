@@ -26,6 +26,7 @@ from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 SEED = "sensors.seed"
+EACH_ITS_SEED = "refused: each row has a seed of its own, which design.seed draws"
 
 
 @dataclass(frozen=True)
@@ -96,9 +97,7 @@ def read_base(fields: Fields, folder: Path) -> Base:
     if sensors not in ("base", "data-sheet"):
         raise fields.error("sensors", f"{shown(sensors)} refused, must be base or data-sheet")
     if SEED in changes:
-        raise fields.error(
-            "set", f"{SEED} refused: each row has a seed of its own, which design.seed draws"
-        )
+        raise fields.error("set", f"{SEED} {EACH_ITS_SEED}")
     laws = _laws(fields, changes, given, folder)
     try:
         kinds = {law: ControllerParameters.for_law(law) for law in laws}

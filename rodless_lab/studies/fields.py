@@ -9,6 +9,7 @@
 """The fields of a study's file: each of its type, and none that is unknown."""
 
 import difflib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -64,17 +65,27 @@ class Fields:
         """Return a text."""
         return str(self._typed(name, default, str, "a text"))
 
-    def number(self, name: str, default: float) -> float:
-        """Return a number."""
+    def number(
+        self, name: str, default: float, low: float = -math.inf, high: float = math.inf
+    ) -> float:
+        """Return a number from ``low`` to ``high``."""
         value = self._typed(name, default, (int, float), "a number")
         try:
-            return float(value)
+            number = float(value)
         except OverflowError as error:
             raise self.error(name, f"{shown(value)} refused, must be a number") from error
+        if not math.isfinite(number):
+            raise self.error(name, f"{number} refused, must be a finite number")
+        if not low <= number <= high:
+            raise self.error(name, f"{number:g} refused, must be from {low:g} to {high:g}")
+        return number
 
-    def whole(self, name: str, default: int) -> int:
-        """Return a whole number."""
-        return int(self._typed(name, default, int, "a whole number"))
+    def whole(self, name: str, default: int, low: int, high: int) -> int:
+        """Return a whole number from ``low`` to ``high``."""
+        number = int(self._typed(name, default, int, "a whole number"))
+        if not low <= number <= high:
+            raise self.error(name, f"{shown(number)} refused, must be from {low} to {high}")
+        return number
 
     def flag(self, name: str) -> bool:
         """Return true or false, false where it is left out."""

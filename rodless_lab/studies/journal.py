@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from rodless_base.atomic_write import atomic_write
+from rodless_base.one_line import in_one_line
 from rodless_lab.studies.errors import StudyError
 
 
@@ -37,17 +38,29 @@ def locked(folder: Path, what: str) -> int:
 def claim(folder: Path, file: str, content: str, what: str) -> None:
     """Keep in ``file`` of a folder what its results depend on.
 
-    Raises StudyError where that is different ``content``: then it holds ``what``, such as "the
-    results of another study".
+    ``content`` is a JSON object. Raises StudyError where the file has a different one: then the
+    folder holds ``what``, such as "the results of another study".
     """
     place = folder / file
     if not place.exists():
         atomic_write(place, content)
-    elif place.read_text(encoding="utf-8") != content:
+        return
+    found = place.read_text(encoding="utf-8")
+    if found != content:
         raise StudyError(
-            f"{folder}: holds {what}, or of another version of this package; give another "
-            "--output, or remove the folder"
+            f"{folder}: holds {what}, or of another version of this package: {file} differs in "
+            f"{_different(found, content)}; give another --output, or remove the folder"
         )
+
+
+def _different(found: str, wanted: str) -> str:
+    """Return the keys whose values differ between two JSON objects."""
+    try:
+        there, here = json.loads(found), json.loads(wanted)
+        keys = [key for key in {**there, **here} if there.get(key) != here.get(key)]
+    except (ValueError, TypeError, AttributeError):  # damaged
+        return "all"
+    return in_one_line(", ".join(keys)) or "its text alone"
 
 
 def known_lines(journal: Path) -> list[Any]:

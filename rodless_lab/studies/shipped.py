@@ -27,6 +27,6 @@ def find_file(kind: str, given: str | Path) -> Path:
         return known[given]
     if not isinstance(given, str | Path) or Path(given).suffix not in (".yaml", ".yml"):
         raise StudyError(
-            f"{shown(given)}: no such file; give a YAML file, or one of {', '.join(known)}"
+            f"{shown(given)}: refused, must be a file .yaml or .yml, or one of {', '.join(known)}"
         )
     return Path(given)

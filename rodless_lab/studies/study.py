@@ -31,7 +31,7 @@ from rodless_lab.simulation.design import (
     seed_of,
     shares,
 )
-from rodless_lab.studies.base import SEED, Base, read_base
+from rodless_lab.studies.base import EACH_ITS_SEED, SEED, Base, read_base
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.sensitivity import SALTELLI, saltelli
@@ -42,6 +42,9 @@ GRID = "grid"
 DESIGNS = (GRID, *METHODS, SALTELLI)
 
 TRACES = tuple(quantity.name for quantity in (*quantities(State), *quantities(ClosedLoopTrace)))
+
+# Samples from one number of a trace to the next, at most.
+LONGEST_INTERVAL = 1_000_000
 
 # What the file of a study may hold.
 FIELDS = ("base", "sensors", "set", "vary", "design", "run", "traces")
@@ -167,9 +170,8 @@ def study_of(fields: Fields, path: Path) -> Study:
         raise design.error("method", f"{shown(method)} refused, must be {', '.join(DESIGNS)}")
     if method == GRID and "rows" in design.values:
         raise design.error("rows", "refused: the rows of a grid follow from the counts in vary")
-    count, seed = design.whole("rows", 1), design.whole("seed", 1)
-    if not 0 <= seed <= LARGEST_SEED:
-        raise design.error("seed", f"{seed} refused, must be from 0 to {LARGEST_SEED}")
+    count = design.whole("rows", 1, 1, MOST_ROWS)
+    seed = design.whole("seed", 1, 0, LARGEST_SEED)
     design.end()
     columns, every = _traces(fields.below("traces"))
     study = Study(path.stem, base, dimensions, method, count, seed, columns, every)
@@ -178,13 +180,11 @@ def study_of(fields: Fields, path: Path) -> Study:
 
 
 def _traces(fields: Fields) -> tuple[tuple[str, ...], int]:
-    columns, every = fields.list_of("columns"), fields.whole("every", 10)
+    columns, every = fields.list_of("columns"), fields.whole("every", 10, 1, LONGEST_INTERVAL)
     fields.end()
     for name in columns:
         if name not in TRACES:
             raise fields.error("columns", f"{shown(name)} refused, there are {', '.join(TRACES)}")
-    if every < 1:
-        raise fields.error("every", f"{every} refused, must be 1 or more samples")
     return tuple(map(str, columns)), every
 
 
@@ -196,6 +196,8 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
         names = one.names(base.names)
         if not names:
             raise fields.error(name, base.unknown(name).partition(": ")[2])
+        if SEED in names:
+            raise fields.error(name, f"{SEED} {EACH_ITS_SEED}")
         if "reference.type" in names:
             raise fields.error(name, "cannot vary within a study; make one study for each")
         if LAW in names and name != LAW:
@@ -226,7 +228,7 @@ def read_dimension(fields: Fields, name: str) -> Dimension:
         axis = Range(
             own.number("from", 0.0),
             own.number("to", 0.0),
-            own.whole("count", 0),
+            own.whole("count", 0, 0, MOST_ROWS),
             scale == "logarithmic",
         )
         factor = own.flag("factor")

@@ -39,6 +39,10 @@ NEVER = 10.0
 # Shares that are no further apart are the same: the search moves the last digits.
 SAME_SHARE = 1e-12
 
+# Generations, and candidates of a generation for each parameter, at most.
+LARGEST_SEARCH = 10_000
+MOST_FINALISTS = 1000
+
 # On how many draws of as many rigs the finalists of a search meet.
 FINAL_DRAWS = 3
 
@@ -182,28 +186,18 @@ def read_task(given: str | Path) -> TuningTask:
     fields = Fields.of_file(path, (*FIELDS, "tune", "trials", "score", "search"))
     ranges = _ranges(fields.below("tune"))
     score = fields.below("score")
-    share = score.number("quantile", 0.9)
-    if not 0.0 <= share <= 1.0:
-        raise score.error("quantile", f"{share:g} refused, must be from 0 to 1")
+    share = score.number("quantile", 0.9, 0.0, 1.0)
     mean_beyond = score.flag("mean_beyond")
     search = fields.below("search")
     sizes = {
-        name: search.whole(name, default)
+        name: search.whole(name, default, 1, LARGEST_SEARCH)
         for name, default in (("generations", 30), ("population", 8))
     }
-    for name, size in sizes.items():
-        if not 1 <= size <= 10_000:
-            raise search.error(name, f"{size} refused, must be from 1 to 10000")
-    seed = search.whole("seed", 1)
-    if not 0 <= seed <= LARGEST_SEED:
-        raise search.error("seed", f"{seed} refused, must be from 0 to {LARGEST_SEED}")
-    spread = search.number("spread", 0.0)
-    if not 0.0 <= spread <= 1.0:
-        raise search.error("spread", f"{spread:g} refused, must be from 0 to 1")
-    finalists = search.whole("finalists", 0)
-    # One alone would be the values in force, whatever the search finds.
-    if not (finalists == 0 or 2 <= finalists <= 1000):
-        raise search.error("finalists", f"{finalists} refused, must be 0, or from 2 to 1000")
+    seed = search.whole("seed", 1, 0, LARGEST_SEED)
+    spread = search.number("spread", 0.0, 0.0, 1.0)
+    finalists = search.whole("finalists", 0, 0, MOST_FINALISTS)
+    if finalists == 1:
+        raise search.error("finalists", "1 refused, it is the values in force; must be 0, 2 or more")
     search.end()
     trials = tuple(_trials(fields, score, path))
     score.end()

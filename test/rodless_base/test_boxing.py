@@ -8,11 +8,11 @@
 
 """Ctrl-C that comes while compiled code runs is raised once it has returned."""
 
-import os
 import subprocess
 import sys
 
 import pytest
+from unmeasured import unmeasured
 
 # An alarm stands for Ctrl-C, at many different instants of a step and of a closed loop.
 PROGRAM = """
@@ -58,10 +58,9 @@ print(caught)
 def test_an_interrupt_never_breaks_off_the_making_of_a_result(work: str) -> None:
     """Three hundred in a row, each caught as what it is; numba alone crashes within a few."""
     # Coverage's own tracing holds a lock when it is interrupted, and waits for it at exit forever.
-    unmeasured = {key: value for key, value in os.environ.items() if "COVERAGE" not in key}
     ended = subprocess.run(
         [sys.executable, "-c", PROGRAM.format(work=work)],
-        env=unmeasured,
+        env=unmeasured(),
         capture_output=True,
         text=True,
         timeout=300.0,

@@ -43,6 +43,13 @@ def test_gymnasium_finds_nothing_wrong() -> None:
         check_env(env, skip_render_check=True)
 
 
+def test_a_misspelt_option_is_refused() -> None:
+    """An episode on another rig than the one that was meant would be taken for it."""
+    env = RigEnv(NOISY, STEP, duration=0.8)
+    with pytest.raises(ValueError, match="option 'rigs' refused: there is rig"):
+        env.reset(options={"rigs": NOISY})
+
+
 def test_a_law_through_it_answers_with_the_bits_of_the_closed_loop() -> None:
     """Sample by sample: readings with noise and lag, voltages and true positions."""
     rig = NOISY.with_values({"sensors.seed": 11})

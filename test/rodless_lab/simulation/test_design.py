@@ -10,11 +10,13 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rodless_lab import Range
+from rodless_lab.simulation.design import seed_of, shares
 
 
 @given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6), st.booleans())
@@ -35,3 +37,11 @@ def test_a_share_is_where_a_value_is(logarithmic: bool) -> None:
     middle = 10.0 if logarithmic else 50.5
     assert axis.share(middle) == pytest.approx(0.5)
     assert [axis.share(value) for value in (1.0, 100.0, 0.1, 1e9)] == [0.0, 1.0, 0.0, 1.0]
+
+
+def test_the_numbers_of_numpy_are_numbers() -> None:
+    """A count, a seed and the ends of a range may come out of an array."""
+    axis = Range(np.float32(1.0), np.float32(3.0), np.int64(3))
+    assert list(axis.levels()) == [1.0, 2.0, 3.0]
+    assert np.array_equal(shares("sobol", np.int64(4), 2, np.int32(5)), shares("sobol", 4, 2, 5))
+    assert seed_of(np.int64(7), 3) == seed_of(7, 3)

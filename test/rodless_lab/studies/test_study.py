@@ -196,6 +196,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("base: papr", "base: papr: neither a preset (calibrated, paper) nor a parameter file"),
         ("set: {supply.pressure: -1.0}", "set: supply.pressure: -1.0 refused"),
         ("set: {sensors.seed: 3}", "set: sensors.seed refused: each row has a seed of its own"),
+        ("vary: {sensors.seed: [1, 2]}", "vary: sensors.seed: sensors.seed refused: each row has"),
         (
             "set: {reference.type: move}",
             "set: reference.type: move refused, it waits for set-points",
@@ -259,5 +260,5 @@ def test_a_study_that_is_not_there_is_refused_with_those_there_are(tmp_path: Pat
     """A file by its path, a name by those that ship."""
     with pytest.raises(StudyError, match="cannot be read: No such file"):
         read_study(tmp_path / "none.yaml")
-    with pytest.raises(StudyError, match="'none': no such file; give a YAML file, or one of "):
+    with pytest.raises(StudyError, match="'none': refused, must be a file .yaml or .yml, or one of "):
         read_study("none")
