@@ -289,8 +289,8 @@ def shown_by_foxglove() -> Iterator[tuple[str, str]]:
 def shown_by_plotjuggler() -> Iterator[tuple[str, str]]:
     """Topic and field of each curve of the layout; a joint's name stands between them."""
     root = ElementTree.parse(ROOT / "description" / "plotjuggler.xml").getroot()
-    for curve in root.iter("curve"):
-        topic, _, field = curve.get("name", "").rpartition("/")
+    for source in root.iter("linked_source"):
+        topic, _, field = str(source.text).rpartition("/")
         yield topic.removesuffix("/carriage").removesuffix("/valve_spool"), field
 
 
