@@ -162,7 +162,7 @@ setup(
         "sensitivity": ["SALib>=1.5"],  # which parameter of a sweep matters how much
         "dask": ["distributed>=2023.5"],  # sweeps on a cluster
         "gym": ["gymnasium>=1.0"],  # the rig as an environment for learning
-        "control": ["control>=0.10"],  # linear models with the methods of python-control
+        "control": ["control>=0.10.2"],  # linear models with the methods of python-control
         "bench": [
             "psutil>=5.9",  # reads the processor time of the nodes
             "scikit-sundae>=1.0",  # CVODE, to compare with

@@ -31,7 +31,7 @@ project_copyright = f"2026, {project} contributors"
 release = version = MANIFEST.findtext("version", "")
 
 # On the ROS build farm there is nothing but what has a rosdep key, Markdown among it: pages are
-# without the notebooks there, and diagrams are text. `make docs` brings all, and warns of what lacks.
+# without the notebooks there, and diagrams are text. `make docs` brings all of them.
 NOTEBOOKS = find_spec("myst_nb") is not None
 DIAGRAMS = find_spec("sphinxcontrib.mermaid") is not None
 

@@ -72,7 +72,9 @@ def test_layouts_are_put_into_a_namespace(layouts: Path) -> None:
     assert after == [f"/left{source}" for source in before]
     (topics,) = selected(layouts / "plotjuggler.xml")
     assert selected(layouts / "left.xml") == [[f"/left{topic}" for topic in topics]]
-    texts = [(layouts / name).read_text(encoding="utf-8") for name in ("foxglove.json", "left.json")]
+    texts = [
+        (layouts / name).read_text(encoding="utf-8") for name in ("foxglove.json", "left.json")
+    ]
     here, left = (sorted(set(re.findall(r'"(/[\w/]+)', text))) for text in texts)
     json.loads(texts[1])
     assert left == sorted(one if one == "/diagnostics" else f"/left{one}" for one in here)

@@ -58,9 +58,7 @@ def is_whole(value: object) -> TypeGuard[int]:
 
 def _is_number(value: object) -> bool:
     try:
-        return (
-            isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-        )
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:  # a whole number too large for a float
         return False
 
@@ -196,6 +194,7 @@ def shares(method: str, rows: int, dimensions: int, seed: int) -> Array:
     if method == "latin_hypercube":
         return np.asarray(qmc.LatinHypercube(dimensions, seed=generator).random(rows))
     engine = qmc.Sobol(dimensions, seed=generator)
+    rows = int(rows)  # numpy's have no bit_length
     # A Sobol sequence is balanced at powers of two only, and says so.
     exponent = max(rows - 1, 1).bit_length()
     return np.asarray(engine.random_base2(exponent)[:rows])

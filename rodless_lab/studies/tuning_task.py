@@ -197,7 +197,9 @@ def read_task(given: str | Path) -> TuningTask:
     spread = search.number("spread", 0.0, 0.0, 1.0)
     finalists = search.whole("finalists", 0, 0, MOST_FINALISTS)
     if finalists == 1:
-        raise search.error("finalists", "1 refused, it is the values in force; must be 0, 2 or more")
+        raise search.error(
+            "finalists", "1 refused, it is the values in force; must be 0, 2 or more"
+        )
     search.end()
     trials = tuple(_trials(fields, score, path))
     score.end()

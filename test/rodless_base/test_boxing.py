@@ -37,8 +37,8 @@ work()
 signal.signal(signal.SIGALRM, interrupt)
 caught = 0
 for k in range(300):
-    signal.setitimer(signal.ITIMER_REAL, 1e-3 + 1e-5 * k)
     try:
+        signal.setitimer(signal.ITIMER_REAL, 1e-3 + 1e-5 * k)
         while True:
             work()
     except Interrupted:

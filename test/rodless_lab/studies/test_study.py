@@ -203,7 +203,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ),
         ("set: {controller.law: pd}", "set: controller.law: 'pd' refused: must be pid"),
         ("design: {method: gird}", "design: method: 'gird' refused, must be grid, random"),
-        ("design: {method: random, rows: 0}", "design: count 0 refused"),
+        ("design: {method: random, rows: 0}", "design: rows: 0 refused, must be from 1"),
         ("design: {method: saltelli, rows: 3}", "rows 3 refused: a Saltelli design needs a power"),
         ("design: {method: saltelli, rows: 4}", "method saltelli refused: nothing varies; name"),
         ("design: {rows: 3}", "design: rows: refused: the rows of a grid follow from the counts"),
@@ -260,5 +260,7 @@ def test_a_study_that_is_not_there_is_refused_with_those_there_are(tmp_path: Pat
     """A file by its path, a name by those that ship."""
     with pytest.raises(StudyError, match="cannot be read: No such file"):
         read_study(tmp_path / "none.yaml")
-    with pytest.raises(StudyError, match="'none': refused, must be a file .yaml or .yml, or one of "):
+    with pytest.raises(
+        StudyError, match=r"'none': refused, must be a file \.yaml or \.yml, or one of "
+    ):
         read_study("none")

@@ -139,7 +139,9 @@ def test_results_of_another_study_are_left_alone(tmp_path: Path) -> None:
     sweep(read_study(write_study(tmp_path)), tmp_path / "out")
     before = files(tmp_path / "out")
     other = read_study(write_study(tmp_path, rows=21))
-    with pytest.raises(StudyError, match=r"holds the results of another study.* differs in count; .*--output"):
+    with pytest.raises(
+        StudyError, match=r"holds the results of another study.* differs in count; .*--output"
+    ):
         sweep(other, tmp_path / "out")
     assert files(tmp_path / "out") == before
 
@@ -193,7 +195,7 @@ def test_a_law_that_was_changed_is_another_study(
     study = read_study(write_study(tmp_path))
     run_sweep(study, tmp_path / "out", 1, None, silent, lambda: True)
     monkeypatch.setattr(saved_study, "law_digest", lambda _law: "edited")
-    with pytest.raises(StudyError, match="holds the results of another study.* differs in laws;"):
+    with pytest.raises(StudyError, match=r"holds the results of another study.* differs in laws;"):
         run_sweep(study, tmp_path / "out", 1, None, silent)
 
 

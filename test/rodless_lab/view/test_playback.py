@@ -14,9 +14,14 @@ import numpy as np
 import pytest
 import rig_bag
 
+from rodless_control import PidParameters, references
 from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.session.session import RigSession
+from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.playback import MOST_ROWS, Playback, open_tape
+from rodless_lab.view.samples import COLUMNS
+from rodless_sim import RigParameters
 
 PERIOD = 1e-3
 
@@ -61,6 +66,35 @@ def test_a_bag_becomes_rows(bags: Path) -> None:
     assert tape.row_at(0.1)[7] is None
     assert tape.row_at(-1.0) == tape.row_at(0.0)
     assert tape.row_at(99.0)[0] == pytest.approx(3.999)
+
+
+@pytest.mark.ros
+@pytest.mark.slow
+def test_a_bag_of_a_magnetic_rig_has_its_piston(tmp_path: Path) -> None:
+    """Carriage and piston apart by the lag of the magnets, and the spool, as the run had them."""
+    magnets = {"coupling.kind": "magnetic"}
+    step = {"reference.type": "step", "reference.at": 0.05}
+    with RigSession(
+        "lockstep",
+        plant=magnets,
+        controller=step,
+        duration=0.5,
+        bag=tmp_path / "bag",
+        timeout=240.0,
+    ) as rig:
+        rig.run()
+    expected = closed_loop(
+        RigParameters(magnets), PidParameters(), references.step(0.0, 0.058, 0.05), 0.5, PERIOD
+    )
+    tape = open_tape(tmp_path / "bag")
+    for k in (0, 120, 300, 500):
+        row = dict(zip(COLUMNS, tape.row_at(expected.time[k] + 1e-6), strict=True))
+        assert row["position"] == pytest.approx(expected.true_position[k], abs=1e-12)
+        assert row["piston_position"] == expected.piston_position[k]
+        assert row["piston_velocity"] == expected.piston_velocity[k]
+        assert row["voltage"] == row["spool"]
+    apart = tape.columns[COLUMNS.index("piston_position")] - tape.run.position
+    assert 1e-5 < np.abs(apart).max() < 3e-3
 
 
 def test_the_cursor_follows_the_clock_at_the_speed_chosen(bags: Path) -> None:
