@@ -93,7 +93,7 @@ def test_a_bag_of_a_magnetic_rig_has_its_piston(tmp_path: Path) -> None:
         assert row["piston_position"] == expected.piston_position[k]
         assert row["piston_velocity"] == expected.piston_velocity[k]
         assert row["voltage"] == row["spool"]
-    apart = tape.columns[COLUMNS.index("piston_position")] - tape.run.position
+    apart = tape.columns[list(COLUMNS).index("piston_position")] - tape.run.position
     assert 1e-5 < np.abs(apart).max() < 3e-3
 
 
