@@ -33,14 +33,12 @@ release = version = MANIFEST.findtext("version", "")
 # On the ROS build farm there is nothing but what has a rosdep key, Markdown among it: pages are
 # without the notebooks there, and diagrams are text. `make docs` brings all of them.
 NOTEBOOKS = find_spec("myst_nb") is not None
-DIAGRAMS = find_spec("sphinxcontrib.mermaid") is not None
 
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "myst_nb" if NOTEBOOKS else "myst_parser",
-    *(["sphinxcontrib.mermaid"] if DIAGRAMS else []),
-    *(["sphinx_copybutton"] if find_spec("sphinx_copybutton") else []),
+    *filter(find_spec, ("sphinxcontrib.mermaid", "sphinx_copybutton")),
     "mathml",
     "repository_links",
     "remaining_pages",
@@ -72,7 +70,7 @@ myst_url_schemes = ["http", "https", "mailto", "repository"]
 myst_enable_extensions = ["dollarmath"]
 myst_dmath_double_inline = True
 myst_heading_anchors = 3
-myst_fence_as_directive = ["mermaid"] if DIAGRAMS else []
+myst_fence_as_directive = ["mermaid"] if "sphinxcontrib.mermaid" in extensions else []
 
 # Nothing is drawn in the reader's browser, and nothing loaded from elsewhere: formulas are MathML,
 # diagrams pictures that are drawn here, by Mermaid inside of Python.

@@ -194,9 +194,8 @@ def shares(method: str, rows: int, dimensions: int, seed: int) -> Array:
     if method == "latin_hypercube":
         return np.asarray(qmc.LatinHypercube(dimensions, seed=generator).random(rows))
     engine = qmc.Sobol(dimensions, seed=generator)
-    rows = int(rows)  # numpy's have no bit_length
     # A Sobol sequence is balanced at powers of two only, and says so.
-    exponent = max(rows - 1, 1).bit_length()
+    exponent = int(max(rows - 1, 1)).bit_length()  # numpy's whole numbers have none
     return np.asarray(engine.random_base2(exponent)[:rows])
 
 

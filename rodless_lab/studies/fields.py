@@ -80,7 +80,7 @@ class Fields:
             raise self.error(name, f"{number:g} refused, must be from {low:g} to {high:g}")
         return number
 
-    def whole(self, name: str, default: int, low: int, high: int) -> int:
+    def whole(self, name: str, default: int, low: float = -math.inf, high: float = math.inf) -> int:
         """Return a whole number from ``low`` to ``high``."""
         number = int(self._typed(name, default, int, "a whole number"))
         if not low <= number <= high:

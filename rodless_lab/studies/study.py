@@ -43,9 +43,6 @@ DESIGNS = (GRID, *METHODS, SALTELLI)
 
 TRACES = tuple(quantity.name for quantity in (*quantities(State), *quantities(ClosedLoopTrace)))
 
-# Samples from one number of a trace to the next, at most.
-LONGEST_INTERVAL = 1_000_000
-
 # What the file of a study may hold.
 FIELDS = ("base", "sensors", "set", "vary", "design", "run", "traces")
 
@@ -180,7 +177,7 @@ def study_of(fields: Fields, path: Path) -> Study:
 
 
 def _traces(fields: Fields) -> tuple[tuple[str, ...], int]:
-    columns, every = fields.list_of("columns"), fields.whole("every", 10, 1, LONGEST_INTERVAL)
+    columns, every = fields.list_of("columns"), fields.whole("every", 10, 1)
     fields.end()
     for name in columns:
         if name not in TRACES:
@@ -228,7 +225,7 @@ def read_dimension(fields: Fields, name: str) -> Dimension:
         axis = Range(
             own.number("from", 0.0),
             own.number("to", 0.0),
-            own.whole("count", 0, 0, MOST_ROWS),
+            own.whole("count", 0),
             scale == "logarithmic",
         )
         factor = own.flag("factor")

@@ -109,6 +109,19 @@ def test_a_module_that_cannot_be_imported_is_one_short_line(
     assert len(str(refusal.value)) < 700
 
 
+def test_an_interrupt_on_the_way_to_a_law_that_is_loaded_is_one(
+    laws: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its import cannot fail any more: what comes then is Ctrl-C, and no fault of the law."""
+
+    def interrupted(_name: str) -> ModuleType:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(importlib, "import_module", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ControllerParameters.for_law(f"{laws.__name__}:First")
+
+
 @pytest.mark.parametrize("name", [5, None, "x" * 3_000_000, "a:b:c"])
 def test_a_name_that_no_law_can_have_is_one_short_line(name: object) -> None:
     """Numbers, long texts, and one colon too many."""

@@ -202,8 +202,8 @@ def test_a_lost_supply_loses_ripple_and_receiver_too() -> None:
 
 
 def test_rig_simulation_and_loop_have_the_same_bits() -> None:
-    """With all that a supply can do; and again after a reset."""
-    values = {**RIPPLE, **DROOP, **COMPRESSOR}
+    """With all that a supply can do, and tubes; and again after a reset."""
+    values = {**RIPPLE, **DROOP, **COMPRESSOR, "tubes.model": "delay"}
     parameters = RigParameters.preset("calibrated").with_values({**IDEAL, **values})
     step = references.step(0.0, 0.058, at=0.02)
     loop = closed_loop(parameters, PidParameters.preset("calibrated"), step, 0.2, 1e-3)
