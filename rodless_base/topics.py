@@ -38,6 +38,10 @@ TEMPERATURES = {
     "temperature_b": "chamber_b/temperature",
 }
 
+# Before the name of a topic: its last message, some 50 times a second, for whoever only looks on.
+# Hidden, as ROS has it: neither `ros2 topic list` nor `ros2 bag record --all` knows them.
+THROTTLED = "_throttled/"
+
 # What the plant publishes where it is asked to: what is true, and the voltages of the instruments.
 TRUTH = "truth/"
 RAW_VOLTAGES = "raw/voltages"

@@ -19,6 +19,9 @@ QUEUE_DEPTH = 1000
 # A queue that never drops: a reader that falls behind holds the sender back instead.
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
+# Of what is only looked at, nothing but the last counts.
+LAST_ONE = QoSProfile(depth=1)
+
 # Whoever comes later gets the last.
 LATCHED = QoSProfile(
     depth=100,

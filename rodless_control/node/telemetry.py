@@ -8,7 +8,7 @@
 
 """Internal signals of the controller as topics, for plotting."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -19,6 +19,8 @@ from rodless_base.one_line import described
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.cdr import pack_float64
 from rodless_base.ros.publish import OnDemand, Outbox
+from rodless_base.ros.topics import LAST_ONE
+from rodless_base.topics import THROTTLED
 from rodless_control.controller import Law
 from rodless_control.loop import Output
 
@@ -26,7 +28,10 @@ REFERENCE = "reference"
 
 
 class Telemetry:
-    """The reference (m) and each of the law's terms, in units of its own, below the node's name."""
+    """The reference (m) and each of the law's terms, in units of its own, below the node's name.
+
+    Each a second time for whoever only looks on, throttled to one value at each :meth:`poll`.
+    """
 
     def __init__(self, node: Node, law: Law, qos: QoSProfile | int) -> None:
         """Make the publishers, with the quality of service of the commands."""
@@ -34,6 +39,8 @@ class Telemetry:
         self._qos = qos
         self._outbox = Outbox(node)
         self._publishers: dict[str, OnDemand] = {}
+        self._throttled: dict[str, OnDemand] = {}
+        self._last: Output | None = None
         self.offer((REFERENCE, *law.TERMS))
 
     def offer(self, names: Iterable[str]) -> None:
@@ -41,22 +48,32 @@ class Telemetry:
         for name in names:
             if name in self._publishers:
                 continue
-            try:
-                publisher = self._node.create_publisher(Float64, f"~/{name}", self._qos)
-            except rclpy_implementation.RCLError as error:  # such as by a security policy
-                raise ParameterError(f"~/{name} cannot be published: {described(error)}") from error
-            self._publishers[name] = OnDemand(publisher, pack_float64, self._outbox)
+            throttled = f"{THROTTLED}{self._node.get_name()}/{name}"
+            self._throttled[name] = self._publisher(throttled, LAST_ONE)
+            self._publishers[name] = self._publisher(f"~/{name}", self._qos)
+
+    def _publisher(self, topic: str, qos: QoSProfile | int) -> OnDemand:
+        try:
+            publisher = self._node.create_publisher(Float64, topic, qos)
+        except rclpy_implementation.RCLError as error:  # such as by a security policy
+            raise ParameterError(f"{topic} cannot be published: {described(error)}") from error
+        return OnDemand(publisher, pack_float64, self._outbox)
 
     def keep_only(self, terms: Iterable[str]) -> None:
         """Leave out all but the reference and these ``terms``."""
-        for name in self._publishers.keys() - {REFERENCE, *terms}:
-            self._publishers.pop(name).close(self._node)
+        self._last = None  # has those of the law before
+        for publishers in (self._publishers, self._throttled):
+            for name in publishers.keys() - {REFERENCE, *terms}:
+                publishers.pop(name).close(self._node)
 
     def poll(self) -> None:
-        """Look up which signals have subscribers, and send what was held back."""
+        """Look up which signals have subscribers, and send what was held back, and the last."""
         self._outbox.flush()
-        for publisher in self._publishers.values():
+        for publisher in (*self._publishers.values(), *self._throttled.values()):
             publisher.poll()
+        last, self._last = self._last, None
+        if last is not None:
+            _publish(self._throttled, last)
 
     @property
     def lost(self) -> int:
@@ -65,6 +82,11 @@ class Telemetry:
 
     def publish(self, output: Output) -> None:
         """Publish what has subscribers."""
-        self._publishers[REFERENCE].publish(output.reference)
-        for name, value in output.terms.items():
-            self._publishers[name].publish(value)
+        _publish(self._publishers, output)
+        self._last = output
+
+
+def _publish(publishers: Mapping[str, OnDemand], output: Output) -> None:
+    publishers[REFERENCE].publish(output.reference)
+    for name, value in output.terms.items():
+        publishers[name].publish(value)

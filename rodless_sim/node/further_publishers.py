@@ -8,8 +8,6 @@
 
 """What not every rig publishes: temperatures, and on request the truth and raw voltages."""
 
-from collections.abc import Callable
-
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
 from rodless_base.constants import CARRIAGE, PISTON
@@ -27,14 +25,12 @@ from rodless_base.topics import (
 from rodless_sim.instruments.instruments import raw_voltages
 from rodless_sim.instruments.sampling import instruments_and_noise
 from rodless_sim.node import messages
+from rodless_sim.node.reading_publishers import Make
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.coupling import MAGNETIC
 from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.heat import ENERGY_BALANCE
 from rodless_sim.physics.state import State, piston_of
-
-# Makes a publisher of messages of a type on a topic, by a function that packs them.
-Make = Callable[[type, str, Callable[..., bytes]], OnDemand]
 
 
 def joints(values: RigParameters) -> tuple[str, ...]:

@@ -8,23 +8,24 @@
 
 """The topics of the plant's samples: who hears them, and what is sent on them."""
 
+from collections.abc import Callable
 from functools import partial
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import FluidPressure, JointState
+from sensor_msgs.msg import JointState
 
-from rodless_base.constants import SPOOL
-from rodless_base.frames import prefixed
 from rodless_base.measurement import Measurement
 from rodless_base.ros.publish import OnDemand, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
-from rodless_base.topics import JOINT_STATES, PRESSURE_FRAMES, PRESSURES, VALVE_STATE
+from rodless_base.topics import JOINT_STATES
 from rodless_sim.node import messages
 from rodless_sim.node.clock_publishers import ClockPublishers
 from rodless_sim.node.fault_publisher import FaultPublisher
 from rodless_sim.node.further_publishers import FurtherPublishers, joints
+from rodless_sim.node.reading_publishers import ReadingPublishers
 from rodless_sim.node.ready import all_listen
+from rodless_sim.node.throttled_samples import ThrottledSamples
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.state import State, piston_of
@@ -46,38 +47,33 @@ class SamplePublishers:
         self.outbox = Outbox(node)
         self._joint_states = publisher(JointState, JOINT_STATES)
         self._faults = FaultPublisher(node, self.outbox)
-        pressures = {
-            field: OnDemand(
-                publisher(FluidPressure, topic),
-                messages.pressures(prefixed(values, PRESSURE_FRAMES[field])),
-                self.outbox,
-            )
-            for field, topic in PRESSURES.items()
-        }
-        self._valve_state = OnDemand(
-            publisher(JointState, VALVE_STATE),
-            messages.valve_states(prefixed(values, SPOOL)),
-            self.outbox,
-        )
+
+        def make(kind: type, topic: str, pack: Callable[..., bytes]) -> OnDemand:
+            return OnDemand(publisher(kind, topic), pack, self.outbox)
+
+        # Before the samples themselves: who finds those finds these.
+        self._throttled = ThrottledSamples(node, values)
+        self._readings = ReadingPublishers(make, values)
         self.clock = ClockPublishers(
             node,
-            lambda topic: OnDemand(publisher(Clock, topic), messages.clock, self.outbox),
+            lambda topic: make(Clock, topic, messages.clock),
             bool(values["time.publish_clock"]),
         )
         self._joint_message = messages.joint_states(*joints(values))
-        self._pressures = list(pressures.items())
         # Whose recorders the run waits for. Whoever lists topics need not know the valve's state.
-        self._awaited = [*pressures.values(), *self.clock.awaited]
-        self._further = FurtherPublishers(
-            lambda kind, topic, pack: OnDemand(publisher(kind, topic), pack, self.outbox), values
-        )
-        self._others = [*self._further.publishers, self._valve_state, *self.clock.others]
+        self._awaited = [*self._readings.pressures.values(), *self.clock.awaited]
+        self._further = FurtherPublishers(make, values)
+        self._others = [
+            *self._further.publishers,
+            self._readings.valve_state,
+            *self.clock.others,
+        ]
         self._take(values)
 
     def _take(self, values: RigParameters) -> None:
-        self._further.configure(values)
+        for publishers in (self._further, self._readings, self._throttled):
+            publishers.configure(values)
         self._piston_area = piston_area(values)
-        self._variances = {field: pressure_variance(values, field) for field in PRESSURES}
 
     def configure(self, values: RigParameters, nanoseconds: int) -> None:
         """Publish with these parameters from a plant time (ns) on; topics do not change."""
@@ -94,9 +90,10 @@ class SamplePublishers:
         return int(self._joint_states.get_subscription_count())
 
     def poll(self) -> None:
-        """Look up the subscribers of all other topics."""
+        """Look up the subscribers of all other topics; show the last sample to who looks on."""
         for publisher in (*self._awaited, *self._others):
             publisher.poll()
+        self._throttled.poll()
 
     def all_listen(self, recorders: int) -> bool:
         """Poll; return whether so many recorders hear everything, and one more the samples."""
@@ -108,18 +105,11 @@ class SamplePublishers:
 
     def publish(self, measurement: Measurement, state: State, true: Measurement) -> None:
         """Publish a sample: what the instruments read, and what only the true state has."""
-        time = measurement.stamp
-        self.clock.publish(time)
+        self.clock.publish(measurement.stamp)
         self._further.publish(measurement, state, true)
-        for field, publisher in self._pressures:
-            publisher.publish(getattr(measurement, field), self._variances[field], time)
-        self._valve_state.publish(state.spool_voltage, state.voltage, time)
+        self._readings.publish(measurement, state)
+        self._throttled.take(measurement, state)
         message = self._joint_message(
             measurement, state.velocity, self._piston_area, *piston_of(state)
         )
         self.outbox.send(self._joint_states, message)
-
-
-def pressure_variance(values: RigParameters, field: str) -> float:
-    """Variance in Pa² of what differs from reading to reading; 0 for ideal instruments."""
-    return values.number("sensors.pressure_noise") ** 2 + values.number(f"fault.{field}.noise") ** 2

@@ -59,6 +59,24 @@ PUBLISHED = {
         "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     },
 }
+# Of these the last message, for whoever only looks on.
+THROTTLED = {
+    "plant": (
+        "joint_states",
+        "chamber_a/pressure",
+        "chamber_b/pressure",
+        "supply/pressure",
+        "valve/state",
+    ),
+    "controller": (
+        "controller/reference",
+        "controller/error",
+        "controller/p",
+        "controller/i",
+        "controller/d",
+        "controller/feedforward",
+    ),
+}
 SUBSCRIBED = {
     "plant": {"valve/voltage": FLOAT},
     "controller": {
@@ -118,9 +136,11 @@ def below(namespace: str, names: dict[str, str]) -> dict[str, str]:
 def check_graph(observer: Observer, node: str, namespace: str, published: dict[str, str]) -> None:
     """Wait until ``node`` offers exactly what the tables say."""
     graph, where = observer.node, namespace or "/"
+    throttled = {f"_throttled/{name}": published[name] for name in THROTTLED[node]}
     # Nodes of the same process are discovered at once, their endpoints one after another.
     observer.wait(lambda: (node, where) in graph.get_node_names_and_namespaces(), f"node {node}")
-    wanted = below(namespace, published), below(namespace, SUBSCRIBED[node]), SERVICES[node]
+    all_published = below(namespace, {**published, **throttled})
+    wanted = all_published, below(namespace, SUBSCRIBED[node]), SERVICES[node]
     found: list[dict[str, str]] = []
 
     def complete() -> bool:
@@ -340,5 +360,6 @@ def test_the_page_of_topics_names_them_all() -> None:
     page = (ROOT / "docs" / "topics.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([~/\w]+)`", page))
     for node in ("plant", "controller"):
-        for name in (*PUBLISHED[node], *SUBSCRIBED[node], *SERVICES[node]):
+        throttled = [f"_throttled/{name}" for name in THROTTLED[node]]
+        for name in (*PUBLISHED[node], *SUBSCRIBED[node], *SERVICES[node], *throttled):
             assert {name, name.replace(f"{node}/", "~/")} & named, name
