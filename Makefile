@@ -86,7 +86,7 @@ docs-links: docs-tools
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \
-	$(VENV)/bin/python -m pytest -n auto --dist loadfile -m "not ros" --cov --cov-report= && \
+	$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m "not ros" --cov --cov-report= && \
 	$(VENV)/bin/python -m pytest -m ros --reruns 1 -rR --cov --cov-append \
 	--cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \

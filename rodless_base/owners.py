@@ -29,7 +29,15 @@ GROUPS = {
         "tubes",
         "valve",
     ),
-    "controller": ("controller", "reference"),
+    "controller": (
+        "adrc",
+        "cascade",
+        "controller",
+        "mode_switching",
+        "reference",
+        "sliding_mode",
+        "state_feedback",
+    ),
 }
 
 _OWNERS = {group: node for node, groups in GROUPS.items() for group in groups}

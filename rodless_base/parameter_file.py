@@ -103,15 +103,13 @@ def _sections(path: str | Path) -> list[tuple[str, object]]:
     return sections
 
 
-def sections_for(path: str | Path, node: str) -> list[str]:
-    """Return the names of the sections that address ``node`` by name; [] where it cannot be read.
+def sections_for(path: str | Path, node: str, namespace: str) -> list[str]:
+    """Return the names of the sections that address ``node`` of ``namespace`` by name.
 
-    ROS itself has refused such a file by then.
+    Raises as :func:`read_parameter_file`.
     """
-    try:
-        return [section for section, _ in _sections(path) if _addressee(section) == node]
-    except (OSError, ValueError):
-        return []
+    found = [section for section, _ in _sections(path) if _is_in(section, namespace)]
+    return [section for section in found if _addressee(section) == node]
 
 
 def _addressee(section: str) -> str:

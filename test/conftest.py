@@ -45,12 +45,38 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Mark the tests that use ROS by their fixtures; a few others say so themselves.
 
     Where ``make test`` lets failed tests run again, only these may: what else is wrong is wrong.
+    Files with slow tests come first, so that at the end no core waits for one of them.
     """
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
     for item in items:
         if ROS_FIXTURES.intersection(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.ros)
         if getattr(config.option, "reruns", None) and not item.get_closest_marker("ros"):
             item.add_marker(pytest.mark.flaky(reruns=0))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiling_is_not_traced() -> Iterator[None]:
+    """Where coverage is measured, keep it from following the compiler: that is a third of its time.
+
+    What coverage then misses of the kernels' making, tests of it call in other ways.
+    """
+    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
+
+    compile_traced = Dispatcher.compile
+
+    def untraced(dispatcher: Dispatcher, signature: object) -> object:
+        trace = sys.gettrace()
+        sys.settrace(None)
+        try:
+            return compile_traced(dispatcher, signature)
+        finally:
+            sys.settrace(trace)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Dispatcher, "compile", untraced)
+        yield
 
 
 @pytest.hookimpl(wrapper=True)

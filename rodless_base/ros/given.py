@@ -10,6 +10,7 @@
 
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import pairwise
 
 from rclpy.node import Node
@@ -23,7 +24,8 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
 
     ROS finds a node's section by the name the node has now, so a renamed one
     (``-r __node:=cyl1``) would miss the sections ``plant`` of presets and other files. It takes
-    them, and says so, from each file without a section of its new name; what ROS found comes first.
+    them, and says so, from each file without a section of its new name, in the order and in the
+    namespace in which a node of the old name would.
     """
     found = {
         name: parameter.value
@@ -32,18 +34,21 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
     }
     if node.get_name() == kind:
         return found
-    return {**_sections_of_its_kind(node, kind), **found}
+    one_by_one = set(parameter_options(sys.argv))
+    of_files = _values_of_files(node, kind)
+    return found | {name: of_files[name] for name in of_files.keys() - one_by_one}
 
 
-def _sections_of_its_kind(node: Node, kind: str) -> dict[str, object]:
+def _values_of_files(node: Node, kind: str) -> dict[str, object]:
+    name, namespace = node.get_name(), node.get_namespace()
     values: dict[str, object] = {}
     for file in parameter_files(sys.argv):
-        sections = sections_for(file, kind)
-        if sections and not sections_for(file, node.get_name()):
-            values.update(read_parameter_file(file, kind))
-            node.get_logger().info(
-                f"{file} has no section {node.get_name()}: taking {sections[-1]}"
-            )
+        with suppress(OSError, ValueError):  # what ROS has read all the same stays as found
+            sections = sections_for(file, kind, namespace)
+            renamed = sections and not sections_for(file, name, namespace)
+            values |= read_parameter_file(file, kind if renamed else name, namespace=namespace)
+            if renamed:
+                node.get_logger().info(f"{file} has no section {name}: taking {sections[-1]}")
     return values
 
 
@@ -57,3 +62,16 @@ def parameter_files(arguments: Sequence[str]) -> list[str]:
     """
     _, for_ros = split_ros_arguments(arguments)
     return [file for option, file in pairwise(for_ros) if option == "--params-file"]
+
+
+def parameter_options(arguments: Sequence[str]) -> list[str]:
+    """Return the names of the parameters that ``arguments`` give to ROS one by one.
+
+    Examples
+    --------
+    >>> parameter_options(["plant", "--ros-args", "-p", "a.b:=1", "--param", "cyl1:c:=x"])
+    ['a.b', 'c']
+    """
+    _, for_ros = split_ros_arguments(arguments)
+    given = [value for option, value in pairwise(for_ros) if option in ("-p", "--param")]
+    return [value.partition(":=")[0].rpartition(":")[2] for value in given]

@@ -52,7 +52,10 @@ class Readiness:
             return "it moves by itself"
         where = self._node.get_namespace()
         option = f" --namespace {where}" if where != "/" else ""
-        return f"move it with a set-point on {setpoints}: rodless move 58{option}"
+        move = f"move it with a set-point on {setpoints}"
+        # The command knows the nodes by their names.
+        named = self._node.get_name() == "controller"
+        return f"{move}: rodless move 58{option}" if named else move
 
 
 def started_line(node: Node, values: ControllerParameters) -> str:

@@ -13,6 +13,7 @@ import pytest
 from rodless_base.owners import GROUPS, owner
 from rodless_base.parameters import ParameterError, ParameterSet
 from rodless_control import ControllerParameters, PidParameters
+from rodless_control.laws import LAWS, law_class
 from rodless_sim import RigParameters
 from rodless_sim.physics.forces import FORCES
 
@@ -26,7 +27,10 @@ def test_the_groups_are_those_that_the_node_declares(node: str) -> None:
     A force of one's own may have a group that only the plant knows.
     """
     own = {name.partition(".")[0] for force in FORCES for name in getattr(force, "PARAMETERS", ())}
-    declared = {name.partition(".")[0] for name in SETS[node].DECLARATIONS if "." in name}
+    names = [*SETS[node].DECLARATIONS]
+    if node == "controller":
+        names += (name for law in LAWS for name in law_class(law).PARAMETERS)
+    declared = {name.partition(".")[0] for name in names if "." in name}
     assert declared - own <= set(GROUPS[node]) <= declared
 
 
@@ -43,6 +47,7 @@ def test_no_group_belongs_to_two_nodes() -> None:
         (RigParameters, "reference.type", "it is the controller's"),
         (ControllerParameters, "supply.pressure", "it is the plant's"),
         (PidParameters, "friction.form", "it is the plant's"),
+        (RigParameters, "adrc.dead_zone_voltage", "it is the controller's"),
     ],
 )
 def test_a_name_of_the_other_node_is_refused_as_such(

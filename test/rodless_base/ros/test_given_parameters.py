@@ -67,6 +67,43 @@ def test_a_section_of_the_new_name_counts_alone(
         assert "taking" not in process.output
 
 
+@pytest.mark.parametrize(
+    ("files", "pressure"),
+    [
+        # The more specific section after the one for all, as ROS has it within a file.
+        ([{"/**": 6.0e5, "/**/plant": 6.5e5}], 6.5e5),
+        ([{"/**": 6.0e5}, {"/**/plant": 6.5e5}], 6.5e5),
+        # A later file wins, whomever it names.
+        ([{"/**/plant": 6.5e5}, {"/**": 6.0e5}], 6.0e5),
+        # Another namespace's section is another rig's.
+        ([{"/left/plant": 6.0e5, "/right/plant": 6.5e5}], 6.0e5),
+    ],
+)
+@pytest.mark.parametrize("name", ["plant", "cyl3"])
+def test_a_renamed_node_reads_files_as_one_of_the_old_name(
+    start_process: StartProcess,
+    observer: Observer,
+    tmp_path: Path,
+    name: str,
+    files: list[dict[str, float]],
+    pressure: float,
+) -> None:
+    """Of several sections and files both take the same supply pressure: that of the last."""
+    written = []
+    for number, sections in enumerate(files):
+        file = tmp_path / f"{number}.yaml"
+        lines = [
+            f"{node}: {{ros__parameters: {{supply.pressure: {value}}}}}"
+            for node, value in sections.items()
+        ]
+        file.write_text("\n".join(lines))
+        written.append(file)
+    command = [*node_command("plant", written, "left"), "-r", f"__node:={name}"]
+    with start_process(command, name):
+        found = observer.get_parameters(f"/left/{name}", ["supply.pressure"])
+    assert found == {"supply.pressure": pressure}
+
+
 def test_a_section_for_all_nodes_gives_each_its_own(
     start_process: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:
