@@ -63,7 +63,7 @@ def _parser() -> argparse.ArgumentParser:
         "--host", default=HOST, help="address to listen on (default: %(default)s, this machine)"
     )
     parser.add_argument(
-        "--port", type=_port, default=PORT, help="0 for a free one (default: %(default)s)"
+        "--port", type=port, default=PORT, help="0 for a free one (default: %(default)s)"
     )
     parser.add_argument(
         "--folder", type=Path, default=Path(), help="of the bags to record and open (default: here)"
@@ -71,7 +71,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _port(text: str) -> int:
+def port(text: str) -> int:
+    """Return a port; argparse shows this function's name where ``text`` is no number."""
     value = number(text)
     if value != int(value) or not 0 <= value <= 65535:
         raise argparse.ArgumentTypeError(f"{text!r} is not a port from 0 to 65535")

@@ -51,9 +51,10 @@ from rodless_lab.identification.pressures.unknowns import (
 from rodless_lab.identification.pressures.valve import AREA, identify_valve
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
-from rodless_sim import RigParameters, simulate
+from rodless_sim import Rig, RigParameters, Trace, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
 from rodless_sim.physics.bristles import LUGRE
+from rodless_sim.physics.plant import Plant
 
 Array = npt.NDArray[np.float64]
 Values = dict[str, float]
@@ -246,7 +247,7 @@ def measured_run(
     tools = Instruments.specimen(parameters, generator)
     trace = simulate(parameters, voltages, PERIOD, position=0.06)
     seen = read_trace(trace, parameters, generator, tools)
-    supply = np.full(trace.time.shape, parameters.number(SUPPLY))
+    supply = _supply_at_valve(parameters, trace)
     return MeasuredRun(
         trace.time,
         seen.position,
@@ -255,6 +256,20 @@ def measured_run(
         tools.supply_pressure.measure(supply, PERIOD, generator),
         trace.voltage,
     )
+
+
+def _supply_at_valve(parameters: RigParameters, trace: Trace) -> Array:
+    """Return the supply's true pressure (Pa) at each sample; traces lack what is known in time."""
+    plant = Plant.of(parameters)
+    if not plant.ripple and not (plant.full and plant.full.supply.acting):
+        return np.full(trace.time.shape, parameters.number(SUPPLY))
+    rig = Rig(parameters)
+    rig.reset(float(trace.position[0]))
+    pressures = [rig.truth.supply_pressure]
+    for voltage in trace.voltage[:-1]:
+        rig.advance(float(voltage), PERIOD)
+        pressures.append(rig.truth.supply_pressure)
+    return np.array(pressures)
 
 
 @dataclass(frozen=True)

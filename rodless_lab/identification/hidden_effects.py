@@ -36,6 +36,12 @@ def _between(name: str, low: float, high: float, **others: Value) -> Draw:
     return draw
 
 
+def _drift(generator: np.random.Generator) -> dict[str, Value]:
+    """Draw how fast friction drifts, and which course of it."""
+    seed = int(generator.integers(1, 2**31))
+    return {"friction.drift": any_size(generator, 0.005, 0.1), "friction.drift_seed": seed}
+
+
 # By the effect's name; the parameters' own defaults lie within these ranges.
 EFFECTS: dict[str, Draw] = {
     "heat": _between(
@@ -59,6 +65,22 @@ EFFECTS: dict[str, Draw] = {
     "dead time": _between("valve.dead_time", 5e-4, 5e-3),
     "saturating": _between("friction.high_speed_viscous", 40.0, 160.0, friction__form="saturating"),
     "tilt": _between("rail.tilt", 0.005, 0.05),
+    "lugre": _between("friction.bristle_stiffness", 1e5, 5e5, friction__dynamics="lugre"),
+    "drift": _drift,
+    "magnets": _between("coupling.slip_distance", 2e-3, 5e-3, coupling__kind="magnetic"),
+    "tubes": _between("tubes.length", 0.2, 0.6, tubes__model="delay"),
+    "droop": _between("supply.droop", 2e6, 2e7),
+    "supply's lag": _between("supply.time_constant", 0.01, 0.5, supply__droop=1.2e7),
+    "ripple": _between("supply.ripple_amplitude", 1e3, 2e4),
+    "compressor": _between(
+        "supply.receiver_volume",
+        1e-3,
+        0.024,
+        supply__kind="compressor",
+        supply__switch_on_pressure=0.5e6,
+        supply__switch_off_pressure=0.71e6,
+    ),
+    "sensors' lag": _between("sensors.pressure_lag", 1e-3, 0.01),
 }
 
 
