@@ -80,14 +80,16 @@ docs: docs-tools
 docs-links: docs-tools
 	$(SPHINX) build/docs-links --builder linkcheck
 
-# First what needs no nodes, on every core; then the nodes, one test after the other. A ROS test that
-# fails gets a second try, and stands in the summary as RERUN. The coverage data has a folder of its
-# own, so that two runs at once do not mix theirs.
+# First what needs no nodes, on every core; then the nodes, which mostly wait, each file of tests in a
+# ROS domain of its own. A ROS test that fails gets further tries, and stands in the summary as RERUN.
+# The coverage data has a folder of its own, so that two runs at once do not mix theirs.
+PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
+
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \
-	$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m "not ros" --cov --cov-report= && \
-	$(VENV)/bin/python -m pytest -m ros --reruns 1 -rR --cov --cov-append \
+	$(VENV)/bin/python -m pytest $(PARALLEL) -m "not ros" --cov --cov-report= && \
+	$(VENV)/bin/python -m pytest $(PARALLEL) --maxprocesses 4 -m ros --reruns 2 -rR --cov --cov-append \
 	--cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \
 	$(VENV)/bin/python -m coverage report --skip-covered \

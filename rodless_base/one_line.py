@@ -53,10 +53,10 @@ def described(error: BaseException) -> str:
 
 def traced(error: BaseException) -> str:
     """Return kind and text of an exception, with file and line it comes from; never raises."""
-    where = "".join(
-        f" ({Path(frame.f_code.co_filename).name}, line {line})"
-        for frame, line in list(walk_tb(error.__traceback__))[-1:]
-    )
+    files = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
+    # Python's own way of importing lies between an import and what it says of it.
+    files = [(file, line) for file, line in files if not file.startswith("<frozen importlib")]
+    where = "".join(f" ({Path(file).name}, line {line})" for file, line in files[-1:])
     text = described(error)
     return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
 

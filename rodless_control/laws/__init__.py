@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from operator import attrgetter
 
-from rodless_base.one_line import described, in_one_line, shown
+from rodless_base.one_line import described, in_one_line, shown, traced
 from rodless_base.parameters import ParameterError, ParameterSet
 from rodless_control.controller import Law, checked_base
 from rodless_control.parameters import LawParameters
@@ -43,6 +43,8 @@ def law_class(name: str) -> type[Law]:
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
+        if not f"{module_name}.".startswith(f"{error.name}."):
+            raise _refused(name, f"importing {module_name} failed: {traced(error)}") from error
         raise _refused(
             name, f"{described(error)}; put its folder on PYTHONPATH or install the package"
         ) from error
@@ -63,7 +65,7 @@ def law_class(name: str) -> type[Law]:
 def make_law(law: type[Law], parameters: ParameterSet) -> Law:
     """Return a law with ``parameters``; raises ParameterError where the law cannot be made."""
     try:
-        return checked_base(law(parameters))
+        made = checked_base(law(parameters))
     except ParameterError as error:
         raise ParameterError(described(error)) from error
     except (Exception, SystemExit) as error:
@@ -71,6 +73,12 @@ def make_law(law: type[Law], parameters: ParameterSet) -> Law:
             f"{law.__module__}:{law.__qualname__}",
             f"{law.__name__}(parameters) failed: {_raised(error)}",
         ) from error
+    if law.update is Law.update:
+        raise _refused(
+            f"{law.__module__}:{law.__qualname__}",
+            f"{law.__name__} has no update(self, measurement, reference, interval)",
+        )
+    return made
 
 
 def law_with(parameters: LawParameters) -> Law:

@@ -55,6 +55,8 @@ class Answers:
         self.telemetry = Telemetry(node, loop.law, qos)
         self._reported: str | None = None
         self.pace = LawPace()
+        # Called for each failure of the law, with the valve closed already or about to be.
+        self.on_failure: Callable[[], None] = lambda: None
         self.enabled = True
         self.refused = False  # the last sample, because something of it was not finite
         self.any = False  # of the law's
@@ -132,9 +134,12 @@ class Answers:
     def report_failure(self) -> None:
         """Say once why the law is not called any more."""
         failure = self._loop.failure
-        if failure is not None and failure != self._reported:
-            self._node.get_logger().error(f"{failure}; {CLOSED_BY_FAILURE}")
+        if failure == self._reported:
+            return
         self._reported = failure
+        if failure is not None:
+            self._node.get_logger().error(f"{failure}; {CLOSED_BY_FAILURE}")
+            self.on_failure()
 
     def hold(self) -> None:
         """Let the law wait for positions."""

@@ -24,7 +24,7 @@ SLOW_LAW_PERIOD = 10.0
 
 
 class ControllerDiagnostics:
-    """Reports once a second."""
+    """Reports once a second, and each failure of the law at once."""
 
     def __init__(
         self,
@@ -43,6 +43,7 @@ class ControllerDiagnostics:
         self._watchdog = watchdog
         self._answers = answers
         self._diagnostics = Diagnostics(node, self._faults)
+        answers.on_failure = self.publish
         node.create_timer(PERIOD, self.publish, clock=steady_clock())
 
     def clear(self) -> None:

@@ -13,6 +13,7 @@ of the node would get its turn: no service, no diagnostics.
 """
 
 from collections import deque
+from decimal import Decimal
 from statistics import median
 
 # A backlog: samples that have waited longer than this (s), for as long again and not less and less,
@@ -84,8 +85,12 @@ class LawPace:
             self._behind, self._backlog = False, None
             return None
         self._skipped_before = self.skipped
-        taken, apart = self.law_time * 1e3, self.interval * 1e3
-        takes = f"{law} takes {taken:.2g} ms per sample of {apart:.2g} ms"
+        takes = f"{law} takes {_ms(self.law_time)} per sample of {_ms(self.interval)}"
         if self.law_time > 0.5 * self.interval:
             return f"{takes}: samples skipped; make it faster, or lengthen time.period"
         return f"machine too busy: samples skipped ({takes})"
+
+
+def _ms(seconds: float) -> str:
+    """Return a time in ms as people write it: to two places, never with an exponent."""
+    return f"{Decimal(f'{seconds * 1e3:.2g}'):f} ms"

@@ -19,7 +19,8 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
 from rodless_lab.cli.running_rig import add_namespace
-from rodless_lab.session.errors import HarnessError, NodeDiedError
+from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
+from rodless_sim import RigParameters
 from rodless_sim.cylinder_series import sizes
 from rodless_sim.instruments.instruments import DATA_SHEET
 from rodless_sim.scenario import scenario_parameter
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 
 # How often the processes are polled, in wall-clock s.
 POLL_SECONDS = 0.2
+
+# For nodes that run already to be discovered, which takes some 0.2 s.
+LOOK_SECONDS = 1.0
 
 # What Ctrl-C promises, in wall-clock s; after it a process is killed. One that has a bag to close
 # is given longer.
@@ -59,16 +63,36 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         return 2
     stop.from_now_on_wait()
     try:
+        _check_free(plan, stop)
         timeout = STOP_TIMEOUT if plan.record is None else CLOSE_TIMEOUT
         with run_rig(plan, stop_timeout=timeout) as processes:
             _watch(processes, plan, stop)
-    except ParameterError as error:
-        print(error, file=sys.stderr)
-        return 2
+    except InterruptedRunError:
+        return 0
     except NodeDiedError as error:
         print(error, file=sys.stderr)
         return 1
+    except (ParameterError, HarnessError) as error:
+        print(error, file=sys.stderr)
+        return 2
     return 0
+
+
+def _check_free(plan: "ProcessPlan", stop: Stop) -> None:
+    """Raise RigError where a node that is to be started runs already: each would disturb the other.
+
+    One that starts at the same moment is missed here, and told by the nodes themselves.
+    """
+    from rodless_lab.session.running_rig import RigError, RunningRig  # noqa: PLC0415
+
+    with RunningRig(plan.namespace, stop) as there:
+        if there.wait_for(lambda: any(map(there.is_known, plan.own_nodes)), LOOK_SECONDS):
+            found = next(filter(there.is_known, plan.own_nodes))
+            domain = there.observer.context.get_domain_id()
+            raise RigError(
+                f"a {found} runs already in namespace {there.namespace} of ROS domain {domain}: "
+                "stop that rig, or give this one a --namespace of its own"
+            )
 
 
 def _watch(processes: "SessionProcesses", plan: "ProcessPlan", stop: Stop) -> None:
@@ -128,6 +152,8 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.record is not None and options.without_controller:
         parser.error("--record is for both nodes in one process; use `rodless record` here")
+    if options.record and Path(options.record).exists():
+        parser.error(f"--record {options.record}: exists already; a bag is never written over")
     if options.parameters is not None and not options.parameters.is_file():
         parser.error(f"--parameters {options.parameters}: no such file")
     if options.cylinder is not None:
@@ -155,6 +181,9 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
     if options.cylinder is not None:
         plant["cylinder.model"] = options.cylinder
         controller["reference.maximum"] = sizes(options.cylinder).stroke
+    if options.parameters is None:
+        # With a file the plan does so itself.
+        RigParameters.preset(options.preset).with_values(plant)
     return ProcessPlan(
         options.preset,
         plant,

@@ -11,6 +11,7 @@
 from rodless_lab.session.commands import Alteration, Law
 from rodless_lab.session.errors import (
     HarnessError,
+    LawFailedError,
     NodeDiedError,
     RefusedError,
     WaitTimeoutError,
@@ -25,6 +26,7 @@ __all__ = [
     "Alteration",
     "HarnessError",
     "Law",
+    "LawFailedError",
     "LostSampleError",
     "Mode",
     "NodeDiedError",

@@ -21,6 +21,10 @@ class NodeDiedError(HarnessError):
     """A process has ended that the test has not ended."""
 
 
+class LawFailedError(HarnessError):
+    """The law of the controller has failed, and the valve is closed."""
+
+
 class WaitTimeoutError(HarnessError, TimeoutError):
     """What was waited for has not come."""
 

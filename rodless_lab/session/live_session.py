@@ -16,6 +16,7 @@ from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.law_watch import LawWatch
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.samples import Received
@@ -35,6 +36,8 @@ class LiveSession:
     _own: OwnCommands | None = None
     _relayed: RelayedCommands | None = None
     _bag: SessionBag | None = None
+    # Of a session with the controller node whose law must not fail.
+    _law_watch: LawWatch | None = None
     _paused = False
     # Whether commands of the test go out in a wait.
     _answering = False
@@ -110,6 +113,8 @@ class LiveSession:
 
     def _between_spins(self) -> None:
         self._processes.check()
+        if self._law_watch is not None:
+            self._law_watch.check()
         for commands in (self._own, self._relayed):
             if self._answering and commands is not None:
                 commands.answer()

@@ -283,12 +283,16 @@ class Observer(Closing):
 
     def forget_diagnostic(self, node: str) -> None:
         """Forget what ``node`` has said, and what of it has come but waits to be looked at."""
-        known = self.diagnostics
+        self.take_waiting_diagnostics()
+        self.diagnostics.pop(self.node.resolve_topic_name(node), None)
+
+    def take_waiting_diagnostics(self) -> None:
+        """Take what has come on ``/diagnostics`` without running any other callback."""
+        _ = self.diagnostics  # subscribes
         waiting = self._reports.handle
         with waiting:
             while (taken := waiting.take_message(DiagnosticArray, False)) is not None:
                 self._take_diagnostics(taken[0])
-        known.pop(self.node.resolve_topic_name(node), None)
 
     def counter(self, node: str, name: str, fresh: bool = False) -> float:
         """Return a number from :meth:`diagnostic`; raises KeyError for one that is not there."""

@@ -80,13 +80,17 @@ class PlantTime(LiveSession):
         """Let the rig run to the end of its ``duration``; return all samples of the run.
 
         With a controller in lock-step, its answer to the last sample is there too. Raises
-        HarnessError in a session without ``duration``.
+        HarnessError in a session without ``duration``, and LawFailedError where the law has failed.
         """
         if not self._duration:
             raise HarnessError("run: this session has no duration")
         self.run_until(self._duration, timeout=timeout)
         if self._mode == "lockstep" and self._has_controller and self._relayed is None:
             self._wait_for_the_last_answer()
+        if self._law_watch is not None:
+            # A report comes before the answers to the samples after the failure.
+            self._observer.take_waiting_diagnostics()
+            self._law_watch.check()
         return self.samples()
 
     def _wait_for_the_last_answer(self) -> None:

@@ -110,6 +110,11 @@ class ProcessPlan:
         """Whether the controller is the PID node of this package."""
         return isinstance(self.controller, Mapping)
 
+    @property
+    def own_nodes(self) -> tuple[str, ...]:
+        """Names of the nodes of this package, in the namespace of the rig."""
+        return ("plant", "controller") if self.runs_controller_node else ("plant",)
+
     def command_lines(self, folder: Path) -> dict[str, list[str]]:
         """Return command lines by process name; their parameters are written into ``folder``."""
         files = self._parameter_files(folder)

@@ -8,15 +8,16 @@
 
 """When a rig that has been started is ready, and what its user can do then."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from rodless_base.ros.namesakes import count_nodes
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import ProcessPlan
-from rodless_lab.session.running_rig import CONTROLLER, PLANT
+from rodless_lab.session.running_rig import PLANT, SILENT
 
 # Wall-clock s after which a rig whose nodes have reported, but do not work, says why.
 REPORT_SECONDS = 10.0
@@ -27,31 +28,43 @@ def say_when_ready(
 ) -> None:
     """Call ``say`` with a line as soon as the nodes of ``plan`` work, unless ``ended`` before.
 
-    A plant without a controller is ready once it reports. Where the nodes report but do not work
-    for ``REPORT_SECONDS``, ``say`` is told why.
+    A plant without a controller is ready once it reports. Where a node is there but is silent or
+    does not work for ``REPORT_SECONDS``, ``say`` is told why.
     """
-    wanted = [PLANT, CONTROLLER] if plan.runs_controller_node else [PLANT]
     with Observer(namespace=f"/{plan.namespace.strip('/')}") as observer:
-        names = [observer.node.resolve_topic_name(node) for node in wanted]
+        plant = observer.node.resolve_topic_name(PLANT)
         reports = observer.diagnostics
-        reported: float | None = None
+        known: float | None = None
         warned = False
         while not ended():
             observer.spin()
-            if not all(name in reports for name in names):
-                continue
-            failing = {name: reports[name].message for name in names if _fails(reports[name])}
-            if not failing or not plan.runs_controller_node:
-                say(_ready_line(plan, observer, reports[names[0]]))
+            failing = _failing(plan.own_nodes, observer)
+            if plant in reports and (not failing or not plan.runs_controller_node):
+                say(_ready_line(plan, observer, reports[plant]))
                 return
-            reported = reported or monotonic()
-            if not warned and monotonic() > reported + REPORT_SECONDS:
+            if not all(_is_known(node, observer) for node in plan.own_nodes):
+                continue
+            known = known or monotonic()
+            if not warned and monotonic() > known + REPORT_SECONDS:
                 warned = True
-                say("not ready: " + "; ".join(f"{name}: {why}" for name, why in failing.items()))
+                say("not ready: " + "; ".join(failing))
 
 
-def _fails(said: Diagnostic) -> bool:
-    return bool(said.level == DiagnosticStatus.ERROR)
+def _failing(nodes: Sequence[str], observer: Observer) -> list[str]:
+    """Say of each node that is silent, or says itself that it does not work, which it is."""
+    failing = []
+    for node in nodes:
+        name = observer.node.resolve_topic_name(node)
+        said = observer.diagnostics.get(name)
+        if said is None:
+            failing.append(f"{name}: {SILENT[node]}")
+        elif said.level == DiagnosticStatus.ERROR:
+            failing.append(f"{name}: {said.message}")
+    return failing
+
+
+def _is_known(node: str, observer: Observer) -> bool:
+    return count_nodes(observer.node, node, observer.node.get_namespace()) > 0
 
 
 def _ready_line(plan: ProcessPlan, observer: Observer, plant: Diagnostic) -> str:

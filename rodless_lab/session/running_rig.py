@@ -35,7 +35,12 @@ DISCOVERY = 3.0
 SILENCE = 3.0
 
 # Why a node says nothing any more. One that was killed is known for up to 20 s.
-SILENT = "silent: compiling for its first start, killed, frozen, or its machine is too busy"
+# The plant runs no law but where both share a process, and then both are silent.
+_LAW = "held up by a law that does not return, "
+SILENT = {
+    node: f"silent: compiling for its first start, {law}killed, frozen, or its machine is too busy"
+    for node, law in ((PLANT, ""), (CONTROLLER, _LAW))
+}
 
 
 class RigError(HarnessError):
@@ -183,7 +188,7 @@ class RunningRig(Closing):
     def state_of(self, node: str) -> str:
         """Return what a node says of its state, or that it says nothing any more."""
         said = self.diagnostic(node)
-        return SILENT if said is None or self.is_silent(node) else said.message
+        return SILENT[node] if said is None or self.is_silent(node) else said.message
 
     def obstacles(self) -> list[str]:
         """Say what the nodes report that is not as it should be."""

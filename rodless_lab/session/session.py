@@ -27,6 +27,7 @@ from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.domain import own_domain
 from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.faults import Faults
+from rodless_lab.session.law_watch import LawWatch
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.plant_time import PlantTime
@@ -73,6 +74,7 @@ class RigSession(PlantTime, Controls, Faults):
         relay_commands: bool = False,
         paused: bool = False,
         scenario: str | Path | None = None,
+        law_may_fail: bool = False,
         timeout: float = TIMEOUT,
         check: Callable[[], object] = lambda: None,
         environment: Mapping[str, str] | None = None,
@@ -88,7 +90,9 @@ class RigSession(PlantTime, Controls, Faults):
         plant and PID share a process; with ``telemetry`` the terms of its law are received; with
         ``relay_commands`` commands pass through the test, which can lose or change them; with
         ``paused`` the plant holds at sample 0. The plant follows ``scenario``, a file or the name
-        of one of the package. ``check`` is called over and over in every wait, and ends it by an
+        of one of the package. Where the controller's law fails, the valve closes, and the wait that
+        hears of it or the end of the block raises :class:`LawFailedError`, unless
+        ``law_may_fail``. ``check`` is called over and over in every wait, and ends it by an
         exception. ``environment`` is added for the nodes, and what they print goes to files in
         ``output`` (default: a temporary folder). All that the plant publishes, commands, set-points
         and ``bag_topics`` are recorded into a new rosbag2 bag at ``bag``.
@@ -102,6 +106,7 @@ class RigSession(PlantTime, Controls, Faults):
         self._telemetry = telemetry
         self._relay = relay_commands
         self._paused = paused
+        self._law_may_fail = law_may_fail
         self._timeout = timeout
         self._user_check = check
         self._extra_environment = dict(environment or {})
@@ -174,7 +179,11 @@ class RigSession(PlantTime, Controls, Faults):
         with self._stack:
             if error is None:
                 self._processes.check()
-        if error is None and self._bag is not None:
+        if error is not None:
+            return
+        if self._law_watch is not None:
+            self._law_watch.check_to_the_end()
+        if self._bag is not None:
             self._bag.check()
 
     def _keep_what_remains(self) -> None:
@@ -188,6 +197,8 @@ class RigSession(PlantTime, Controls, Faults):
     # What follows matches the observer with the nodes, in an order that loses no message.
 
     def _join(self, stack: ExitStack) -> None:
+        if self._plan.runs_controller_node and not self._law_may_fail:
+            self._law_watch = LawWatch(self._observer, lambda: "\n".join(self.outputs.values()))
         self._receiver = Receiver(self._observer)
         self._received = self._receiver.received
         self._setpoint = self._observer.publisher(Float64, SETPOINT, subscribers=0)

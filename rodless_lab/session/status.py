@@ -126,5 +126,5 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
 def _node_status(rig: RunningRig, node: str) -> NodeStatus:
     said = rig.diagnostic(node)
     if said is None:
-        return NodeStatus("missing", SILENT if rig.is_known(node) else "not found", {})
+        return NodeStatus("missing", SILENT[node] if rig.is_known(node) else "not found", {})
     return NodeStatus(LEVELS.get(said.level, "ERROR"), said.message, dict(said.values))

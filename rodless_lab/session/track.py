@@ -10,7 +10,7 @@
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -142,6 +142,9 @@ class Track:
             target=self._target,
             at=self._stamps[first] / NANOSECONDS_PER_SECOND,
         )
+        if not self.has_settled:
+            # In the band by the end, but not for long enough to be called settled.
+            metrics = replace(metrics, settling_time=math.nan)
         return MoveResult(self.has_settled, metrics, why)
 
     def _sample_of(self, reference_sent: int) -> int:

@@ -29,7 +29,9 @@ CHANCE = 1.5
 
 
 def smoothed(position: Array, period: float) -> Array:
-    """Return the carriage's ``position`` (m, shape (n,)) without as much of its noise as can be.
+    """Return the carriage's ``position`` without as much of its noise as can be.
+
+    ``position`` (m) has the shape (n,), or (runs, n) for several, each smoothed by itself.
 
     A local parabola about each sample, over the longest stretch on which it does not differ from
     those over all shorter ones by more than the noise explains (intersection of confidence
@@ -37,9 +39,7 @@ def smoothed(position: Array, period: float) -> Array:
     where it jerks, none where there is no noise. Where the whole run moves no further than its
     noise, the carriage stands still.
     """
-    noise = position_noise(position)
-    if float(np.ptp(position)) < 12.0 * noise:
-        return np.full(position.shape, position.mean())
+    noise = np.apply_along_axis(position_noise, -1, position)[..., np.newaxis]
     found: Array = position.copy()
     low, high = position - CHANCE * noise, position + CHANCE * noise
     for width in _widths(len(position), period):
@@ -49,7 +49,8 @@ def smoothed(position: Array, period: float) -> Array:
         high = np.minimum(high, smooth + CHANCE * error)
         # An empty intersection stays empty.
         found = np.where(low <= high, smooth, found)
-    return found
+    stands = np.ptp(position, axis=-1, keepdims=True) < 12.0 * noise
+    return np.where(stands, position.mean(axis=-1, keepdims=True), found)
 
 
 def _widths(samples: int, period: float) -> list[int]:

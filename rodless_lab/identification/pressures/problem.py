@@ -52,6 +52,9 @@ FINEST_POSITION = 1e-7
 # deviation): what rigs are that wait with the valve leaking.
 START_TEMPERATURE = 5.0
 
+# Samples of all draws that are smoothed together: a few MB.
+SMOOTHED_AT_ONCE = 400_000
+
 # Errors of the sensors that do not change in a run; they are among what is fitted.
 CONSTANT_ERRORS = (
     "sensors.position_linearity",
@@ -208,20 +211,37 @@ class Problem:
         model that is driven by it.
         """
         true = self._pressures(values, self._position)
-        return np.stack([self._drawn(values, true, generator) for _ in range(count)])
+        found = []
+        # Smoothed some at a time: each smoothing alone would make the same filters anew.
+        at_once = max(SMOOTHED_AT_ONCE // len(true), 1)
+        for first in range(0, count, at_once):
+            shown = [self._read(true, generator) for _ in range(first, min(first + at_once, count))]
+            courses = smoothed(np.stack([position for position, _ in shown]), self._run.period)
+            found += [
+                self._left(values, course, read)
+                for course, (_, read) in zip(courses, shown, strict=True)
+            ]
+        return np.stack(found)
 
-    def _drawn(self, values: Array, true: Array, generator: np.random.Generator) -> Array:
+    def _read(self, true: Array, generator: np.random.Generator) -> tuple[Array, Array]:
+        """Draw what sensors read: position (m), shape (n,), and pressures (Pa), shape (2, n)."""
         tools = Instruments.specimen(self._sensors, generator)
         period = self._run.period
         position = tools.position.measure(self._position, period, generator)
-        again = self._pressures(values, smoothed(position, period))
-        rows = []
-        for side, tool in enumerate((tools.pressure_a, tools.pressure_b)):
-            read = tool.measure(true[:, side], period, generator)
-            rows.append(read - lagged(again[:, side], period, self._lag))
+        read = np.stack(
+            [
+                tool.measure(true[:, side], period, generator)
+                for side, tool in enumerate((tools.pressure_a, tools.pressure_b))
+            ]
+        )
         own = math.sqrt(max(self.noise**2 - tools.pressure_a.noise**2, 0.0))
-        rough = generator.normal(0.0, own, (2, len(read)))
-        return np.asarray((np.stack(rows) + rough)[:, self._chosen] / self.noise)
+        return position, read + generator.normal(0.0, own, read.shape)
+
+    def _left(self, values: Array, course: Array, read: Array) -> Array:
+        """Return what a model driven by ``course`` leaves of pressures ``read``, over the noise."""
+        again = self._pressures(values, course)
+        shown = [lagged(again[:, side], self._run.period, self._lag) for side in range(2)]
+        return np.asarray((read - np.stack(shown))[:, self._chosen] / self.noise)
 
     def supply_residuals(self) -> Array:
         """How far the readings of the supply are from their mean, over the noise, shape (m,)."""

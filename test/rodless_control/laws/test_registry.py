@@ -110,6 +110,11 @@ def test_parameters_know_their_law() -> None:
             "empty_laws:Empty",
             "importing empty_laws failed: TypeError: Empty: KERNELS is missing",
         ),
+        (
+            "needy_laws:Law",
+            "importing needy_laws failed: ModuleNotFoundError: No module named 'nowhere_at_all' "
+            "(needy_laws.py, line 2)",
+        ),
         ("my_laws:Missing", "has no Missing"),
         ("my_laws:NOTHING", "NOTHING is not a subclass of rodless_control.Law"),
         ("my_laws:Twofold", "must be identifiers, each once"),
@@ -123,6 +128,7 @@ def test_what_is_no_law_is_refused_in_one_line(module: Write, name: str, complai
     module("my_laws", MINE)
     module("broken_laws", "1 / 0\n")
     module("greedy_laws", GREEDY)
+    module("needy_laws", "import json\nimport nowhere_at_all\n")
     module(
         "empty_laws",
         "from rodless_control import CompiledLaw\nclass Empty(CompiledLaw):\n    TERMS = ()\n",
@@ -140,6 +146,14 @@ def test_a_law_that_cannot_be_made_is_refused_in_one_line(module: Write) -> None
     module("my_laws", MINE)
     law = law_class("my_laws:Stubborn")
     with pytest.raises(ParameterError, match=r"controller\.law: 'my_laws:Stubborn'.*TypeError"):
+        make_law(law, law.Parameters())
+
+
+def test_a_law_that_answers_nothing_is_refused_in_one_line(module: Write) -> None:
+    """Before it has a sample to answer: by its name, with the method that is missing."""
+    module("my_laws", MINE)
+    law = law_class("my_laws:Namesake")
+    with pytest.raises(ParameterError, match=r"'my_laws:Namesake' refused: Namesake has no update"):
         make_law(law, law.Parameters())
 
 

@@ -16,6 +16,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ from rodless_control import (
 from rodless_control.laws import LAWS as LAWS_BY_NAME
 from rodless_control.laws import law_class
 from rodless_lab import closed_loop
-from rodless_lab.harness import RefusedError, RigSession
+from rodless_lab.harness import LawFailedError, RefusedError, RigSession, Samples
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command, write_parameters
 from rodless_sim import Rig, RigParameters
@@ -262,8 +263,8 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
 ) -> None:
     """One line in the log, an ERROR in the diagnostics; ~/reset, then ~/enable bring it back."""
     controller = {"controller.law": "own_laws:Failing"}
-    plant = {"time.period": 5e-3}
-    with RigSession(plant=plant, controller=controller, environment=own_laws) as rig:
+    options = {"environment": own_laws, "law_may_fail": True}
+    with RigSession(plant={"time.period": 5e-3}, controller=controller, **options) as rig:
         rig.run_until(0.1)
         line = LAWS.splitlines().index('            return {}["no such key"]') + 1
         text = (
@@ -289,6 +290,45 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
     assert output.count("KeyError") == 2
     assert output.count(text) == 2
     assert "Traceback" not in output
+
+
+def test_a_session_does_not_pass_without_its_law(own_laws: dict[str, str]) -> None:
+    """In lock-step, ``run`` raises what the law did; told of each failure, the session goes on."""
+    controller = {"controller.law": "own_laws:Failing"}
+    failed = r"law Failing failed: KeyError.*law_may_fail"
+    with RigSession("lockstep", duration=0.3, controller=controller, environment=own_laws) as rig:
+
+        def run_anew() -> Samples:
+            rig.reset_controller()
+            rig.reset()
+            return rig.run()
+
+        with pytest.raises(LawFailedError, match=failed):
+            rig.run()
+        with pytest.raises(LawFailedError, match=failed):
+            run_anew()
+        rig.set_parameters("controller", {"mine.healthy": True})
+        assert len(run_anew()) == 301
+
+
+@pytest.mark.parametrize("one_process", [False, True])
+def test_a_failure_at_the_very_end_is_told_by_the_end_of_the_block(
+    own_laws: dict[str, str], one_process: bool
+) -> None:
+    """Nobody waits any more when the law fails: the session says so all the same."""
+    controller = {"controller.law": "own_laws:Failing"}
+    rig = RigSession(
+        "lockstep",
+        controller=controller,
+        environment=own_laws,
+        one_process=one_process,
+        duration=0.021,
+    )
+    deadline = monotonic() + 60.0
+    with pytest.raises(LawFailedError, match="^law Failing failed: KeyError"), rig:
+        rig.run_until(0.02)
+        while "failed" not in "".join(rig.outputs.values()):
+            assert monotonic() < deadline
 
 
 def test_a_law_that_raises_keyboard_interrupt_ends_its_node_cleanly(
