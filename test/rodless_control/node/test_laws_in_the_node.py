@@ -317,18 +317,17 @@ def test_a_failure_at_the_very_end_is_told_by_the_end_of_the_block(
 ) -> None:
     """Nobody waits any more when the law fails: the session says so all the same."""
     controller = {"controller.law": "own_laws:Failing"}
-    rig = RigSession(
-        "lockstep",
-        controller=controller,
-        environment=own_laws,
-        one_process=one_process,
-        duration=0.021,
-    )
-    deadline = monotonic() + 60.0
-    with pytest.raises(LawFailedError, match="^law Failing failed: KeyError"), rig:
-        rig.run_until(0.02)
-        while "failed" not in "".join(rig.outputs.values()):
-            assert monotonic() < deadline
+    options = {"environment": own_laws, "one_process": one_process}
+
+    def look_away_until_it_has_failed() -> None:
+        deadline = monotonic() + 60.0
+        with RigSession("lockstep", controller=controller, duration=0.021, **options) as rig:
+            rig.run_until(0.02)
+            while "failed" not in "".join(rig.outputs.values()):
+                assert monotonic() < deadline
+
+    with pytest.raises(LawFailedError, match=r"^law Failing failed: KeyError"):
+        look_away_until_it_has_failed()
 
 
 def test_a_law_that_raises_keyboard_interrupt_ends_its_node_cleanly(
