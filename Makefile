@@ -102,7 +102,7 @@ test: test-tools
 
 # For the edit-run loop: no nodes, nothing slow, no coverage.
 test-fast: test-tools
-	@$(VENV)/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
+	@$(VENV)/bin/python -m pytest -q $(PARALLEL) -m "not ros and not slow"
 
 # What needs root, namespaces for the network and for mounts, and what takes long: a hundred starts
 # and stops. docs/reliability.md names the tests.
@@ -123,7 +123,7 @@ test-lowest: supply-tools
 	$(PYTHON) -m venv --clear .venv-lowest
 	$(UV) pip install -q --python .venv-lowest --resolution lowest-direct '.[data,bags,bench,control,dask,gym,sensitivity]'
 	$(UV) pip install -q --python .venv-lowest '.[test]'
-	.venv-lowest/bin/python -m pytest -q -n auto --dist loadfile -m "not ros and not slow"
+	.venv-lowest/bin/python -m pytest -q $(PARALLEL) -m "not ros and not slow"
 
 bench: bench-tools
 	$(VENV)/bin/rodless bench

@@ -25,7 +25,8 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
     ROS finds a node's section by the name the node has now, so a renamed one
     (``-r __node:=cyl1``) would miss the sections ``plant`` of presets and other files. It takes
     them, and says so, from each file without a section of its new name, in the order and in the
-    namespace in which a node of the old name would.
+    namespace in which a node of the old name would. What the command line gives one by one goes
+    before all of them.
     """
     found = {
         name: parameter.value
@@ -34,7 +35,7 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
     }
     if node.get_name() == kind:
         return found
-    one_by_one = set(parameter_options(sys.argv))
+    one_by_one = set(parameter_options(sys.argv, node.get_name()))
     of_files = _values_of_files(node, kind)
     return found | {name: of_files[name] for name in of_files.keys() - one_by_one}
 
@@ -64,14 +65,16 @@ def parameter_files(arguments: Sequence[str]) -> list[str]:
     return [file for option, file in pairwise(for_ros) if option == "--params-file"]
 
 
-def parameter_options(arguments: Sequence[str]) -> list[str]:
-    """Return the names of the parameters that ``arguments`` give to ROS one by one.
+def parameter_options(arguments: Sequence[str], node: str) -> list[str]:
+    """Return the names of the parameters that ``arguments`` give to ``node`` one by one.
 
     Examples
     --------
-    >>> parameter_options(["plant", "--ros-args", "-p", "a.b:=1", "--param", "cyl1:c:=x"])
+    >>> options = ["plant", "--ros-args", "-p", "a.b:=1", "--param", "cyl1:c:=x", "-p", "plant:d:=2"]
+    >>> parameter_options(options, "cyl1")
     ['a.b', 'c']
     """
     _, for_ros = split_ros_arguments(arguments)
     given = [value for option, value in pairwise(for_ros) if option in ("-p", "--param")]
-    return [value.partition(":=")[0].rpartition(":")[2] for value in given]
+    rules = [value.partition(":=")[0].rpartition(":") for value in given]
+    return [name for whose, _, name in rules if whose in ("", "/**", "/*", node)]

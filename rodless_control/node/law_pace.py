@@ -92,5 +92,5 @@ class LawPace:
 
 
 def _ms(seconds: float) -> str:
-    """Return a time in ms as people write it: to two places, never with an exponent."""
+    """Return a time in ms as people write it: to two significant digits, never with an exponent."""
     return f"{Decimal(f'{seconds * 1e3:.2g}'):f} ms"

@@ -38,6 +38,7 @@ class Telemetry:
         self._node = node
         self._qos = qos
         self._outbox = Outbox(node)
+        self._throttled_outbox = Outbox(node)
         self._publishers: dict[str, OnDemand] = {}
         self._throttled: dict[str, OnDemand] = {}
         self._last: Output | None = None
@@ -49,15 +50,15 @@ class Telemetry:
             if name in self._publishers:
                 continue
             throttled = f"{THROTTLED}{self._node.get_name()}/{name}"
-            self._throttled[name] = self._publisher(throttled, LAST_ONE)
-            self._publishers[name] = self._publisher(f"~/{name}", self._qos)
+            self._throttled[name] = self._publisher(throttled, LAST_ONE, self._throttled_outbox)
+            self._publishers[name] = self._publisher(f"~/{name}", self._qos, self._outbox)
 
-    def _publisher(self, topic: str, qos: QoSProfile | int) -> OnDemand:
+    def _publisher(self, topic: str, qos: QoSProfile | int, outbox: Outbox) -> OnDemand:
         try:
             publisher = self._node.create_publisher(Float64, topic, qos)
         except rclpy_implementation.RCLError as error:  # such as by a security policy
             raise ParameterError(f"{topic} cannot be published: {described(error)}") from error
-        return OnDemand(publisher, pack_float64, self._outbox)
+        return OnDemand(publisher, pack_float64, outbox)
 
     def keep_only(self, terms: Iterable[str]) -> None:
         """Leave out all but the reference and these ``terms``."""
@@ -73,6 +74,7 @@ class Telemetry:
             publisher.poll()
         last, self._last = self._last, None
         if last is not None:
+            self._throttled_outbox.clear()  # only the last counts
             _publish(self._throttled, last)
 
     @property

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 # How often the processes are polled, in wall-clock s.
 POLL_SECONDS = 0.2
 
-# For nodes that run already to be discovered, which takes some 0.2 s.
+# For nodes that run already to be discovered, in wall-clock s: it mostly takes a tenth of that.
 LOOK_SECONDS = 1.0
 
 # What Ctrl-C promises, in wall-clock s; after it a process is killed. One that has a bag to close
@@ -81,7 +81,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 def _check_free(plan: "ProcessPlan", stop: Stop) -> None:
     """Raise RigError where a node that is to be started runs already: each would disturb the other.
 
-    One that starts at the same moment is missed here, and told by the nodes themselves.
+    One that starts at the same moment, or is found late, ends this rig while it gets ready.
     """
     from rodless_lab.session.running_rig import RigError, RunningRig  # noqa: PLC0415
 

@@ -80,7 +80,8 @@ class PlantTime(LiveSession):
         """Let the rig run to the end of its ``duration``; return all samples of the run.
 
         With a controller in lock-step, its answer to the last sample is there too. Raises
-        HarnessError in a session without ``duration``, and LawFailedError where the law has failed.
+        HarnessError in a session without ``duration``, and LawFailedError where the law has failed
+        by then; of a failure at the very last sample the end of the block may be the first to know.
         """
         if not self._duration:
             raise HarnessError("run: this session has no duration")
@@ -88,7 +89,7 @@ class PlantTime(LiveSession):
         if self._mode == "lockstep" and self._has_controller and self._relayed is None:
             self._wait_for_the_last_answer()
         if self._law_watch is not None:
-            # A report comes before the answers to the samples after the failure.
+            # A report is sent before the answers to the samples after the failure.
             self._observer.take_waiting_diagnostics()
             self._law_watch.check()
         return self.samples()

@@ -8,19 +8,21 @@
 
 """When a rig that has been started is ready, and what its user can do then."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from rodless_base.ros.namesakes import count_nodes
+from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import ProcessPlan
-from rodless_lab.session.running_rig import PLANT, SILENT
+from rodless_lab.session.running_rig import PLANT, SILENT, RigError
 
-# Wall-clock s after which a rig whose nodes have reported, but do not work, says why.
+# Wall-clock s after which a rig says why it does not work: that long while nothing changes in that,
+# and longer while the plant is silent, which may compile for a minute or two and says so itself.
 REPORT_SECONDS = 10.0
+COMPILING_SECONDS = 180.0
 
 
 def say_when_ready(
@@ -29,25 +31,38 @@ def say_when_ready(
     """Call ``say`` with a line as soon as the nodes of ``plan`` work, unless ``ended`` before.
 
     A plant without a controller is ready once it reports. Where a node is there but is silent or
-    does not work for ``REPORT_SECONDS``, ``say`` is told why.
+    does not work for a while, ``say`` is told why. Raises RigError where a node has a namesake.
     """
     with Observer(namespace=f"/{plan.namespace.strip('/')}") as observer:
         plant = observer.node.resolve_topic_name(PLANT)
         reports = observer.diagnostics
-        known: float | None = None
-        warned = False
+        since, failing, said = monotonic(), "", ""
         while not ended():
             observer.spin()
-            failing = _failing(plan.own_nodes, observer)
+            counts = {node: _count(node, observer) for node in plan.own_nodes}
+            _check_alone(counts, observer)
+            before, failing = failing, "; ".join(_failing(plan.own_nodes, observer))
             if plant in reports and (not failing or not plan.runs_controller_node):
                 say(_ready_line(plan, observer, reports[plant]))
                 return
-            if not all(_is_known(node, observer) for node in plan.own_nodes):
-                continue
-            known = known or monotonic()
-            if not warned and monotonic() > known + REPORT_SECONDS:
-                warned = True
-                say("not ready: " + "; ".join(failing))
+            if failing != before or not all(counts.values()):
+                since = monotonic()
+            patience = REPORT_SECONDS if plant in reports else COMPILING_SECONDS
+            if failing != said and monotonic() > since + patience:
+                said = failing
+                say(f"not ready: {failing}")
+
+
+def _count(node: str, observer: Observer) -> int:
+    return count_nodes(observer.node, node, observer.node.get_namespace())
+
+
+def _check_alone(counts: Mapping[str, int], observer: Observer) -> None:
+    """Raise RigError for a rig of the same name, started at the same moment or found late."""
+    for node, count in counts.items():
+        namespace, domain = observer.node.get_namespace(), observer.context.get_domain_id()
+        if (text := namesakes_text(count, node, namespace, domain)) is not None:
+            raise RigError(text)
 
 
 def _failing(nodes: Sequence[str], observer: Observer) -> list[str]:
@@ -61,10 +76,6 @@ def _failing(nodes: Sequence[str], observer: Observer) -> list[str]:
         elif said.level == DiagnosticStatus.ERROR:
             failing.append(f"{name}: {said.message}")
     return failing
-
-
-def _is_known(node: str, observer: Observer) -> bool:
-    return count_nodes(observer.node, node, observer.node.get_namespace()) > 0
 
 
 def _ready_line(plan: ProcessPlan, observer: Observer, plant: Diagnostic) -> str:

@@ -45,7 +45,6 @@ class SamplePublishers:
         )
         # One for all: the messages of a sample keep their order, whatever holds one back.
         self.outbox = Outbox(node)
-        self._joint_states = publisher(JointState, JOINT_STATES)
         self._faults = FaultPublisher(node, self.outbox)
 
         def make(kind: type, topic: str, pack: Callable[..., bytes]) -> OnDemand:
@@ -53,6 +52,7 @@ class SamplePublishers:
 
         # Before the samples themselves: who finds those finds these.
         self._throttled = ThrottledSamples(node, values)
+        self._joint_states = publisher(JointState, JOINT_STATES)
         self._readings = ReadingPublishers(make, values)
         self.clock = ClockPublishers(
             node,

@@ -34,10 +34,11 @@ class ThrottledSamples:
 
     def __init__(self, node: Node, values: RigParameters) -> None:
         """Make them."""
-        outbox = Outbox(node)
+        self._outbox = Outbox(node)
 
         def make(kind: type, topic: str, pack: Callable[..., bytes]) -> OnDemand:
-            return OnDemand(node.create_publisher(kind, THROTTLED + topic, LAST_ONE), pack, outbox)
+            publisher = node.create_publisher(kind, THROTTLED + topic, LAST_ONE)
+            return OnDemand(publisher, pack, self._outbox)
 
         self._readings = ReadingPublishers(make, values)
         self._joint = make(JointState, JOINT_STATES, messages.joint_states(*joints(values)))
@@ -67,6 +68,7 @@ class ThrottledSamples:
         if last is None or (last is self._sent and self._listeners <= before):
             return
         self._sent = last
+        self._outbox.clear()  # only the last counts
         measurement, state = last
         self._readings.publish(measurement, state)
         self._joint.publish(measurement, state.velocity, self._piston_area, *piston_of(state))

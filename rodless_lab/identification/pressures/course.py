@@ -42,7 +42,7 @@ def smoothed(position: Array, period: float) -> Array:
     noise = np.apply_along_axis(position_noise, -1, position)[..., np.newaxis]
     found: Array = position.copy()
     low, high = position - CHANCE * noise, position + CHANCE * noise
-    for width in _widths(len(position), period):
+    for width in _widths(position.shape[-1], period):
         smooth = np.asarray(savgol_filter(position, width, 2))
         error = noise * math.sqrt(savgol_coeffs(width, 2)[width // 2])
         low = np.maximum(low, smooth - CHANCE * error)

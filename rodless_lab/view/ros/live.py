@@ -52,7 +52,8 @@ from rodless_lab.view.valve_flows import spool_voltage
 PERIOD = 1.0 / 40.0
 DISCOVERY_PERIOD = 1.0
 
-LAST_ONE = QoSProfile(
+# Takes what a reliable publisher sends, and holds none back.
+LATEST_BEST_EFFORT = QoSProfile(
     depth=1, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.BEST_EFFORT
 )
 
@@ -108,7 +109,7 @@ class LiveRig(Closing):
     def _subscribe(self, kind: type, topic: str, take: Taker) -> None:
         # Never called back: the node is in no executor.
         source = self._source(topic)
-        subscription = self._node.create_subscription(kind, source, take, LAST_ONE)
+        subscription = self._node.create_subscription(kind, source, take, LATEST_BEST_EFFORT)
         self._takers[topic] = subscription, take
 
     def _unsubscribe(self, topic: str) -> None:

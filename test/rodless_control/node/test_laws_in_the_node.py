@@ -318,6 +318,7 @@ def test_a_failure_at_the_very_end_is_told_by_the_end_of_the_block(
     """Nobody waits any more when the law fails: the session says so all the same."""
     controller = {"controller.law": "own_laws:Failing"}
     options = {"environment": own_laws, "one_process": one_process}
+    seen_to_fail = []
 
     def look_away_until_it_has_failed() -> None:
         deadline = monotonic() + 60.0
@@ -325,9 +326,11 @@ def test_a_failure_at_the_very_end_is_told_by_the_end_of_the_block(
             rig.run_until(0.02)
             while "failed" not in "".join(rig.outputs.values()):
                 assert monotonic() < deadline
+            seen_to_fail.append(True)
 
     with pytest.raises(LawFailedError, match=r"^law Failing failed: KeyError"):
         look_away_until_it_has_failed()
+    assert seen_to_fail
 
 
 def test_a_law_that_raises_keyboard_interrupt_ends_its_node_cleanly(

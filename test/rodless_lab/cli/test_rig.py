@@ -121,7 +121,7 @@ def test_what_cannot_be_is_refused_before_anything_starts(
 
 
 def test_a_second_rig_of_one_name_is_refused(rodless: StartProcess, observer: Observer) -> None:
-    """It would disturb the first, which does not hear of it; elsewhere there is room for it."""
+    """It would disturb the first, which does not hear of it."""
     with rodless("rig", "--namespace", "taken") as first:
         observer.wait(lambda: "ready: " in first.output, "the first rig")
         with rodless("rig", "--namespace", "/taken/") as second:

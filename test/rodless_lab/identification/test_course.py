@@ -55,6 +55,14 @@ def test_a_jerk_is_not_smoothed_away() -> None:
     assert np.abs(mean - position).max() < 2.0 * NOISE
 
 
+def test_several_runs_are_smoothed_each_by_itself() -> None:
+    """Three at once, one of them at rest: the same numbers as one by one."""
+    moving = step_of(0.058, 0.5, 100.0)
+    runs = np.stack([moving + noise(1), 0.06 + noise(2), moving + 2.0 * noise(3)])
+    expected = np.stack([smoothed(run, PERIOD) for run in runs])
+    np.testing.assert_array_equal(smoothed(runs, PERIOD), expected)
+
+
 def test_a_carriage_that_rests_stays_at_its_mean() -> None:
     """Nothing but noise: one position throughout."""
     found = smoothed(0.06 + noise(2), PERIOD)
