@@ -70,11 +70,12 @@ def parameter_options(arguments: Sequence[str], node: str) -> list[str]:
 
     Examples
     --------
-    >>> options = ["plant", "--ros-args", "-p", "a.b:=1", "--param", "cyl1:c:=x", "-p", "plant:d:=2"]
+    >>> options = ["--ros-args", "-p", "a.b:=1", "--param", "/left/cyl1:c:=x", "-p", "plant:d:=2"]
     >>> parameter_options(options, "cyl1")
     ['a.b', 'c']
     """
     _, for_ros = split_ros_arguments(arguments)
     given = [value for option, value in pairwise(for_ros) if option in ("-p", "--param")]
     rules = [value.partition(":=")[0].rpartition(":") for value in given]
-    return [name for whose, _, name in rules if whose in ("", "/**", "/*", node)]
+    everybody = ("", "*", "**")
+    return [name for whose, _, name in rules if whose.rpartition("/")[2] in (*everybody, node)]
