@@ -8,7 +8,6 @@
 
 """`rodless rig`: its options reach the nodes, and Ctrl-C ends both."""
 
-import os
 import signal
 from pathlib import Path
 
@@ -104,56 +103,3 @@ def test_a_cylinder_that_is_none_is_refused(rodless: StartProcess) -> None:
     with rodless("rig", "--cylinder", "CY3R26-100") as rig:
         assert rig.wait() == 2
         assert "the series has the bores 6, 10, 15" in rig.output
-
-
-def test_what_cannot_be_is_refused_before_anything_starts(
-    rodless: StartProcess, tmp_path: Path
-) -> None:
-    """A bag that exists, a supply in the wrong unit: exit code 2, and no node has said a word."""
-    for options, text in (
-        (("--record", str(tmp_path)), "exists already; a bag is never written over"),
-        (("--supply-pressure", "6"), "supply.pressure: 6.0 refused"),
-    ):
-        with rodless("rig", *options) as rig:
-            assert rig.wait() == 2
-            assert text in rig.output
-            assert "[plant]" not in rig.output
-
-
-def test_a_second_rig_of_one_name_is_refused(rodless: StartProcess, observer: Observer) -> None:
-    """It would disturb the first, which does not hear of it."""
-    with rodless("rig", "--namespace", "taken") as first:
-        observer.wait(lambda: "ready: " in first.output, "the first rig")
-        with rodless("rig", "--namespace", "/taken/") as second:
-            assert second.wait() == 2
-            assert "runs already in namespace /taken" in second.output
-            assert "--namespace" in second.output
-        assert observer.counter("/taken/plant", "nodes of this name", fresh=True) == 1
-        first.signal(signal.SIGINT)
-        assert first.wait(STOP_SECONDS) == 0
-
-
-def test_a_law_that_does_not_return_is_named(
-    rodless: StartProcess,
-    observer: Observer,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The controller cannot say so itself; the rig does, and does not call itself ready."""
-    (tmp_path / "endless_laws.py").write_text(
-        "from rodless_control import Law\n\n\n"
-        "class Endless(Law):\n"
-        "    def update(self, measurement, reference, interval):\n"
-        "        while True:\n"
-        "            pass\n"
-    )
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
-    file = tmp_path / "endless.yaml"
-    file.write_text("controller:\n  ros__parameters: {controller.law: endless_laws:Endless}\n")
-    with rodless("rig", "--namespace", "endless", "--parameters", str(file)) as rig:
-        observer.wait(lambda: "not ready: " in rig.output, "the rig to say why it is not ready")
-        assert "/endless/controller: silent: " in rig.output
-        assert "a law that does not return" in rig.output
-        assert "\nready: " not in rig.output
-        rig.signal(signal.SIGINT)
-        assert rig.wait() == 0
