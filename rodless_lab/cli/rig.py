@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 # How often the processes are polled, in wall-clock s.
 POLL_SECONDS = 0.2
 
-# For nodes that run already to be discovered, in wall-clock s: it mostly takes a tenth of that.
-LOOK_SECONDS = 1.0
 
 # What Ctrl-C promises, in wall-clock s; after it a process is killed. One that has a bag to close
 # is given longer.
@@ -83,10 +81,10 @@ def _check_free(plan: "ProcessPlan", stop: Stop) -> None:
 
     One that starts at the same moment, or is found late, ends this rig while it gets ready.
     """
-    from rodless_lab.session.running_rig import RigError, RunningRig  # noqa: PLC0415
+    from rodless_lab.session.running_rig import DISCOVERY, RigError, RunningRig  # noqa: PLC0415
 
     with RunningRig(plan.namespace, stop) as there:
-        if there.wait_for(lambda: any(map(there.is_known, plan.own_nodes)), LOOK_SECONDS):
+        if there.wait_for(lambda: any(map(there.is_known, plan.own_nodes)), DISCOVERY):
             found = next(filter(there.is_known, plan.own_nodes))
             domain = there.observer.context.get_domain_id()
             raise RigError(

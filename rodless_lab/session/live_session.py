@@ -107,7 +107,8 @@ class LiveSession:
         try:
             yield
         except WaitTimeoutError as error:
-            raise WaitTimeoutError(self._processes.with_outputs(str(error))) from error
+            silence = "" if self._law_watch is None else self._law_watch.silence
+            raise WaitTimeoutError(self._processes.with_outputs(f"{error}{silence}")) from error
         finally:
             self._answering = before
 

@@ -89,6 +89,7 @@ class NodeProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._meant_to_run = False
         self._over = True
+        self.had_to_be_killed = False  # because it did not end when it was asked to
         if output is not None:
             output.touch()
 
@@ -192,6 +193,7 @@ class NodeProcess:
             return
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout)
+        self.had_to_be_killed = self.exit_code is None
         self.signal(signal.SIGKILL)
         self._reap()
 

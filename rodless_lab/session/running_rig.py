@@ -28,7 +28,7 @@ NODES = PLANT, CONTROLLER = "plant", "controller"
 OTHER_NODE_TIMEOUT = 5.0
 
 # In which time whoever is in a domain is discovered, in wall-clock s: Fast DDS takes up to 2.9.
-# It is waited for only where a node does not report its namesakes.
+# It is waited for where a node does not report its namesakes, and before a rig is started.
 DISCOVERY = 3.0
 
 # Nodes report once a second: one that has not for so long, in wall-clock s, is silent.

@@ -19,15 +19,15 @@ from std_msgs.msg import Float64
 
 from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_control.controller_parameters import DEFAULT_LAW
-from rodless_control.laws import law_class
+from rodless_control.laws import LAWS, law_class
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.domain import own_domain
-from rodless_lab.session.errors import WaitTimeoutError
+from rodless_lab.session.errors import LawFailedError, WaitTimeoutError
 from rodless_lab.session.faults import Faults
-from rodless_lab.session.law_watch import LawWatch
+from rodless_lab.session.law_watch import WAY_OUT, LawWatch
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.plant_time import PlantTime
@@ -183,8 +183,19 @@ class RigSession(PlantTime, Controls, Faults):
             return
         if self._law_watch is not None:
             self._law_watch.check_to_the_end()
+            self._check_that_the_law_returned()
         if self._bag is not None:
             self._bag.check()
+
+    def _check_that_the_law_returned(self) -> None:
+        """Raise LawFailedError where a law of the user's own has kept its node from ending."""
+        law = self._law
+        stuck = [name for name in self._processes.names if self._processes[name].had_to_be_killed]
+        if stuck and law not in LAWS:
+            raise LawFailedError(
+                f"the {stuck[-1]} did not end when it was asked to, and was killed: its law {law} "
+                f"does not return, or the machine is too busy; {WAY_OUT}"
+            )
 
     def _keep_what_remains(self) -> None:
         self._outputs = self._processes.outputs
@@ -248,11 +259,13 @@ class RigSession(PlantTime, Controls, Faults):
         """What the session receives of the controller's insides."""
         if not self._telemetry:
             return ()
+        return ("reference", *law_class(self._law).TERMS)
+
+    @property
+    def _law(self) -> str:
+        """The name of the law that the controller was given, if it is that of this package."""
         given = self._plan.controller
-        name = (
-            given.get("controller.law", DEFAULT_LAW) if isinstance(given, Mapping) else DEFAULT_LAW
-        )
-        return ("reference", *law_class(str(name)).TERMS)
+        return str(given.get("controller.law", DEFAULT_LAW)) if isinstance(given, Mapping) else ""
 
     def _make_commander(self) -> None:
         commander = self._observer.publisher(Float64, VALVE_VOLTAGE, subscribers=0)

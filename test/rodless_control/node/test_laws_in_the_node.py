@@ -33,7 +33,14 @@ from rodless_control import (
 from rodless_control.laws import LAWS as LAWS_BY_NAME
 from rodless_control.laws import law_class
 from rodless_lab import closed_loop
-from rodless_lab.harness import LawFailedError, RefusedError, RigSession, Samples
+from rodless_lab.harness import (
+    LawFailedError,
+    Mode,
+    RefusedError,
+    RigSession,
+    Samples,
+    WaitTimeoutError,
+)
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command, write_parameters
 from rodless_sim import Rig, RigParameters
@@ -97,6 +104,13 @@ class Failing(Law):
     def update(self, measurement, reference, interval):
         if measurement.time > 0.02 and not self.parameters["mine.healthy"]:
             return {}["no such key"]
+        return 5.2
+
+
+class Endless(Law):
+    def update(self, measurement, reference, interval):
+        while measurement.time > 0.02:
+            pass
         return 5.2
 
 
@@ -331,6 +345,22 @@ def test_a_failure_at_the_very_end_is_told_by_the_end_of_the_block(
     with pytest.raises(LawFailedError, match=r"^law Failing failed: KeyError"):
         look_away_until_it_has_failed()
     assert seen_to_fail
+
+
+def test_a_session_does_not_pass_with_a_law_that_does_not_return(own_laws: dict[str, str]) -> None:
+    """In real time, where the plant runs on, its end says so; in lock-step the wait does."""
+    options = {"controller": {"controller.law": "own_laws:Endless"}, "environment": own_laws}
+
+    def run(mode: Mode) -> None:
+        with RigSession(mode, duration=0.3, timeout=30.0, **options) as rig:
+            rig.run()
+
+    with pytest.raises(LawFailedError, match=r"own_laws:Endless does not return.*law_may_fail"):
+        run("realtime")
+    with pytest.raises(
+        WaitTimeoutError, match=r"plant time 0\.3 s; the controller is silent: .*law"
+    ):
+        run("lockstep")
 
 
 def test_a_law_that_raises_keyboard_interrupt_ends_its_node_cleanly(
