@@ -263,9 +263,10 @@ class RigSession(PlantTime, Controls, Faults):
 
     @property
     def _law(self) -> str:
-        """The name of the law that the controller was given, if it is that of this package."""
+        """The name of the law that the controller starts with; the default where it is not told."""
         given = self._plan.controller
-        return str(given.get("controller.law", DEFAULT_LAW)) if isinstance(given, Mapping) else ""
+        told = given if isinstance(given, Mapping) else {}
+        return str(told.get("controller.law", DEFAULT_LAW))
 
     def _make_commander(self) -> None:
         commander = self._observer.publisher(Float64, VALVE_VOLTAGE, subscribers=0)

@@ -60,10 +60,10 @@ def test_a_node_that_reports_no_more_is_silent(observer: Observer) -> None:
         publisher.publish(DiagnosticArray(status=[said]))
         assert rig.wait_for(lambda: rig.diagnostic("plant"), 30.0)
         assert rig.state_of("plant") == "paused"
-        assert rig.obstacles() == ["plant: paused", f"controller: {SILENT}"]
+        assert rig.obstacles() == ["plant: paused", f"controller: {SILENT['controller']}"]
         assert rig.wait_for(lambda: rig.is_silent("plant"), 30.0)
-        assert rig.state_of("plant") == SILENT
-        assert rig.obstacles()[0] == f"plant: {SILENT}"
+        assert rig.state_of("plant") == SILENT["plant"]
+        assert rig.obstacles()[0] == f"plant: {SILENT['plant']}"
     observer.node.destroy_publisher(publisher)
 
 
