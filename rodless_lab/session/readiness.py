@@ -17,7 +17,7 @@ from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import ProcessPlan
-from rodless_lab.session.running_rig import PLANT, SILENT, RigError
+from rodless_lab.session.running_rig import PLANT, SILENCE, SILENT, RigError
 
 # Wall-clock s after which a rig says why it does not work: that long while nothing changes in that,
 # and longer while the plant is silent, which may compile for a minute or two and says so itself.
@@ -71,7 +71,7 @@ def _failing(nodes: Sequence[str], observer: Observer) -> list[str]:
     for node in nodes:
         name = observer.node.resolve_topic_name(node)
         said = observer.diagnostics.get(name)
-        if said is None:
+        if said is None or monotonic() - said.arrived > SILENCE:
             failing.append(f"{name}: {SILENT[node]}")
         elif said.level == DiagnosticStatus.ERROR:
             failing.append(f"{name}: {said.message}")
