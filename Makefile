@@ -80,15 +80,15 @@ docs: docs-tools
 docs-links: docs-tools
 	$(SPHINX) build/docs-links --builder linkcheck
 
-# First what needs no nodes, on every core; then the nodes, which mostly wait, each file of tests in a
-# ROS domain of its own. A ROS test that fails gets further tries, and stands in the summary as RERUN.
-# The coverage data has a folder of its own, so that two runs at once do not mix theirs.
+PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
+
 # One thread each for numpy's linear algebra, whose own would crowd out the other tests: identification
 # takes half the time.
 test test-fast test-lowest fuzz mutation: export OPENBLAS_NUM_THREADS = 1
 
-PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
-
+# First what needs no nodes, on every core; then the nodes, which mostly wait, each file of tests in a
+# ROS domain of its own. A ROS test that fails gets further tries, and stands in the summary as RERUN.
+# The coverage data has a folder of its own, so that two runs at once do not mix theirs.
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \

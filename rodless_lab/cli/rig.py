@@ -101,7 +101,7 @@ def _watch(processes: "SessionProcesses", plan: "ProcessPlan", stop: Stop) -> No
         processes.check()
         return stop.requested
 
-    say_when_ready(plan, ended, lambda line: print(line, flush=True))
+    say_when_ready(plan, stop, ended, lambda line: print(line, flush=True))
     while not ended():
         time.sleep(POLL_SECONDS)
 

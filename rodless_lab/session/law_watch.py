@@ -9,12 +9,11 @@
 """Whether the law of a session's controller has failed, so that no test passes without its law."""
 
 from collections.abc import Callable
-from time import monotonic
 
 from rodless_control.node.answers import CLOSED_BY_FAILURE
 from rodless_lab.session.errors import LawFailedError
 from rodless_lab.session.observer import Diagnostic, Observer
-from rodless_lab.session.running_rig import CONTROLLER, SILENCE, SILENT
+from rodless_lab.session.running_rig import CONTROLLER, SILENT, is_silent
 from rodless_lab.session.set_parameters import LAW_FAILURES
 
 WAY_OUT = "law_may_fail=True lets the run go on"
@@ -51,10 +50,8 @@ class LawWatch:
     @property
     def silence(self) -> str:
         """Say that the controller has not reported for a while, if so."""
-        said = self._observer.diagnostics.get(self._name)
-        if said is not None and monotonic() - said.arrived <= SILENCE:
-            return ""
-        return f"; the controller is {SILENT[CONTROLLER]}"
+        silent = is_silent(self._observer.diagnostics.get(self._name))
+        return f"; the controller is {SILENT[CONTROLLER]}" if silent else ""
 
     @property
     def _lines(self) -> list[str]:

@@ -8,16 +8,16 @@
 
 """When a rig that has been started is ready, and what its user can do then."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from rodless_base.ros.namesakes import count_nodes, namesakes_text
+from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import ProcessPlan
-from rodless_lab.session.running_rig import PLANT, SILENCE, SILENT, RigError
+from rodless_lab.session.running_rig import PLANT, RigError, RunningRig
 
 # Wall-clock s after which a rig says why it does not work: that long while nothing changes in that,
 # and longer while the plant is silent, which may compile for a minute or two and says so itself.
@@ -26,56 +26,41 @@ COMPILING_SECONDS = 180.0
 
 
 def say_when_ready(
-    plan: ProcessPlan, ended: Callable[[], bool], say: Callable[[str], None]
+    plan: ProcessPlan, stop: Stop, ended: Callable[[], bool], say: Callable[[str], None]
 ) -> None:
     """Call ``say`` with a line as soon as the nodes of ``plan`` work, unless ``ended`` before.
 
     A plant without a controller is ready once it reports. Where a node is there but is silent or
-    does not work for a while, ``say`` is told why. Raises RigError where a node has a namesake.
+    does not work for a while, ``say`` is told why. Raises RigError where a node has a namesake: a
+    rig of the same name, started at the same moment or found late.
     """
-    with Observer(namespace=f"/{plan.namespace.strip('/')}") as observer:
-        plant = observer.node.resolve_topic_name(PLANT)
-        reports = observer.diagnostics
+    with RunningRig(plan.namespace, stop) as rig:
         since, failing, said = monotonic(), "", ""
         while not ended():
-            observer.spin()
-            counts = {node: _count(node, observer) for node in plan.own_nodes}
-            _check_alone(counts, observer)
-            before, failing = failing, "; ".join(_failing(plan.own_nodes, observer))
-            if plant in reports and (not failing or not plan.runs_controller_node):
-                say(_ready_line(plan, observer, reports[plant]))
+            rig.observer.spin()
+            if texts := list(filter(None, map(rig.namesakes, plan.own_nodes))):
+                raise RigError(texts[0])
+            before, failing = failing, "; ".join(_failing(plan.own_nodes, rig))
+            plant = rig.diagnostic(PLANT)
+            if plant is not None and (not failing or not plan.runs_controller_node):
+                say(_ready_line(plan, rig.observer, plant))
                 return
-            if failing != before or not all(counts.values()):
+            if failing != before or not all(map(rig.is_known, plan.own_nodes)):
                 since = monotonic()
-            patience = REPORT_SECONDS if plant in reports else COMPILING_SECONDS
+            patience = COMPILING_SECONDS if plant is None else REPORT_SECONDS
             if failing != said and monotonic() > since + patience:
                 said = failing
                 say(f"not ready: {failing}")
 
 
-def _count(node: str, observer: Observer) -> int:
-    return count_nodes(observer.node, node, observer.node.get_namespace())
-
-
-def _check_alone(counts: Mapping[str, int], observer: Observer) -> None:
-    """Raise RigError for a rig of the same name, started at the same moment or found late."""
-    for node, count in counts.items():
-        namespace, domain = observer.node.get_namespace(), observer.context.get_domain_id()
-        if (text := namesakes_text(count, node, namespace, domain)) is not None:
-            raise RigError(text)
-
-
-def _failing(nodes: Sequence[str], observer: Observer) -> list[str]:
+def _failing(nodes: Sequence[str], rig: RunningRig) -> list[str]:
     """Say of each node that is silent, or says itself that it does not work, which it is."""
-    failing = []
-    for node in nodes:
-        name = observer.node.resolve_topic_name(node)
-        said = observer.diagnostics.get(name)
-        if said is None or monotonic() - said.arrived > SILENCE:
-            failing.append(f"{name}: {SILENT[node]}")
-        elif said.level == DiagnosticStatus.ERROR:
-            failing.append(f"{name}: {said.message}")
-    return failing
+    reports = {node: rig.diagnostic(node) for node in nodes}
+    return [
+        f"{rig.name(node)}: {rig.state_of(node)}"
+        for node, said in reports.items()
+        if said is None or rig.is_silent(node) or said.level == DiagnosticStatus.ERROR
+    ]
 
 
 def _ready_line(plan: ProcessPlan, observer: Observer, plant: Diagnostic) -> str:

@@ -43,6 +43,11 @@ SILENT = {
 }
 
 
+def is_silent(said: Diagnostic | None) -> bool:
+    """Whether a node whose last report is ``said`` has not reported for a while, or not at all."""
+    return said is None or monotonic() - said.arrived > SILENCE
+
+
 class RigError(HarnessError):
     """What was asked of a running rig cannot be done; the text says why, in one line."""
 
@@ -182,8 +187,7 @@ class RunningRig(Closing):
 
     def is_silent(self, node: str) -> bool:
         """Whether a node has not reported for a while, or not at all."""
-        said = self.diagnostic(node)
-        return said is None or monotonic() - said.arrived > SILENCE
+        return is_silent(self.diagnostic(node))
 
     def state_of(self, node: str) -> str:
         """Return what a node says of its state, or that it says nothing any more."""

@@ -170,15 +170,18 @@ def test_picture_is_a_picture(finished: Path) -> None:
     assert (finished / "step.png").stat().st_size > 10_000
 
 
-def test_a_busy_machine_with_a_cold_compile_cache_measures_the_same(tmp_path: Path) -> None:
-    """The first demo on a fresh machine, both cores busy: settled after 1.219 s, to 5 ms."""
+def test_a_busy_machine_with_a_cold_compile_cache_prints_the_same(
+    finished: Path, preset: str, tmp_path: Path
+) -> None:
+    """The first demo on a fresh machine, both cores busy, agrees within 5 ms and 0.01 mm."""
     cache = {"XDG_CACHE_HOME": str(tmp_path / "xdg"), "NUMBA_CACHE_DIR": str(tmp_path / "numba")}
     with busy_cores(TIMEOUT):
-        run_demo(tmp_path / "out", **cache)
-    metrics = metrics_of(tmp_path / "out")
-    assert metrics["settling_time"] == pytest.approx(1.219, abs=5e-3)
-    assert abs(metrics["final_error"]) < 2e-4
+        run_demo(tmp_path / "out", "--preset", preset, **cache)
     assert list((tmp_path / "numba").rglob("*.nbc")), "the cache was not cold"
+    one, other = metrics_of(finished), metrics_of(tmp_path / "out")
+    assert one["settling_time"] == pytest.approx(other["settling_time"], abs=5e-3)
+    assert one["rise_time"] == pytest.approx(other["rise_time"], abs=5e-3)
+    assert one["final_error"] == pytest.approx(other["final_error"], abs=1e-5)
 
 
 def test_interrupted_demo_ends_clean_with_a_bag_that_opens(tmp_path: Path) -> None:
