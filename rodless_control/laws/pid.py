@@ -15,8 +15,8 @@ With the error e = r − y and the measurement y_f behind a low-pass filter of `
     voltage = neutral + u + dead_zone_voltage·tanh(u / dead_zone_width)      within the limits
 
 The derivative acts on the filtered measurement, so that a step of r gives no impulse. The integral
-works where ``error_dead_band`` < |e| < ``integral_zone``, and ``anti_windup`` keeps it from winding
-up at a limit. New gains start without a jump: an offset in i takes up the difference and fades with
+works where ``error_dead_band`` < |e| < ``integral_zone``, beyond the zone it only unwinds, and
+``anti_windup`` keeps it from winding up at a limit. New gains start without a jump: an offset in i takes up the difference and fades with
 ``tracking_time``. After Åström and Hägglund, *PID Controllers*, 1995, chapter 3.
 
 Options for a carriage that must stop within micrometres and keep still, off by default:
@@ -44,7 +44,7 @@ from rodless_control.laws.parts.fading_memory import Motion
 from rodless_control.laws.parts.numbers import numbers
 from rodless_control.laws.parts.parking import Parking, ParkingLimits
 from rodless_control.laws.parts.reference import reference_acceleration
-from rodless_control.laws.parts.saturation import bounded, held_at_limit, within
+from rodless_control.laws.parts.saturation import bounded, held_at_limit, unwound, within
 from rodless_control.parameters import OUTPUT, LawParameters
 
 TUNED = "tuned on the simulated rig"
@@ -84,7 +84,7 @@ PARAMETERS = declare(
         "controller.integral_zone",
         2.5e-3,
         "m",
-        "error beyond which the integrator holds",
+        "error beyond which the integrator only unwinds",
         TUNED,
         0.0,
         10.0,
@@ -315,9 +315,13 @@ def integrated(
 ) -> float:
     """Integral term after ``interval`` (s), kept from winding up; ``others`` is the rest of u.
 
-    Where the integrator holds, it is not driven back either: it could not return by itself.
+    Where the integrator holds, it is not driven back either: it could not return by itself. Beyond
+    its zone it unwinds, at the pace of the zone's edge, while it pushes away from the target.
     """
-    if not gains.error_dead_band < abs(error) < gains.integral_zone:
+    if not abs(error) < gains.integral_zone:
+        edge = math.copysign(gains.integral_zone, error)
+        return unwound(integral, gains.ki * edge * interval)
+    if not abs(error) > gains.error_dead_band:
         return integral
     grown = integral + gains.ki * error * interval
     wanted = compensated(gains, others + grown)

@@ -10,15 +10,17 @@
 
     İ = gain·e   while |e| < zone, not parked, and the command not at a limit that I pushes against
 
+Beyond the zone I only unwinds, at the pace of the zone's edge, while it pushes away from the target.
 The law's own form of conditional integration: see ``saturation``. ``saturated`` is that of the
 sample before, as the command is not known yet; the difference is one sample's growth.
 """
 
+import math
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel
 from rodless_base.parameters import Parameter, ParameterSet, declare
-from rodless_control.laws.parts.saturation import held_at_limit
+from rodless_control.laws.parts.saturation import held_at_limit, unwound
 
 
 class Integrator(NamedTuple):
@@ -43,7 +45,7 @@ def declared(law: str, unit: str, gain: float, zone: float, source: str) -> dict
             f"{law}.integral_zone",
             zone,
             "m",
-            "error beyond which the integrator holds",
+            "error beyond which the integrator only unwinds",
             source,
             0.0,
             10.0,
@@ -60,5 +62,6 @@ def integrated(
     ``saturated`` has the sign of the limit that the command was at, and is 0 between the limits.
     """
     if not abs(error) < integrator.zone:
-        return integral
+        edge = math.copysign(integrator.zone, error)
+        return unwound(integral, integrator.gain * edge * interval)
     return held_at_limit(integral, integral + integrator.gain * error * interval, saturated)

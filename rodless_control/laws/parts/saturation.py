@@ -11,7 +11,9 @@
     limited(v) = min(max(v, minimum), maximum)
 
 An integral I that feeds a command v holds while v is beyond a limit and I pushes it further out
-(conditional integration): Åström and Hägglund, *PID Controllers*, 1995, section 3.5.
+(conditional integration): Åström and Hägglund, *PID Controllers*, 1995, section 3.5. An integral
+that works in a zone of errors only must unwind outside of it: one that was wound up while the air
+was off would otherwise hold the carriage outside the zone for good.
 """
 
 from typing import NamedTuple
@@ -68,3 +70,12 @@ def held_at_limit(integral: float, grown: float, excess: float) -> float:
     ``excess`` is how far the command is beyond the limit, with its sign.
     """
     return integral if excess * (grown - integral) > 0.0 else grown
+
+
+@kernel
+def unwound(integral: float, change: float) -> float:
+    """``integral`` with ``change`` where that brings it nearer to 0, and never past it."""
+    if integral * change >= 0.0:
+        return integral
+    moved = integral + change
+    return moved if moved * integral > 0.0 else 0.0

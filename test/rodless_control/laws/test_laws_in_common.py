@@ -77,6 +77,27 @@ def test_a_carriage_at_rest_where_it_is_wanted_is_left_alone(name: str) -> None:
         assert command.voltage == pytest.approx(5.08, abs=1e-9)
 
 
+@pytest.mark.parametrize("name", LAWS)
+def test_what_has_wound_up_does_not_hold_the_carriage_away_for_good(name: str) -> None:
+    """Held short of its target, then beyond it, the command becomes that of a law held there only.
+
+    So it goes while the air is off: the integral works for minutes, and throws the carriage past
+    the zone it works in when the air comes back.
+    """
+    wound, fresh = made(name), made(name)
+    wound.update(Measurement(0, 0.1, 3e5, 3e5, 6e5), ReferencePoint(0.1), 0.0)
+    for short in (1e-4, 2e-4, 1e-3, 2e-3):
+        for _ in range(3000):
+            wound.update(Measurement(0, 0.1 - short, 3e5, 3e5, 6e5), ReferencePoint(0.1), 1e-2)
+    beyond = Measurement(0, 0.105, 3e5, 3e5, 6e5)
+    fresh.update(beyond, ReferencePoint(0.105), 0.0)
+    for _ in range(12_000):
+        held = wound.update(beyond, ReferencePoint(0.1), 1e-2)
+        expected = fresh.update(beyond, ReferencePoint(0.1), 1e-2)
+    assert held.voltage == pytest.approx(expected.voltage, abs=1e-6)
+    assert held.voltage < 5.08
+
+
 @pytest.mark.parametrize("name", OTHERS)
 def test_no_finite_input_leaves_the_limits(name: str) -> None:
     """Readings and references up to the largest float, in any order, give commands in 0-10 V."""

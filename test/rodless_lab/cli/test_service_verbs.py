@@ -158,6 +158,8 @@ def test_two_rigs_of_one_name_are_refused_by_name(
     assert observer.get_parameters("/rig/plant", ["supply.pressure"]) == {
         "supply.pressure": 621325.0
     }
+    # Two plants on one topic wind up the integral of both controllers.
+    assert run(rodless, "reset") == (0, f"plant/reset: done\ncontroller/reset: {HOLDS}\n")
 
 
 def test_a_reader_who_leaves_ends_neither_verb_nor_rig(
