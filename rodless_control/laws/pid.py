@@ -16,8 +16,9 @@ With the error e = r − y and the measurement y_f behind a low-pass filter of `
 
 The derivative acts on the filtered measurement, so that a step of r gives no impulse. The integral
 works where ``error_dead_band`` < |e| < ``integral_zone``, beyond the zone it only unwinds, and
-``anti_windup`` keeps it from winding up at a limit. New gains start without a jump: an offset in i takes up the difference and fades with
-``tracking_time``. After Åström and Hägglund, *PID Controllers*, 1995, chapter 3.
+``anti_windup`` keeps it from winding up at a limit. New gains start without a jump: an offset in i
+takes up the difference and fades with ``tracking_time``. After Åström and Hägglund, *PID
+Controllers*, 1995, chapter 3.
 
 Options for a carriage that must stop within micrometres and keep still, off by default:
 

@@ -10,7 +10,8 @@
 
     İ = gain·e   while |e| < zone, not parked, and the command not at a limit that I pushes against
 
-Beyond the zone I only unwinds, at the pace of the zone's edge, while it pushes away from the target.
+Beyond the zone I only unwinds, at the pace of the zone's edge, while it pushes away from the
+target.
 The law's own form of conditional integration: see ``saturation``. ``saturated`` is that of the
 sample before, as the command is not known yet; the difference is one sample's growth.
 """
