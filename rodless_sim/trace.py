@@ -157,7 +157,8 @@ def further_of(plant: Plant) -> tuple[str, ...]:
 
 def shown(plant: Plant, motion: AnyMotion) -> tuple[float, ...]:
     """Return the values of the states that are shown: those of every rig, then the further ones."""
-    return tuple(getattr(motion, name) for name in (*Motion._fields, *further_states_of(plant)))
+    further = further_states_of(plant)
+    return (*motion[:EVERYWHERE], *(getattr(motion, name) for name in further))
 
 
 @kernel

@@ -36,6 +36,10 @@ from rodless_base.start import Stop
 # delivery brings the next message.
 TURN = 1e-3
 
+# How long (s) a count of the listeners in other processes holds while messages go out: asking costs
+# a tenth of a lock-step period. Whoever asks for it, as for a start that loses nothing, renews it.
+KNOWN = 1e-3
+
 _deliveries: "WeakKeyDictionary[Context, DirectDelivery]" = WeakKeyDictionary()
 
 
@@ -48,6 +52,9 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
 
     readers: "tuple[Reader, ...]" = ()
     _sequence = 0
+    # How many listen in other processes, and until when (s, monotonic) that is taken for known.
+    _others = 0
+    _known_until = 0.0
     _kept: "deque[object] | None" = None
 
     def keep(self) -> None:
@@ -65,13 +72,18 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
 
     def publish(self, msg: object) -> None:
         """Publish to whoever listens; raises RCLError, and then nobody has the message."""
-        if self._kept is not None or not self.readers or super().get_subscription_count():
+        if self._kept is not None or not self.readers or self._others_listen():
             super().publish(msg)
         if self._kept is not None:
             self._kept.append(msg)
         if self.readers:
             self._sequence += 1
             self._put(msg, self.readers)
+
+    def _others_listen(self) -> bool:
+        if monotonic() > self._known_until:
+            self.get_subscription_count()
+        return self._others > 0
 
     def _put(self, msg: object, readers: "tuple[Reader, ...]") -> None:
         info = delivered_now(self._sequence)
@@ -87,7 +99,9 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
 
     def get_subscription_count(self) -> int:
         """Return the number of subscriptions, those in the same process included."""
-        return int(super().get_subscription_count()) + len(self.readers)
+        self._others = int(super().get_subscription_count())
+        self._known_until = monotonic() + KNOWN
+        return self._others + len(self.readers)
 
 
 class Reader:

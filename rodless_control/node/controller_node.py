@@ -55,6 +55,9 @@ class ControllerNode:
         choice = LawChoice(given, kind.DECLARATIONS[LAW].default)
         self._parameters = RosParameters(self.node, kind, self._configure, given, choice.next)
         self._loop = ControlLoop(self._parameters.values)
+        # The name, and the parameters that it is from: it is asked for with every sample.
+        self._joint_name = ""
+        self._joint_of: ControllerParameters | None = None
         qos = LOSSLESS if self._number("controller.recorders") > 0 else QUEUE_DEPTH
         self._answers = Answers(
             self.node, self._loop, qos, lambda: self._number("controller.neutral_voltage")
@@ -95,7 +98,10 @@ class ControllerNode:
 
     def _joint(self) -> str:
         values = self._parameters.values
-        return prefixed(values, values.text("controller.joint"))
+        if values is not self._joint_of:
+            self._joint_of = values
+            self._joint_name = prefixed(values, values.text("controller.joint"))
+        return self._joint_name
 
     def _configure(self, values: ControllerParameters) -> None:
         self._loop.setpoints.check(values)

@@ -89,6 +89,6 @@ class Telemetry:
 
 
 def _publish(publishers: Mapping[str, OnDemand], output: Output) -> None:
-    publishers[REFERENCE].publish(output.reference)
-    for name, value in output.terms.items():
-        publishers[name].publish(value)
+    for name, publisher in publishers.items():
+        if publisher.subscribers:
+            publisher.publish(output.reference if name == REFERENCE else output.terms[name])

@@ -28,6 +28,9 @@ POLLS = 100
 _WAITING = 20_000
 
 
+_LITTLE_ENDIAN, _BIG_ENDIAN = struct.Struct("<iI"), struct.Struct(">iI")
+
+
 class Arrival(NamedTuple):
     """A message as it came: ``sent`` and ``received`` by the wall clock, times in ns.
 
@@ -86,8 +89,9 @@ class BagClock:
         """Take the next message that has come; return all that can be dated now."""
         if arrival.clock is not None:
             return [*self.tell(arrival.sent, arrival.clock), self._timed(arrival)]
-        if arrival.topic not in self._waiting and not self._must_wait(arrival):
-            return [self._timed(arrival)]
+        known = None if arrival.topic in self._waiting else self._known(arrival)
+        if known is not None:
+            return [known]
         queue = self._waiting.setdefault(arrival.topic, deque())
         queue.append((self._polls, arrival))
         if self.base is TimeBase.UNKNOWN and len(queue) >= _WAITING:
@@ -105,14 +109,14 @@ class BagClock:
         if len(self._clock_sent) > 2 * _REMEMBERED:
             del self._clock_sent[:-_REMEMBERED]
             del self._clock_time[:-_REMEMBERED]
-        return before + self._take(lambda _, arrival: not self._must_wait(arrival))
+        return before + self._take(lambda _, arrival: self._known(arrival))
 
     def _leave_old_times(self) -> list[Timed]:
         """Date what waits and forget the clock messages: the wall clock has been set back.
 
         Their times say nothing any more of what is sent from now on.
         """
-        dated = self._take(lambda _poll, _arrival: True)
+        dated = self._take(lambda _, arrival: self._timed(arrival))
         self._clock_sent.clear()
         self._clock_time.clear()
         return dated
@@ -125,39 +129,50 @@ class BagClock:
         if self.base is TimeBase.UNKNOWN:
             return []
         self._polls += 1
-        return self._take(lambda poll, _: poll <= self._polls - POLLS)
+        due = self._polls - POLLS
+        return self._take(lambda poll, arrival: self._timed(arrival) if poll <= due else None)
 
     def finish(self) -> list[Timed]:
         """Return all messages that still wait; without a clock, in wall time."""
         if self.base is TimeBase.UNKNOWN:
             self.base = TimeBase.WALL
-        return self._take(lambda _poll, _arrival: True)
+        return self._take(lambda _, arrival: self._timed(arrival))
 
-    def _take(self, may_go: Callable[[int, Arrival], bool]) -> list[Timed]:
-        """Take from each topic's waiting messages those before the first that may not go."""
+    def _take(self, timed: Callable[[int, Arrival], Timed | None]) -> list[Timed]:
+        """Take from each topic's waiting messages those before the first that gets no time."""
         taken = []
         for topic, queue in list(self._waiting.items()):
-            while queue and may_go(*queue[0]):
-                taken.append(self._timed(queue.popleft()[1]))
+            while queue and (one := timed(*queue[0])) is not None:
+                taken.append(one)
+                queue.popleft()
             if not queue:
                 del self._waiting[topic]
         return taken
 
-    def _must_wait(self, arrival: Arrival) -> bool:
-        if self.base is TimeBase.PLANT:
-            return not self._own_time(arrival) and arrival.sent >= self._clock_sent[-1]
-        return self.base is TimeBase.UNKNOWN
-
-    def _timed(self, arrival: Arrival) -> Timed:
+    def _known(self, arrival: Arrival) -> Timed | None:
+        """Return it with its time, or None where that takes a clock message still to come."""
         if self.base is TimeBase.WALL:
             return Timed(arrival, arrival.received, arrival.sent)
+        if self.base is TimeBase.UNKNOWN:
+            return None
         time = arrival.clock
         if time is None and self._own_time(arrival):
             time = arrival.stamp
-        if time is None:
-            before = bisect_right(self._clock_sent, arrival.sent) - 1
-            time = self._clock_time[max(before, 0)]
+        if time is None and arrival.sent < self._clock_sent[-1]:
+            time = self._told_before(arrival)
+        return None if time is None else Timed(arrival, time, time)
+
+    def _timed(self, arrival: Arrival) -> Timed:
+        """Return it with the best time known by now."""
+        known = self._known(arrival)
+        if known is not None:
+            return known
+        time = self._told_before(arrival)
         return Timed(arrival, time, time)
+
+    def _told_before(self, arrival: Arrival) -> int:
+        before = bisect_right(self._clock_sent, arrival.sent) - 1
+        return self._clock_time[max(before, 0)]
 
     def _own_time(self, arrival: Arrival) -> bool:
         """Whether the stamp is plant time: set, and nearer to it than to the wall clock's."""
@@ -170,6 +185,6 @@ class BagClock:
 def leading_time(data: bytes) -> int:
     """Return the time (ns) that a message in CDR begins with: a stamp, or a clock's."""
     # The second byte of the encapsulation header tells the byte order.
-    order = "<" if data[1] & 1 else ">"
-    seconds, nanoseconds = struct.unpack_from(f"{order}iI", data, 4)
-    return int(seconds) * NANOSECONDS_PER_SECOND + int(nanoseconds)
+    stamp = _LITTLE_ENDIAN if data[1] & 1 else _BIG_ENDIAN
+    seconds, nanoseconds = stamp.unpack_from(data, 4)
+    return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)

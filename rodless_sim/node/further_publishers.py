@@ -8,6 +8,8 @@
 
 """What not every rig publishes: temperatures, and on request the truth and raw voltages."""
 
+from collections.abc import Callable
+
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
 from rodless_base.constants import CARRIAGE, PISTON
@@ -87,12 +89,16 @@ class FurtherPublishers:
         """All there are."""
         return [*self._temperatures.values(), *self._raw, *self._truth.values(), *self._joint]
 
-    def publish(self, seen: Measurement, state: State, true: Measurement) -> None:
+    def publish(self, seen: Measurement, state: State, truth: Callable[[], Measurement]) -> None:
         """Publish a sample: what is read, and what is true."""
         for field, publisher in self._temperatures.items():
             publisher.publish(getattr(state, field), seen.stamp)
         for publisher in self._raw:
             publisher.publish(raw_voltages(self._instruments, seen), seen.stamp)
+        if self._joint:
+            self._publish_truth(truth(), state)
+
+    def _publish_truth(self, true: Measurement, state: State) -> None:
         for field, publisher in self._truth.items():
             publisher.publish(getattr(true, field), 0.0, true.stamp)
         for publisher in self._joint:

@@ -120,7 +120,7 @@ class PlantNode:
         self._failure = failure
 
     def _publish(self, seen: Measurement, state: State) -> None:
-        self._publishers.publish(seen, state, self._engine.rig.truth)
+        self._publishers.publish(seen, state, lambda: self._engine.rig.truth)
 
     def _follow_scenario(self) -> None:
         """Show the parameters that the scenario has changed, and say which."""

@@ -54,8 +54,10 @@ class ReadingPublishers:
         """Publish a sample."""
         time = measurement.stamp
         for field, publisher in self.pressures.items():
-            publisher.publish(getattr(measurement, field), self._variances[field], time)
-        self.valve_state.publish(state.spool_voltage, state.voltage, time)
+            if publisher.subscribers:
+                publisher.publish(getattr(measurement, field), self._variances[field], time)
+        if self.valve_state.subscribers:
+            self.valve_state.publish(state.spool_voltage, state.voltage, time)
 
 
 def pressure_variance(values: RigParameters, field: str) -> float:

@@ -103,7 +103,9 @@ class SamplePublishers:
             publisher.poll()
         return listening
 
-    def publish(self, measurement: Measurement, state: State, true: Measurement) -> None:
+    def publish(
+        self, measurement: Measurement, state: State, true: Callable[[], Measurement]
+    ) -> None:
         """Publish a sample: what the instruments read, and what only the true state has."""
         self.clock.publish(measurement.stamp)
         self._further.publish(measurement, state, true)

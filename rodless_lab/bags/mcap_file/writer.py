@@ -19,7 +19,6 @@ from mcap.records import (
     Chunk,
     ChunkIndex,
     Header,
-    MessageIndex,
     Metadata,
     MetadataIndex,
     Schema,
@@ -196,5 +195,14 @@ def _message_indexes(start: int, entries: Entries) -> tuple[bytes, dict[int, int
     content, offsets = b"", {}
     for channel, listed in entries.items():
         offsets[channel] = start + len(content)
-        content += encoded([MessageIndex(channel_id=channel, records=listed)])
+        content += _message_index(channel, listed)
     return content, offsets
+
+
+def _message_index(channel: int, listed: list[tuple[int, int]]) -> bytes:
+    """Return mcap's MessageIndex record in one go: field by field it takes as long as recording."""
+    numbers = [number for entry in listed for number in entry]
+    size = 8 * len(numbers)
+    return struct.pack(
+        f"<BQHI{len(numbers)}Q", Opcode.MESSAGE_INDEX, 6 + size, channel, size, *numbers
+    )

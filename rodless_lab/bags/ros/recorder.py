@@ -181,7 +181,9 @@ class Recorder:
                 stamp=leading_time(data) if has_stamp else None,
                 clock=leading_time(data) if is_clock else None,
             )
-            self._write(self._clock.put(arrival))
+            dated = self._clock.put(arrival)
+            if dated:
+                self._write(dated)
             self.received[topic] += 1
 
         return receive
@@ -194,21 +196,19 @@ class Recorder:
             self.lost[topic] += sequence - before - 1
 
     def _write(self, messages: Iterable[Timed]) -> None:
-        for arrival, log_time, publish_time in messages:
-            self._attempt(
-                self._writer.write,
-                arrival.topic,
-                arrival.data,
-                log_time,
-                publish_time,
-                arrival.sequence,
-            )
+        def write() -> None:
+            for arrival, log_time, publish_time in messages:
+                self._writer.write(
+                    arrival.topic, arrival.data, log_time, publish_time, arrival.sequence
+                )
 
-    def _attempt(self, action: Callable[..., None], *arguments: object) -> None:
+        self._attempt(write)
+
+    def _attempt(self, action: Callable[[], None]) -> None:
         """Report the first failure to write; the writer refuses everything after it."""
         failed_before = self._writer.failure is not None
         try:
-            action(*arguments)
+            action()
         except BagError:
             if not failed_before:
                 self._on_failure()
