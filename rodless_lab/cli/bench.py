@@ -91,12 +91,14 @@ def _ensembles(_folder: Path, check: Callable[[], None]) -> dict[str, float]:
 
 
 def _nodes(_folder: Path, check: Callable[[], None]) -> dict[str, float]:
+    from rodless_lab.benchmark.ros.bare import bench_bare  # noqa: PLC0415
     from rodless_lab.benchmark.ros.nodes import bench_lockstep, bench_realtime  # noqa: PLC0415
 
     figures: dict[str, float] = {}
     for rate in (100.0, 500.0, 1000.0):
         figures |= bench_realtime(rate, check)
-    return _shown(figures | bench_lockstep(check))
+    figures |= bench_bare(1000.0)
+    return _shown(figures | bench_lockstep(check) | bench_bare(0.0))
 
 
 def _shown(figures: dict[str, float]) -> dict[str, float]:

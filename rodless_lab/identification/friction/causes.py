@@ -30,7 +30,7 @@ def with_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> 
     Named is the one that leaves least, if that passes an F test at FALSE_ALARM, corrected for the
     number of forms tried.
     """
-    if fit.verdict.fits:
+    if fit.verdict.fits or not fit.rest.fits:
         return fit.verdict
     points = friction_points(run, parameters)
     trials = [(_cost(fit_points(points, tried)), tried) for tried in _others(parameters)]

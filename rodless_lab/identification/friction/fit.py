@@ -119,11 +119,13 @@ class FrictionFit:
 
     forward: DirectionFit
     reverse: DirectionFit
+    # Whether the carriage keeps still where friction holds it.
+    rest: Verdict = field(default_factory=lambda: Verdict(()))
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the form follows the points of both directions within their errors."""
-        return joined([self.forward.verdict, self.reverse.verdict])
+        """Whether the form follows the points of both directions within their errors, and holds."""
+        return joined([self.forward.verdict, self.reverse.verdict, self.rest])
 
 
 class _Observations(NamedTuple):
@@ -241,7 +243,8 @@ def fit_friction(
             direction,
         )
         fits.append(_fit_direction(observations))
-    return FrictionFit(*fits)
+    forward, reverse = fits
+    return FrictionFit(forward, reverse)
 
 
 def _vector(values: npt.ArrayLike) -> Array:

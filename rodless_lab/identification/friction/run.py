@@ -18,12 +18,15 @@ import numpy.typing as npt
 from rodless_lab.identification.estimate import Estimate, within
 from rodless_lab.identification.friction.fit import LIMITS, DirectionFit, FrictionFit, fit_friction
 from rodless_lab.identification.friction.form import FrictionForm
+from rodless_lab.identification.friction.rest import Give, give_at_rest, verdict_of
 from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stick_slip_events
 from rodless_lab.identification.friction.uniform_motion import UniformPart, uniform_parts
+from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
 from rodless_sim.physics import rail
+from rodless_sim.physics.bristles import LUGRE
 from rodless_sim.physics.cylinder import piston_area
 
 Array = npt.NDArray[np.float64]
@@ -50,13 +53,17 @@ BIAS_DIFFERENCE = 2.0 * (1.0 - math.sqrt(0.02))
 
 @dataclass(frozen=True)
 class FrictionPoints:
-    """Uniform motion (m/s, N, with standard errors; shape (n,)) and stick-slip events of a run."""
+    """Uniform motion (m/s, N, with standard errors; shape (n,)) and stick-slip events of a run.
+
+    ``give`` is how the carriage moves while it sticks.
+    """
 
     speeds: Array
     speed_errors: Array
     forces: Array
     force_errors: Array
     events: StickSlipEvents
+    give: Give | None
     reason: str
 
 
@@ -96,6 +103,7 @@ def friction_points(run: MeasuredRun, parameters: RigParameters) -> FrictionPoin
         ),
         force_errors=np.array([error for _, error in readings]),
         events=stick_slip_events(run.time, run.position, force, lag),
+        give=give_at_rest(run.time, run.position, force),
         reason=found.reason,
     )
 
@@ -163,7 +171,10 @@ def fit_points(points: FrictionPoints, parameters: RigParameters) -> FrictionFit
         allowance=POINT_ACCURACY,
     )
     return FrictionFit(
-        _with_accuracy(fit.forward, parameters), _with_accuracy(fit.reverse, parameters)
+        _with_accuracy(fit.forward, parameters),
+        _with_accuracy(fit.reverse, parameters),
+        # On bristles that are stated it is as it should be.
+        Verdict(()) if parameters.text("friction.dynamics") == LUGRE else verdict_of(points.give),
     )
 
 

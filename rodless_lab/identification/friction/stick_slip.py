@@ -85,7 +85,7 @@ def stick_slip_events(
     >>> round(float(events.stops.mean()), 1)  # the minimum of the curve, 22.56 N
     22.5
     """
-    motion = _direction_of_motion(time, position)
+    motion = direction_of_motion(time, position)
     period = float(time[-1] - time[0]) / (len(time) - 1)
     changes = np.flatnonzero(np.diff(motion)) + 1
     edges = np.concatenate([[0], changes, [len(motion)]])
@@ -114,7 +114,7 @@ def _columns(events: list[_Event]) -> tuple[Array, Array, Array]:
     )
 
 
-def _direction_of_motion(time: Array, position: Array) -> npt.NDArray[np.int64]:
+def direction_of_motion(time: Array, position: Array) -> npt.NDArray[np.int64]:
     """+1, -1 or 0 for each sample: by the slope of short lines, against its own error."""
     period = float(time[-1] - time[0]) / (len(time) - 1)
     half = max(round(0.5 * LINE / period), 1)
