@@ -37,7 +37,8 @@ from rodless_base.start import Stop
 TURN = 1e-3
 
 # How long (s) a count of the listeners in other processes holds while messages go out: asking costs
-# a tenth of a lock-step period. Whoever asks for it, as for a start that loses nothing, renews it.
+# a tenth of a lock-step period. Whoever asks for it, as for a start that loses nothing, renews it;
+# who has matched without that may miss what is sent in this time.
 KNOWN = 1e-3
 
 _deliveries: "WeakKeyDictionary[Context, DirectDelivery]" = WeakKeyDictionary()
@@ -52,9 +53,8 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
 
     readers: "tuple[Reader, ...]" = ()
     _sequence = 0
-    # How many listen in other processes, and until when (s, monotonic) that is taken for known.
-    _others = 0
-    _known_until = 0.0
+    # Until when (s, monotonic) it is known how many listen in other processes; and how many.
+    _known = (0.0, 0)
     _kept: "deque[object] | None" = None
 
     def keep(self) -> None:
@@ -81,9 +81,9 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
             self._put(msg, self.readers)
 
     def _others_listen(self) -> bool:
-        if monotonic() > self._known_until:
+        if monotonic() > self._known[0]:
             self.get_subscription_count()
-        return self._others > 0
+        return self._known[1] > 0
 
     def _put(self, msg: object, readers: "tuple[Reader, ...]") -> None:
         info = delivered_now(self._sequence)
@@ -99,9 +99,12 @@ class DirectPublisher(Publisher):  # type: ignore[misc]
 
     def get_subscription_count(self) -> int:
         """Return the number of subscriptions, those in the same process included."""
-        self._others = int(super().get_subscription_count())
-        self._known_until = monotonic() + KNOWN
-        return self._others + len(self.readers)
+        until = monotonic() + KNOWN
+        others = int(super().get_subscription_count())
+        # Another thread may have asked in the meantime, and know better.
+        if until >= self._known[0]:
+            self._known = until, others
+        return others + len(self.readers)
 
 
 class Reader:

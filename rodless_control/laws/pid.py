@@ -319,11 +319,11 @@ def integrated(
     Where the integrator holds, it is not driven back either: it could not return by itself. Beyond
     its zone it unwinds, at the pace of the zone's edge, while it pushes away from the target.
     """
+    if not abs(error) > gains.error_dead_band:
+        return integral
     if not abs(error) < gains.integral_zone:
         edge = math.copysign(gains.integral_zone, error)
         return unwound(integral, gains.ki * edge * interval)
-    if not abs(error) > gains.error_dead_band:
-        return integral
     grown = integral + gains.ki * error * interval
     wanted = compensated(gains, others + grown)
     excess = wanted - limited(gains, wanted)

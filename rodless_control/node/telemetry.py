@@ -42,6 +42,9 @@ class Telemetry:
         self._publishers: dict[str, OnDemand] = {}
         self._throttled: dict[str, OnDemand] = {}
         self._last: Output | None = None
+        # What of it has been sent, and to how many.
+        self._sent: Output | None = None
+        self._onlookers = 0
         self.offer((REFERENCE, *law.TERMS))
 
     def offer(self, names: Iterable[str]) -> None:
@@ -68,14 +71,20 @@ class Telemetry:
                 publishers.pop(name).close(self._node)
 
     def poll(self) -> None:
-        """Look up which signals have subscribers, and send what was held back, and the last."""
+        """Look up which signals have subscribers, and send what was held back, and the last.
+
+        Who comes in a pause is shown the last, as of the plant's samples.
+        """
         self._outbox.flush()
-        for publisher in (*self._publishers.values(), *self._throttled.values()):
+        for publisher in self._publishers.values():
             publisher.poll()
-        last, self._last = self._last, None
-        if last is not None:
-            self._throttled_outbox.clear()  # only the last counts
-            _publish(self._throttled, last)
+        last, before = self._last, self._onlookers
+        self._onlookers = sum(publisher.poll() for publisher in self._throttled.values())
+        if last is None or (last is self._sent and self._onlookers <= before):
+            return
+        self._sent = last
+        self._throttled_outbox.clear()  # only the last counts
+        _publish(self._throttled, last)
 
     @property
     def lost(self) -> int:

@@ -27,7 +27,6 @@ POLLS = 100
 # Messages of one topic that may wait for the first clock message.
 _WAITING = 20_000
 
-
 _LITTLE_ENDIAN, _BIG_ENDIAN = struct.Struct("<iI"), struct.Struct(">iI")
 
 
@@ -158,21 +157,18 @@ class BagClock:
         time = arrival.clock
         if time is None and self._own_time(arrival):
             time = arrival.stamp
-        if time is None and arrival.sent < self._clock_sent[-1]:
-            time = self._told_before(arrival)
-        return None if time is None else Timed(arrival, time, time)
+        if time is not None:
+            return Timed(arrival, time, time)
+        return self._told_before(arrival) if arrival.sent < self._clock_sent[-1] else None
 
     def _timed(self, arrival: Arrival) -> Timed:
         """Return it with the best time known by now."""
-        known = self._known(arrival)
-        if known is not None:
-            return known
-        time = self._told_before(arrival)
-        return Timed(arrival, time, time)
+        return self._known(arrival) or self._told_before(arrival)
 
-    def _told_before(self, arrival: Arrival) -> int:
+    def _told_before(self, arrival: Arrival) -> Timed:
         before = bisect_right(self._clock_sent, arrival.sent) - 1
-        return self._clock_time[max(before, 0)]
+        time = self._clock_time[max(before, 0)]
+        return Timed(arrival, time, time)
 
     def _own_time(self, arrival: Arrival) -> bool:
         """Whether the stamp is plant time: set, and nearer to it than to the wall clock's."""

@@ -97,8 +97,8 @@ def _nodes(_folder: Path, check: Callable[[], None]) -> dict[str, float]:
     figures: dict[str, float] = {}
     for rate in (100.0, 500.0, 1000.0):
         figures |= bench_realtime(rate, check)
-    figures |= bench_bare(1000.0)
-    return _shown(figures | bench_lockstep(check) | bench_bare(0.0))
+    figures |= bench_bare(1000.0, check)
+    return _shown(figures | bench_lockstep(check) | bench_bare(0.0, check))
 
 
 def _shown(figures: dict[str, float]) -> dict[str, float]:

@@ -95,7 +95,7 @@ class FurtherPublishers:
             publisher.publish(getattr(state, field), seen.stamp)
         for publisher in self._raw:
             publisher.publish(raw_voltages(self._instruments, seen), seen.stamp)
-        if self._joint:
+        if any(publisher.subscribers for publisher in (*self._truth.values(), *self._joint)):
             self._publish_truth(truth(), state)
 
     def _publish_truth(self, true: Measurement, state: State) -> None:

@@ -71,15 +71,20 @@ def test_terms_of_the_law_come_throttled_too(observer: Observer) -> None:
 
 
 def test_whoever_comes_in_a_pause_is_shown_where_the_rig_stands(observer: Observer) -> None:
-    """The last sample, once; a second reader has it, too."""
+    """The last sample and the last reference, once; a second reader has them, too."""
     every = observer.collect(JointState, "/joint_states")
     observer.more(every, 1)
+    wanted = observer.collect(Float64, "/controller/reference")
+    observer.more(wanted, 1)
     assert observer.call(SetBool, "/plant/pause", data=True).success
     try:
         for _ in range(2):
             some = observer.collect(JointState, f"/{THROTTLED}joint_states")
             observer.more(some, 1)
             observer.wait(lambda some=some: every[-1] == some[-1], "the last sample on both")
+            reference = observer.collect(Float64, f"/{THROTTLED}controller/reference")
+            observer.more(reference, 1)
+            assert reference[-1] == wanted[-1]
     finally:
         assert observer.call(SetBool, "/plant/pause", data=False).success
 

@@ -74,7 +74,10 @@ def held_at_limit(integral: float, grown: float, excess: float) -> float:
 
 @kernel
 def unwound(integral: float, change: float) -> float:
-    """``integral`` with ``change`` where that brings it nearer to 0, and never past it."""
+    """``integral`` with ``change`` where that brings it nearer to 0, and never past it.
+
+    ``change`` is what it would grow by at the edge of its zone: nothing where gain or zone is 0.
+    """
     if integral * change >= 0.0:
         return integral
     moved = integral + change

@@ -15,7 +15,7 @@ from scipy import stats
 from rodless_base.parameters import ParameterError
 from rodless_lab.identification.friction.fit import FrictionFit, robust_sum
 from rodless_lab.identification.friction.run import fit_points, friction_points
-from rodless_lab.identification.verdict import FALSE_ALARM, Verdict
+from rodless_lab.identification.verdict import FALSE_ALARM, Verdict, joined
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 from rodless_sim.physics.friction import FORMS
@@ -30,20 +30,25 @@ def with_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> 
     Named is the one that leaves least, if that passes an F test at FALSE_ALARM, corrected for the
     number of forms tried.
     """
-    if fit.verdict.fits or not fit.rest.fits:
+    if joined([fit.forward.verdict, fit.reverse.verdict]).fits:
         return fit.verdict
+    causes = [fit.rest.cause, _other_form(fit, run, parameters)]
+    return fit.verdict.blaming("; ".join(filter(None, causes)))
+
+
+def _other_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> str:
     points = friction_points(run, parameters)
     trials = [(_cost(fit_points(points, tried)), tried) for tried in _others(parameters)]
     if not trials:
-        return fit.verdict.blaming("no other friction.form")
+        return "no other friction.form"
     (left, number), best = min(trials, key=lambda trial: trial[0])
     before, _ = _cost(fit)
     freedom = max(number - 8, 1)
     size = max(len(FORMS[best.choice("friction.form")].PARAMETERS), 1)
     p_value = float(stats.f.sf((before - left) / size / (left / freedom), size, freedom))
     if p_value * len(trials) > FALSE_ALARM:
-        return fit.verdict.blaming("no other friction.form follows the points")
-    return fit.verdict.blaming(f"another form of friction, {_said(best)}")
+        return "no other friction.form follows the points"
+    return f"another form of friction, {_said(best)}"
 
 
 def _others(parameters: RigParameters) -> Iterator[RigParameters]:

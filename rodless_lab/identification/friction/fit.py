@@ -124,7 +124,7 @@ class FrictionFit:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the form follows the points of both directions within their errors, and holds."""
+        """Whether the form follows the points of both directions, and nothing gives at rest."""
         return joined([self.forward.verdict, self.reverse.verdict, self.rest])
 
 

@@ -22,16 +22,16 @@ Array = npt.NDArray[np.float64]
 # Means over blocks of this length (s) are compared: the sensors' lag makes neighbours alike.
 BLOCK = 0.05
 
-# Left out (s) at both ends of a rest, where its edge is not known better; and the share of its
-# greatest force beyond which eq. (29) lets the carriage creep.
+# Left out (s) at both ends of a rest, whose ends are known no better; and the share of its greatest
+# force beyond which eq. (29) lets the carriage creep.
 EDGE = 0.1
 HELD = 0.9
 
 # Blocks in a rest that say how far position follows force.
 FEWEST = 4
 
-# A carriage as stiff as this (m/N) gives less than any reading of friction could show.
-STIFF = 2e-8
+# A carriage that gives no more than this (m/N) is too stiff for any reading of friction to show it.
+SMALLEST_GIVE = 2e-8
 
 
 class Give(NamedTuple):
@@ -42,7 +42,7 @@ class Give(NamedTuple):
 
 
 def give_at_rest(time: Array, position: Array, force: Array) -> Give | None:
-    """Regress position on force over all rests; None where there are none.
+    """Regress position on force over all rests; None where there are none, or no force varies.
 
     Before it breaks loose, a carriage on bristles of stiffness σ₀ moves by about F/σ₀ (presliding:
     Canudas de Wit, Olsson, Åström, Lischinsky, "A new model for control of systems with friction",
@@ -53,22 +53,22 @@ def give_at_rest(time: Array, position: Array, force: Array) -> Give | None:
     time, position, force
         Shape (n,): s, evenly spaced, m, and N (A (P_a - P_b)).
     """
-    rests = list(_rests(direction_of_motion(time, position) == 0))
     period = float(time[-1] - time[0]) / (len(time) - 1)
     length, edge = max(round(BLOCK / period), 1), round(EDGE / period)
     ways, forces = [], []
-    for first, last in rests:
-        way, load = (
-            _means(values[first + edge : last - edge], length) for values in (position, force)
-        )
-        held = np.abs(load) < HELD * np.max(np.abs(load), initial=0.0)
+    for first, last in _rests(direction_of_motion(time, position) == 0):
+        if last - first < 2 * edge + FEWEST * length:
+            continue
+        inside = slice(first + edge, last - edge)
+        way, load = _means(position[inside], length), _means(force[inside], length)
+        held = np.abs(load) < HELD * np.max(np.abs(load))
         if np.count_nonzero(held) >= FEWEST:
             ways.append(way[held] - np.mean(way[held]))
             forces.append(load[held] - np.mean(load[held]))
-    if not ways:
+    power = float(sum(load @ load for load in forces))
+    if not power > 0.0:
         return None
     way, load = np.concatenate(ways), np.concatenate(forces)
-    power = float(load @ load)
     compliance = float(way @ load) / power
     left = way - compliance * load
     freedom = len(way) - len(ways) - 1
@@ -90,7 +90,7 @@ def verdict_of(give: Give | None) -> Verdict:
     """Say whether friction of eq. (29) holds the carriage; without a rest nothing is said."""
     if give is None:
         return Verdict(())
-    error = float(np.hypot(give.error, STIFF))
+    error = float(np.hypot(give.error, SMALLEST_GIVE))
     p_value = float(stats.norm.sf(give.compliance / error))
     check = Check("give at rest", give.compliance * 1e6, error * 1e6, "µm/N", p_value)
     verdict = Verdict((check,))

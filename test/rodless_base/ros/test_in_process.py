@@ -16,7 +16,10 @@ from typing import Any
 import pytest
 import rclpy
 from rclpy.context import Context
+from rclpy.publisher import Publisher
+from std_msgs.msg import Float64
 
+from rodless_base.ros import in_process
 from rodless_base.ros.in_process import deliver_directly
 
 # In a process of its own: DDS reads its settings once, with the first node of a process.
@@ -252,3 +255,77 @@ def test_where_the_middleware_delivers_by_itself_it_is_left_to_it(
         assert deliver_directly(context) is None
     finally:
         rclpy.try_shutdown(context=context)
+
+
+class Heard:
+    """A subscription in the same process that counts messages."""
+
+    raw = False
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def put(self, _message: object, _info: object) -> None:
+        """Count it."""
+        self.count += 1
+
+
+class Middleware:
+    """What a publisher asks of rclpy: how many listen elsewhere, and to send to them."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.listeners = self.asked = self.sent = 0
+        self.now = 100.0
+        monkeypatch.setattr(Publisher, "get_subscription_count", lambda _: self._ask())
+        monkeypatch.setattr(Publisher, "publish", lambda _, _message: self._send())
+        monkeypatch.setattr(in_process, "monotonic", lambda: self.now)
+
+    def _ask(self) -> int:
+        self.asked += 1
+        return self.listeners
+
+    def _send(self) -> None:
+        self.sent += 1
+
+
+def test_who_listens_elsewhere_is_asked_once_a_millisecond(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A thousand messages at one moment are one question; a newcomer is heard of 1 ms later.
+
+    Whoever asks for the number itself renews it: the next message goes out at once.
+    """
+    middleware, reader = Middleware(monkeypatch), Heard()
+    publisher = in_process.DirectPublisher.__new__(in_process.DirectPublisher)
+    publisher.readers = (reader,)  # type: ignore[assignment]
+    for _ in range(1000):
+        publisher.publish(Float64())
+    assert (middleware.asked, middleware.sent, reader.count) == (1, 0, 1000)
+    middleware.listeners = 2
+    publisher.publish(Float64())
+    assert middleware.sent == 0
+    middleware.now += 1.1e-3
+    publisher.publish(Float64())
+    assert (middleware.asked, middleware.sent) == (2, 1)
+    middleware.listeners = 0
+    assert publisher.get_subscription_count() == 1
+    publisher.publish(Float64())
+    assert (middleware.asked, middleware.sent, reader.count) == (3, 1, 1003)
+
+
+def test_an_older_answer_does_not_replace_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread asks while nobody listens, and hears of it after another has learned of somebody."""
+    middleware, reader = Middleware(monkeypatch), Heard()
+    publisher = in_process.DirectPublisher.__new__(in_process.DirectPublisher)
+    publisher.readers = (reader,)  # type: ignore[assignment]
+
+    def slow(_: object) -> int:
+        monkeypatch.setattr(Publisher, "get_subscription_count", lambda _: 1)
+        middleware.now += 1e-4
+        assert publisher.get_subscription_count() == 2
+        return 0
+
+    monkeypatch.setattr(Publisher, "get_subscription_count", slow)
+    assert publisher.get_subscription_count() == 1
+    publisher.publish(Float64())
+    assert middleware.sent == 1

@@ -100,3 +100,11 @@ def test_a_gap_before_the_first_sample_changes_nothing(bare: Make) -> None:
     for position in (0.0, 0.01):
         sample = (Measurement(0, position), ReferencePoint(0.1), 0.1)
         assert held.update(*sample) == fresh.update(*sample)
+
+
+def test_within_the_dead_band_it_holds_even_beyond_a_smaller_zone(bare: Make) -> None:
+    """A carriage at rest is not disturbed, whichever of the two is the larger."""
+    pid, before = charged(bare(**GATES))
+    pid.configure(bare(**{**GATES, "integral_zone": 0.03125}))
+    found = [pid.update(Measurement(0, 0.0), ReferencePoint(-0.05), 0.1).i for _ in range(20)]
+    assert found == [before] * 20

@@ -8,8 +8,11 @@
 
 """The limit for the nodes: rclpy alone hands messages on, and costs something."""
 
+import sys
+
 import pytest
 
+from rodless_lab.benchmark.ros import bare
 from rodless_lab.benchmark.ros.bare import bench_bare
 
 pytestmark = pytest.mark.ros
@@ -17,13 +20,22 @@ pytestmark = pytest.mark.ros
 
 def test_two_nodes_that_do_nothing_answer_each_other() -> None:
     """More than a hundred times a second, whatever else runs."""
-    figures = bench_bare(0.0)
+    figures = bench_bare(0.0, lambda: None)
     assert list(figures) == ["rclpy alone, two processes: answers per wall-clock ms"]
     assert 0.1 < next(iter(figures.values())) < 1e3
 
 
 def test_a_paced_node_and_the_one_that_answers_it_use_some_of_a_core() -> None:
-    """Both shares are between nothing and all of it."""
-    plant, controller = bench_bare(100.0).values()
+    """Most samples are answered, and both shares lie between nothing and all of it."""
+    answers, plant, controller = bench_bare(100.0, lambda: None).values()
+    assert 50.0 < answers < 110.0
     assert 0.0 < plant < 1.0
     assert 0.0 < controller < 1.0
+
+
+def test_one_that_fails_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not the other, which waits for it."""
+    monkeypatch.setattr(bare, "ROLES", ("plant", "nobody"))
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(RuntimeError, match="the plant ended with code 1"):
+        bench_bare(0.0, lambda: None)

@@ -15,7 +15,8 @@ import pytest
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run, most
 from rodless_lab.identification.friction.rest import Give, give_at_rest, verdict_of
 from rodless_lab.identification.friction.run import identify_friction
-from rodless_sim import RigParameters
+from rodless_lab.runs.measured_run import run_of_trace
+from rodless_sim import RigParameters, simulate
 
 Array = npt.NDArray[np.float64]
 
@@ -57,6 +58,30 @@ def test_a_carriage_that_never_rests_says_nothing() -> None:
     time = np.arange(3000) * 1e-3
     assert give_at_rest(time, 0.02 * time, np.sin(time)) is None
     assert verdict_of(None).checks == ()
+
+
+def test_a_moment_of_rest_says_nothing() -> None:
+    """60 ms at the start of a run that then moves under a rising force are no rest to judge by."""
+    time = np.arange(3000) * 1e-3
+    position = 0.05 + 0.05 * np.clip(time - 0.06, 0.0, None)
+    assert give_at_rest(time, position, 15.0 + 3.0 * time) is None
+
+
+@pytest.mark.parametrize("after", [0.0, 20.0])
+def test_a_force_that_does_not_vary_says_nothing(after: float) -> None:
+    """The force is constant, or jumps once beyond what may be compared with it."""
+    time = np.arange(3000) * 1e-3
+    noise = NOISE * np.random.default_rng(1).standard_normal(len(time))
+    assert give_at_rest(time, 0.05 + noise, np.where(time < 1.5, 0.0, after)) is None
+
+
+@pytest.mark.parametrize("voltages", [(5.6, 5.4, 5.7, 5.5), (6.0, 5.5, 6.5, 7.0)])
+@pytest.mark.parametrize("length", [500, 1500])
+def test_a_rig_that_starts_at_once_fits(voltages: tuple[float, ...], length: int) -> None:
+    """Runs of the default rig that begin as the valve opens, read without noise."""
+    rig = RigParameters()
+    trace = simulate(rig, np.repeat(voltages, length), 1e-3, position=0.01)
+    assert identify_friction(run_of_trace(trace, rig.number("supply.pressure")), rig).rest.fits
 
 
 def test_the_verdict_names_the_bristles() -> None:
