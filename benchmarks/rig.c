@@ -677,8 +677,15 @@ static inline double limited(const Gains *g, double voltage) {
 
 static inline double integrated(const Gains *g, double integral, double others, double error,
                                 double interval) {
-    if (!(g->error_dead_band < fabs(error) && fabs(error) < g->integral_zone))
+    if (!(fabs(error) > g->error_dead_band))
         return integral;
+    if (!(fabs(error) < g->integral_zone)) {
+        const double change = g->ki * copysign(g->integral_zone, error) * interval;
+        if (integral * change >= 0.0)
+            return integral;
+        const double moved = integral + change;
+        return moved * integral > 0.0 ? moved : 0.0;
+    }
     const double grown = integral + g->ki * error * interval;
     const double wanted = compensated(g, others + grown), excess = wanted - limited(g, wanted);
     if (g->conditional_integration != 0.0 && excess * (grown - integral) > 0.0)

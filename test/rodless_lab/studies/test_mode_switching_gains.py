@@ -33,7 +33,7 @@ def law() -> Law:
 @fresh
 @pytest.mark.parametrize(
     ("trial", "most", "worst"),
-    [("sine", 0.30, 0.40), ("late", 0.30, 0.40), ("low friction", 0.32, 0.50)],
+    [("sine", 0.30, 0.40), ("late", 0.30, 0.45), ("low friction", 0.32, 0.50)],
 )
 def test_a_sine_is_followed(seed: int, trial: str, most: float, worst: float) -> None:
     """20 mm at 0.381 Hz, late and slippery too: within so many mm on 90 rigs, and on all."""
