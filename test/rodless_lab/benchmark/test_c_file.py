@@ -18,7 +18,7 @@ import pytest
 
 from rodless_lab.bare_rigs import BARE_RIGS, bare_rig
 from rodless_lab.benchmark.c_file import FLAGS, CFile, NoCompilerError, compiler, source
-from rodless_lab.benchmark.work import PERIOD, TASKS, Work
+from rodless_lab.benchmark.work import PERIOD, TASKS, Task, Work
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
 from rodless_sim.rig import starting_motion
@@ -51,6 +51,31 @@ def test_same_closed_loop(c_file: CFile, rig: str, task: str) -> None:
     assert np.abs(rows[:, 0] - ours[:, 0]).max() < NANOMETRE
     assert np.abs(rows[:, 2:4] - ours[:, 2:4]).max() < PASCAL
     assert np.ptp(commands[:, 0]) > 0.5
+
+
+class BackAndForth:
+    """Three seconds 1 mm beyond reach, in which the integral winds up, then 60 mm back."""
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return position (m) and velocity (m/s) at ``time`` (s)."""
+        return (0.201 if time % 4.0 < 3.0 else 0.14), 0.0
+
+
+@pytest.mark.parametrize("rig", BARE_RIGS)
+def test_same_integral_beyond_its_zone(
+    c_file: CFile, rig: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It unwinds on the way back: every sample within 1 nm of the package's."""
+    monkeypatch.setitem(TASKS, "back and forth", Task(BackAndForth(), 0.19))
+    work = Work(rig, "back and forth")
+    ours = work.run(1.0)
+    rows, commands = c_file.closed_loop(
+        work.plant, work.gains, work.references, work.state, PERIOD, 1.0
+    )
+    error, integral = commands[:, 1], commands[:, 3]
+    beyond = np.abs(error[1:]) > work.gains.integral_zone
+    assert np.any(np.diff(np.abs(integral))[beyond] < 0.0)
+    assert np.abs(rows[:, 0] - ours[:, 0]).max() < NANOMETRE
 
 
 @pytest.mark.parametrize("rig", BARE_RIGS)
