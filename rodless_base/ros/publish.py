@@ -9,8 +9,8 @@
 """Publish in order, and only what somebody reads: a message costs as much to build as to send."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Generic, TypeVar
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -24,6 +24,8 @@ LOST = "messages lost to a stopped subscriber"
 
 # A node that the middleware has seen the publisher of, and not yet the name.
 UNKNOWN = "(name not known yet)"
+
+Value = TypeVar("Value")
 
 
 class Outbox:
@@ -125,3 +127,29 @@ class OnDemand:
         """Send the message of ``values`` to the subscribers of the last poll, if any."""
         if self.subscribers:
             self._outbox.send(self._publisher, self._message(*values))
+
+
+class Throttled(Generic[Value]):
+    """The last of something, for whoever only looks on: once for each poll, and for newcomers."""
+
+    def __init__(self, outbox: Outbox) -> None:
+        """Nothing has come yet; what is due is sent through ``outbox``, where only it counts."""
+        self.last: Value | None = None
+        self._outbox = outbox
+        # What has been sent, and to how many.
+        self._sent: Value | None = None
+        self._listeners = 0
+
+    def due(self, publishers: Iterable[OnDemand]) -> Value | None:
+        """Poll; return the last where those who look on do not have it all.
+
+        Whoever comes in a pause is shown where the rig stands.
+        """
+        # Read once: another thread may bring the next.
+        last, before = self.last, self._listeners
+        self._listeners = sum(one.poll() for one in publishers)
+        if last is None or (last is self._sent and self._listeners <= before):
+            return None
+        self._sent = last
+        self._outbox.clear()
+        return last

@@ -322,8 +322,7 @@ def integrated(
     if not abs(error) > gains.error_dead_band:
         return integral
     if not abs(error) < gains.integral_zone:
-        edge = math.copysign(gains.integral_zone, error)
-        return unwound(integral, gains.ki * edge * interval)
+        return unwound(integral, gains.ki, gains.integral_zone, error, interval)
     grown = integral + gains.ki * error * interval
     wanted = compensated(gains, others + grown)
     excess = wanted - limited(gains, wanted)

@@ -18,7 +18,7 @@ from std_msgs.msg import Float64
 from rodless_base.one_line import described
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.cdr import pack_float64
-from rodless_base.ros.publish import OnDemand, Outbox
+from rodless_base.ros.publish import OnDemand, Outbox, Throttled
 from rodless_base.ros.topics import LAST_ONE
 from rodless_base.topics import THROTTLED
 from rodless_control.controller import Law
@@ -41,10 +41,7 @@ class Telemetry:
         self._throttled_outbox = Outbox(node)
         self._publishers: dict[str, OnDemand] = {}
         self._throttled: dict[str, OnDemand] = {}
-        self._last: Output | None = None
-        # What of it has been sent, and to how many.
-        self._sent: Output | None = None
-        self._onlookers = 0
+        self._output = Throttled[Output](self._throttled_outbox)
         self.offer((REFERENCE, *law.TERMS))
 
     def offer(self, names: Iterable[str]) -> None:
@@ -65,26 +62,19 @@ class Telemetry:
 
     def keep_only(self, terms: Iterable[str]) -> None:
         """Leave out all but the reference and these ``terms``."""
-        self._last = None  # has those of the law before
+        self._output.last = None  # has those of the law before
         for publishers in (self._publishers, self._throttled):
             for name in publishers.keys() - {REFERENCE, *terms}:
                 publishers.pop(name).close(self._node)
 
     def poll(self) -> None:
-        """Look up which signals have subscribers, and send what was held back, and the last.
-
-        Who comes in a pause is shown the last, as of the plant's samples.
-        """
+        """Look up which signals have subscribers, and send what was held back, and the last."""
         self._outbox.flush()
         for publisher in self._publishers.values():
             publisher.poll()
-        last, before = self._last, self._onlookers
-        self._onlookers = sum(publisher.poll() for publisher in self._throttled.values())
-        if last is None or (last is self._sent and self._onlookers <= before):
-            return
-        self._sent = last
-        self._throttled_outbox.clear()  # only the last counts
-        _publish(self._throttled, last)
+        due = self._output.due(self._throttled.values())
+        if due is not None:
+            _publish(self._throttled, due)
 
     @property
     def lost(self) -> int:
@@ -94,7 +84,7 @@ class Telemetry:
     def publish(self, output: Output) -> None:
         """Publish what has subscribers."""
         _publish(self._publishers, output)
-        self._last = output
+        self._output.last = output
 
 
 def _publish(publishers: Mapping[str, OnDemand], output: Output) -> None:

@@ -8,7 +8,7 @@
 
 """Write a rosbag2 bag in MCAP storage, without rosbag2."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -82,25 +82,21 @@ class BagWriter(Closing):
     ) -> None:
         """Add a message in CDR, times in ns; raises :class:`BagError` when the disk is full."""
         channel = self._channels[topic]
-        if self.failure is not None:
-            raise self.failure
-        try:
-            self._file.add_message(channel, log_time, publish_time, data, sequence)
-        except OSError as error:
-            raise self._ended_by(error) from error
+        self._attempt(self._file.add_message, channel, log_time, publish_time, data, sequence)
 
     def flush(self) -> None:
         """Put all messages so far out of a crash's reach; raises :class:`BagError`."""
+        self._attempt(self._file.flush)
+
+    def _attempt(self, action: Callable[..., None], *arguments: object) -> None:
+        """Turn a failure to write into the end of writing."""
         if self.failure is not None:
             raise self.failure
         try:
-            self._file.flush()
+            action(*arguments)
         except OSError as error:
-            raise self._ended_by(error) from error
-
-    def _ended_by(self, error: OSError) -> BagError:
-        self.failure = BagError(f"{self.path}: cannot be written any more: {error.strerror}")
-        return self.failure
+            self.failure = BagError(f"{self.path}: cannot be written any more: {error.strerror}")
+            raise self.failure from error
 
     @property
     def counts(self) -> Mapping[str, int]:

@@ -86,14 +86,18 @@ def joined(verdicts: Sequence[Verdict]) -> Verdict:
     return Verdict(checks, "; ".join(causes))
 
 
+def blocks(values: Array, length: int) -> Array:
+    """Return blocks of ``length`` along a further, last axis; what fills none is left out."""
+    count = values.shape[-1] // length
+    return values[..., : count * length].reshape(*values.shape[:-1], count, length)
+
+
 def power(residuals: Array, length: int) -> Array:
     """Mean square of the means over blocks of ``length`` samples, along the last axis.
 
     White residuals of variance 1 have 1/length; what is correlated over a block shows in full.
     """
-    count = residuals.shape[-1] // length
-    blocks = residuals[..., : count * length].reshape(*residuals.shape[:-1], count, length)
-    return np.asarray(np.mean(np.mean(blocks, axis=-1) ** 2, axis=-1))
+    return np.asarray(np.mean(np.mean(blocks(residuals, length), axis=-1) ** 2, axis=-1))
 
 
 def tail(found: float, explained: Array) -> float:

@@ -104,11 +104,11 @@ class SamplePublishers:
         return listening
 
     def publish(
-        self, measurement: Measurement, state: State, true: Callable[[], Measurement]
+        self, measurement: Measurement, state: State, truth: Callable[[], Measurement]
     ) -> None:
         """Publish a sample: what the instruments read, and what only the true state has."""
         self.clock.publish(measurement.stamp)
-        self._further.publish(measurement, state, true)
+        self._further.publish(measurement, state, truth)
         self._readings.publish(measurement, state)
         self._throttled.take(measurement, state)
         message = self._joint_message(

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from rodless_base.measurement import Measurement
-from rodless_base.ros.publish import OnDemand, Outbox
+from rodless_base.ros.publish import OnDemand, Outbox, Throttled
 from rodless_base.ros.topics import LAST_ONE
 from rodless_base.topics import JOINT_STATES, THROTTLED
 from rodless_sim.node import messages
@@ -43,10 +43,7 @@ class ThrottledSamples:
         self._readings = ReadingPublishers(make, values)
         self._joint = make(JointState, JOINT_STATES, messages.joint_states(*joints(values)))
         self._publishers = (*self._readings.publishers, self._joint)
-        self._last: tuple[Measurement, State] | None = None
-        # What has been sent, and to how many.
-        self._sent: tuple[Measurement, State] | None = None
-        self._listeners = 0
+        self._throttled = Throttled[tuple[Measurement, State]](self._outbox)
         self.configure(values)
 
     def configure(self, values: RigParameters) -> None:
@@ -56,19 +53,13 @@ class ThrottledSamples:
 
     def take(self, measurement: Measurement, state: State) -> None:
         """Take a sample in place of the last."""
-        self._last = measurement, state
+        self._throttled.last = measurement, state
 
     def poll(self) -> None:
-        """Look up who looks on, and publish the last sample unless they have it.
-
-        Whoever comes in a pause is shown where the rig stands.
-        """
-        last, before = self._last, self._listeners
-        self._listeners = sum(publisher.poll() for publisher in self._publishers)
-        if last is None or (last is self._sent and self._listeners <= before):
+        """Look up who looks on, and publish the last sample unless they have it."""
+        due = self._throttled.due(self._publishers)
+        if due is None:
             return
-        self._sent = last
-        self._outbox.clear()  # only the last counts
-        measurement, state = last
+        measurement, state = due
         self._readings.publish(measurement, state)
         self._joint.publish(measurement, state.velocity, self._piston_area, *piston_of(state))

@@ -16,7 +16,6 @@ The law's own form of conditional integration: see ``saturation``. ``saturated``
 sample before, as the command is not known yet; the difference is one sample's growth.
 """
 
-import math
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel
@@ -63,6 +62,5 @@ def integrated(
     ``saturated`` has the sign of the limit that the command was at, and is 0 between the limits.
     """
     if not abs(error) < integrator.zone:
-        edge = math.copysign(integrator.zone, error)
-        return unwound(integral, integrator.gain * edge * interval)
+        return unwound(integral, integrator.gain, integrator.zone, error, interval)
     return held_at_limit(integral, integral + integrator.gain * error * interval, saturated)

@@ -16,6 +16,7 @@ that works in a zone of errors only must unwind outside of it: one that was woun
 was off would otherwise hold the carriage outside the zone for good.
 """
 
+import math
 from typing import NamedTuple
 
 from rodless_base.kernels import kernel
@@ -73,11 +74,13 @@ def held_at_limit(integral: float, grown: float, excess: float) -> float:
 
 
 @kernel
-def unwound(integral: float, change: float) -> float:
-    """``integral`` with ``change`` where that brings it nearer to 0, and never past it.
+def unwound(integral: float, gain: float, zone: float, error: float, interval: float) -> float:
+    """``integral`` after ``interval`` s beyond its ``zone`` (m): nearer to 0, and never past it.
 
-    ``change`` is what it would grow by at the edge of its zone: nothing where gain or zone is 0.
+    Where it pushes away from the target it goes at the pace of the zone's edge, ``gain``·``zone``:
+    not at all where either is 0.
     """
+    change = gain * math.copysign(zone, error) * interval
     if integral * change >= 0.0:
         return integral
     moved = integral + change

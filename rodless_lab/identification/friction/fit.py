@@ -28,7 +28,7 @@ from rodless_lab.identification.estimate import (
 from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
 from rodless_lab.identification.friction.curve import Stribeck
 from rodless_lab.identification.friction.form import PRINTED, FrictionForm
-from rodless_lab.identification.verdict import Check, Verdict, check_power, joined
+from rodless_lab.identification.verdict import Check, Verdict, blocks, check_power, joined
 from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
@@ -401,9 +401,7 @@ def _trimmed(residuals: Array) -> Array:
 
 def _of_neighbours(residuals: Array) -> Array:
     """Mean square of the medians of GROUP neighbours."""
-    count = residuals.shape[-1] // GROUP
-    groups = residuals[..., : count * GROUP].reshape(*residuals.shape[:-1], count, GROUP)
-    return np.asarray(np.mean(np.median(groups, axis=-1) ** 2, axis=-1))
+    return np.asarray(np.mean(np.median(blocks(residuals, GROUP), axis=-1) ** 2, axis=-1))
 
 
 def _curve_residuals(points: _Observations, line: _Solution) -> Callable[[Array], Array]:

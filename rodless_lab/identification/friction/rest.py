@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from rodless_lab.identification.friction.stick_slip import Flags, direction_of_motion
-from rodless_lab.identification.verdict import Check, Verdict
+from rodless_lab.identification.verdict import Check, Verdict, blocks
 
 Array = npt.NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def give_at_rest(time: Array, position: Array, force: Array) -> Give | None:
         if last - first < 2 * edge + FEWEST * length:
             continue
         inside = slice(first + edge, last - edge)
-        way, load = _means(position[inside], length), _means(force[inside], length)
+        way, load = (blocks(values[inside], length).mean(axis=1) for values in (position, force))
         held = np.abs(load) < HELD * np.max(np.abs(load))
         if np.count_nonzero(held) >= FEWEST:
             ways.append(way[held] - np.mean(way[held]))
@@ -79,11 +79,6 @@ def _rests(still: Flags) -> list[tuple[int, int]]:
     """Return the first sample of each stretch of ``still`` ones, and the one behind its last."""
     turns = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
     return [(int(first), int(last)) for first, last in turns.reshape(-1, 2)]
-
-
-def _means(values: Array, length: int) -> Array:
-    count = len(values) // length
-    return np.asarray(values[: count * length].reshape(count, length).mean(axis=1))
 
 
 def verdict_of(give: Give | None) -> Verdict:
