@@ -22,7 +22,7 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.extras import missing_extra
 from rodless_base.measurement import Measurement
-from rodless_base.one_line import shown
+from rodless_base.one_line import shown, traced
 from rodless_control import references
 from rodless_control.references import Reference, sampled
 from rodless_lab.simulation.closed_loop import refuse_beyond_any_rig, sample_count
@@ -131,7 +131,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         """Begin an episode at rest; return its first observation.
 
         ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all. Raises
-        ValueError for other options.
+        ValueError for other options, and where a function that draws references fails.
         """
         given = options or {}
         for name in given:
@@ -157,7 +157,11 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
             return references.step(self._rig.state.position, target, at=0.1)
         if hasattr(self._reference, "sample"):
             return self._reference
-        return self._reference(self.np_random)
+        try:
+            return self._reference(self.np_random)
+        except Exception as error:
+            name = shown(self._reference)
+            raise ValueError(f"reference {name} refused: it raises {traced(error)}") from error
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Apply a voltage, shape (1,), for one period.

@@ -18,6 +18,7 @@ from dataclasses import fields, is_dataclass
 from traceback import walk_tb
 
 import numpy as np
+from numba.core.compiler_lock import global_compiler_lock
 
 # Bounds of one input: processor time (s), and growth of the process's largest size (kB).
 SECONDS = 20.0
@@ -40,6 +41,10 @@ def bounded() -> Iterator[None]:
     """Raise :class:`FoundError` where the block takes too long or too much memory."""
 
     def end(_number: int, _frame: object) -> None:
+        # Compiling happens once on a machine, and what is left of it halfway does not run.
+        if global_compiler_lock.is_locked():
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)
+            return
         raise TooSlowError
 
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

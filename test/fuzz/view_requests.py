@@ -65,6 +65,11 @@ HOSTS = ("localhost:1", "127.0.0.1", "[::1]:80", "evil.example", "http://localho
 LONGEST = 30
 
 
+def _kind(value: object) -> int:
+    """Return the kind of a parameter; an event may have told of one that no node of ours has."""
+    return KINDS.get(type(value), ParameterType.PARAMETER_NOT_SET)
+
+
 class Nodes:
     """Takes parameters as the nodes do: all that are valid together."""
 
@@ -84,7 +89,7 @@ class Nodes:
             for node, kind in (("plant", RigParameters), ("controller", ControllerParameters)):
                 values = self._state.parameters[node]
                 share = {
-                    name: typed_value(name, text, KINDS[type(values[name])])
+                    name: typed_value(name, text, _kind(values[name]))
                     for name, text in given.items()
                     if name in values
                 }

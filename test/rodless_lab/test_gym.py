@@ -8,6 +8,7 @@
 
 """The Gymnasium environment: as gymnasium wants it, and the same rig as everywhere else."""
 
+import math
 import re
 import subprocess
 import sys
@@ -172,6 +173,21 @@ def test_a_reference_in_millimetres_is_refused() -> None:
     env = RigEnv(reference=references.step(0.0, 58.0, at=0.1), duration=0.3)
     with pytest.raises(ValueError, match=r"asks for 58 m, must be from .* positions are in m"):
         env.reset(seed=1)
+
+
+def test_a_function_that_draws_no_reference_is_named_with_what_it_raises() -> None:
+    """One of C, too, which leaves no line of its own in the traceback."""
+
+    def wrong(_generator: object) -> references.Reference:
+        raise KeyError("speed")
+
+    for drawn, cause in ((math.sin, "TypeError: must be real"), (wrong, "KeyError: 'speed'")):
+        env = RigEnv(reference=drawn, duration=0.3)
+        with pytest.raises(
+            ValueError, match=f"^reference .* refused: it raises {cause}"
+        ) as refusal:
+            env.reset(seed=1)
+        assert "\n" not in str(refusal.value)
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,15 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from unmeasured import unmeasured
 
 import rodless_base
 import rodless_sim
+from rodless_sim import RigParameters
+from rodless_sim.physics import forces
 
 COULOMB = """
 from rodless_base.kernels import kernel
@@ -204,6 +207,38 @@ def test_a_friction_form_an_assembly_and_a_force_are_a_file_and_a_line_each(exte
     # Choked: 0.684731 P S / sqrt(R T).
     assert after["valve"][1] == pytest.approx(0.684731 * 7e5 * 2e-7 / 291.9826, rel=1e-5)
     assert after["valve"] != before["valve"]
+
+
+def a_force(text: str) -> ModuleType:
+    """Return a module with a force of its own, written as Python."""
+    module = ModuleType("wind")
+    exec(text, module.__dict__)
+    return module
+
+
+GUST = """
+from rodless_sim.physics.force import Force
+def of(parameters):
+    return parameters.number("cylinder.moving_mass")
+def force(mass, state):
+    return Force(mass * state.velocity, 0.0, mass)
+"""
+
+
+def test_a_force_of_another_type_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The compiler would name neither module nor function; a sound one beside it changes nothing.
+
+    A plain tuple, a whole number among its parts, and what is right.
+    """
+    parameters = RigParameters({"cylinder.moving_mass": 2.0})
+    sound = a_force(GUST)
+    for wrong in ("mass * state.velocity, 0.0, mass", "Force(0, 0.0, mass)"):
+        odd = a_force(GUST.replace("Force(mass * state.velocity, 0.0, mass)", wrong))
+        monkeypatch.setattr(forces, "FORCES", (sound, odd))
+        with pytest.raises(TypeError, match=r"^wind: force returns .*, but must return a Force"):
+            forces.of(parameters)
+    monkeypatch.setattr(forces, "FORCES", (sound, a_force(GUST)))
+    assert forces.of(parameters) == (2.0, 2.0)
 
 
 @pytest.mark.slow
