@@ -80,6 +80,15 @@ def test_extremes_are_those_of_the_curve() -> None:
     assert high > 0.1
 
 
+def test_it_may_end_with_the_least_speed_of_the_standard_controller() -> None:
+    """That of single precision at 1 m/s, 119 nm/s; no more."""
+    least = float(np.finfo(np.float32).eps)
+    for velocity in (least, -least):
+        Trajectory([Waypoint(0.0, 0.0), Waypoint(1.0, 0.1, velocity)])
+        with pytest.raises(ValueError, match="the last point has velocity"):
+            Trajectory([Waypoint(0.0, 0.0), Waypoint(1.0, 0.1, 1.01 * velocity)])
+
+
 BAD = [
     ([], "no points"),
     ([Waypoint(0.0, 0.1), Waypoint(0.0, 0.1)], "point 2: its time, 0 s, is not after"),

@@ -71,10 +71,12 @@ def test_active_disturbance_rejection() -> None:
 
 
 def test_active_disturbance_rejection_counts_what_the_limits_leave() -> None:
-    """0 to 10 V about 5.08 V with 0.7 V crossed: from -4.38 to 4.22 V; nothing within the zone."""
-    valve = Valve(DeadZone(0.7, 0.1), Limits(5.08, 0.0, 10.0))
-    found = [adrc.left_of(valve, wanted) for wanted in (-9.0, -4.0, 0.3, 4.0, 9.0)]
-    assert found == pytest.approx([-4.38, -4.0, 0.3, 4.0, 4.22], rel=1e-12)
+    """0 to 10 V about 4.5 V with 0.7 V crossed: from -3.8 to 4.8 V; nothing within the zone."""
+    valve = Valve(DeadZone(0.7, 0.1), Limits(4.5, 0.0, 10.0))
+    found = [adrc.left_of(valve, wanted) for wanted in (-9.0, -3.5, 0.3, 4.0, 9.0)]
+    assert found == pytest.approx([-3.8, -3.5, 0.3, 4.0, 4.8], rel=1e-12)
+    upward = Valve(DeadZone(0.7, 0.1), Limits(5.08, 4.9, 10.0))
+    assert [adrc.left_of(upward, wanted) for wanted in (-1.0, 0.3)] == [0.0, 0.3]
     narrow = Valve(DeadZone(0.7, 0.1), Limits(5.08, 4.9, 5.3))
     assert [adrc.left_of(narrow, wanted) for wanted in (-1.0, 0.0, 1.0)] == [0.0, 0.0, 0.0]
     law = law_of("adrc")

@@ -124,6 +124,16 @@ def test_a_step_is_at_most_a_radian_of_the_oscillation(spool: Spool) -> None:
     assert course_after(PLANT, resting, 1e-3, ANYWHERE) == resting
 
 
+def test_a_spool_that_passes_its_target_goes_on() -> None:
+    """It is where it is sent, and does not rest."""
+    for speed in (200.0, -200.0):
+        spool = Spool(7.0, 7.0, speed)
+        course = course_from(PLANT, spool)
+        assert moving(course)
+        after = course_after(PLANT, course, 1e-4, ANYWHERE)
+        assert after.spool.place == pytest.approx(place(spool, 1e-4), abs=1e-12)
+
+
 @pytest.mark.parametrize("target", [8.0, 2.0])
 @pytest.mark.parametrize("speed", [0.0, 300.0])
 def test_a_spool_that_leaves_closed_is_on_the_side_it_goes_to(target: float, speed: float) -> None:
@@ -297,5 +307,6 @@ def test_the_error_in_time_is_that_of_a_parabola(step: float) -> None:
 def test_of_two_errors_the_worse_counts() -> None:
     """And none that is no number is passed over."""
     assert worse(1.0, 2.0) == worse(2.0, 1.0) == 2.0
+    assert worse(0.0, 0.0) == 0.0
     assert math.isnan(worse(math.nan, 1.0))
     assert math.isnan(worse(1.0, math.nan))
