@@ -131,12 +131,16 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         """Begin an episode at rest; return its first observation.
 
         ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all. Raises
-        ValueError for other options, and where a function that draws references fails.
+        ValueError for other options, for a function that draws references and fails, and for a
+        reference beyond any rig, TypeError for what is no reference; what the ``sample`` of one
+        raises passes through. There is no episode then.
         """
         given = options or {}
         for name in given:
             if name != "rig":
                 raise ValueError(f"option {shown(name)} refused: there is rig")
+        # Until there is another one, the last episode is over, whatever is wrong with it.
+        self._over = True
         super().reset(seed=seed)
         drawn = self._drawn(int(self.np_random.integers(LARGEST_SEED)))
         self._rig = Rig(given.get("rig", drawn))
@@ -160,7 +164,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         try:
             return self._reference(self.np_random)
         except Exception as error:
-            name = shown(self._reference)
+            name = getattr(self._reference, "__qualname__", None) or shown(self._reference)
             raise ValueError(f"reference {name} refused: it raises {traced(error)}") from error
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:

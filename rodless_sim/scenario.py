@@ -92,7 +92,7 @@ class Scenario:
         self, entries: Iterable[tuple[float, Mapping[str, object]]], name: str = "scenario"
     ) -> None:
         """Take the entries; raises ScenarioError."""
-        self.name = name if isinstance(name, str) else shown(name)
+        self.name = str(name) if isinstance(name, str | Path) else shown(name)
         given = _listed(entries, self.name)
         self.entries = tuple(self._entry(*numbered) for numbered in enumerate(given, 1))
         for number, (before, after) in enumerate(pairwise(self.entries), 2):

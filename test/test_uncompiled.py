@@ -27,6 +27,7 @@ HERE = Path(__file__).resolve().parent
 # Tests that call the functions themselves: those that simulate for seconds would take minutes.
 QUICK = (
     "rodless_sim/physics/test_breakaway_limit.py",
+    "rodless_sim/physics/test_course.py",
     "rodless_sim/physics/test_cylinder.py",
     "rodless_sim/physics/test_derivatives.py",
     "rodless_sim/physics/test_equations.py",

@@ -41,7 +41,8 @@ def bounded() -> Iterator[None]:
     """Raise :class:`FoundError` where the block takes too long or too much memory."""
 
     def end(_number: int, _frame: object) -> None:
-        # Compiling happens once on a machine, and what is left of it halfway does not run.
+        # Interrupted, numba leaves a function half compiled, which fails for every later input: the
+        # bound begins anew.
         if global_compiler_lock.is_locked():
             signal.setitimer(signal.ITIMER_PROF, SECONDS)
             return

@@ -134,9 +134,10 @@ def any_rig(values: dict[str, object], voltage: float, duration: float) -> objec
     rig = Rig(RIG.with_values(values))
     for _ in range(3):
         rig.advance(voltage, duration)
-    # What a sensor that is gone reads is no number, as it should be.
-    gone = "gone" in rig.parameters.values()
-    return rig.state, () if gone else rig.read()
+    # A sensor that is gone reads NaN, and should.
+    gone = {name.split(".")[1] for name, value in rig.parameters.items() if value == "gone"}
+    seen = rig.read()
+    return rig.state, [value for name, value in seen._asdict().items() if name not in gone]
 
 
 def environment(actions: object, **arguments: object) -> object:

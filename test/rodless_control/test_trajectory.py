@@ -93,6 +93,10 @@ BAD = [
     ([], "no points"),
     ([Waypoint(0.0, 0.1), Waypoint(0.0, 0.1)], "point 2: its time, 0 s, is not after"),
     ([Waypoint(1.0, 0.1), Waypoint(0.5, 0.1)], "point 2: its time, 0.5 s, is not after"),
+    (
+        [*(Waypoint(float(time), 0.1) for time in range(3)), Waypoint(1.5, 0.1)],
+        "point 4: its time, 1.5 s, is not after that of the point before, 2 s",
+    ),
     ([Waypoint(1.0, math.nan)], "point 1: position nan is not finite"),
     ([Waypoint(1.0, 0.1, math.inf)], "point 1: velocity inf is not finite"),
     ([Waypoint(1.0, 0.1, 0.01)], "the last point has velocity 0.01 m/s, must be 0"),

@@ -188,6 +188,19 @@ def test_a_function_that_draws_no_reference_is_named_with_what_it_raises() -> No
         ) as refusal:
             env.reset(seed=1)
         assert "\n" not in str(refusal.value)
+        assert "0x" not in str(refusal.value)
+
+
+def test_a_reset_that_is_refused_leaves_no_episode() -> None:
+    """Half of the old one and half of the new one would be neither."""
+    drawn = iter([STEP, 3.0])
+    env = RigEnv(reference=lambda _generator: next(drawn), duration=0.3)
+    env.reset(seed=1)
+    env.step([6.0])
+    with pytest.raises(TypeError):
+        env.reset()
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step([6.0])
 
 
 @pytest.mark.parametrize(

@@ -206,7 +206,7 @@ def test_an_entry_that_the_state_does_not_allow_stops_the_run() -> None:
 
 
 def test_a_name_that_is_no_text_is_shown_in_a_short_line() -> None:
-    """A number of thousands of digits in it, which Python writes for nobody."""
+    """Python refuses to write a number of thousands of digits."""
     with pytest.raises(ScenarioError, match=r"^<list that cannot be shown>: entry 1") as refusal:
         Scenario([(-1.0, {"fault.piston.leak": 0.0})], [1, 10**5000])  # type: ignore[arg-type]
     assert len(str(refusal.value)) < 300

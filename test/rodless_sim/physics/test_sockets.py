@@ -226,9 +226,9 @@ def force(mass, state):
 
 
 def test_a_force_of_another_type_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The compiler would name neither module nor function; a sound one beside it changes nothing.
+    """A plain tuple is, and a whole number among its parts, beside a sound one.
 
-    A plain tuple, a whole number among its parts, and what is right.
+    The compiler would name neither module nor function.
     """
     parameters = RigParameters({"cylinder.moving_mass": 2.0})
     sound = a_force(GUST)

@@ -39,7 +39,6 @@ from rodless_control.laws.parts.following import (
 )
 from rodless_control.laws.parts.integral import Integrator
 from rodless_control.laws.parts.parking import Parking, ParkingLimits
-from rodless_control.laws.parts.reference import reference_acceleration
 from rodless_control.laws.parts.saturation import (
     Limits,
     bounded,
@@ -54,7 +53,7 @@ FOLLOWER = Follower(376.0, ParkingLimits(0.0, 2.0, 30.0))
 
 
 def test_no_rig_is_longer_faster_or_under_more_pressure() -> None:
-    """1 km, 1 km/s and 100 MPa; a pressure is 1 Pa at least, as it stands below fractions."""
+    """1 km, 1 km/s and 100 MPa; a pressure is 1 Pa at least, as laws divide by it."""
     assert [bounded(x) for x in (-2e3, -0.1, 0.1, 2e3)] == [-1e3, -0.1, 0.1, 1e3]
     assert [bounded_pressure(p) for p in (-1e5, 0.0, 1.0, 1.5, 3e5)] == [1.0, 1.0, 1.0, 1.5, 3e5]
     assert bounded_pressure(1e12) == 1e8
@@ -107,11 +106,13 @@ def test_a_law_begins_with_a_carriage_that_is_wanted_where_it_is() -> None:
 
 def test_the_acceleration_of_the_reference_is_that_from_sample_to_sample() -> None:
     """Of what is wanted now less what was, filtered; positions and velocities are bounded."""
-    known = followed(FOLLOWER, KNOWN, PLACE, ReferencePoint(1e9, 0.058), 0.0, 1e-3)
+    later = PLACE._replace(stamp=1_000_000, position=0.1002)
+    known = followed(FOLLOWER, KNOWN, later, ReferencePoint(1e9, 0.058), 0.0, 1e-3)
     assert known.reference == (1e3, 0.058)
-    expected = reference_acceleration(376.0, 0.4, 0.058 - 0.05, 1e-3)
+    # The low-pass of 8 m/s² at 376 rad/s.
+    expected = 0.4 + (8.0 - 0.4) * (1.0 - math.exp(-0.376))
     assert known.reference_acceleration == pytest.approx(expected, rel=1e-12)
-    assert known.measurement is PLACE
+    assert known.measurement == later
 
 
 def test_an_effort_is_what_is_wanted_the_integral_and_what_new_gains_left() -> None:
