@@ -133,6 +133,8 @@ class Parameter:
             number = float(value)
         except OverflowError:
             number = math.inf
+        except TypeError as error:  # a span of time of numpy's
+            raise self._refuse(value, "a number") from error
         if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
             raise self._refuse(value, self._range())
         return number

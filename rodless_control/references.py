@@ -18,15 +18,16 @@ Examples
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import Protocol, TypeGuard
+from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import outlined_kernel
-from rodless_base.one_line import shown
+from rodless_base.one_line import shown, traced
 
 Array = npt.NDArray[np.float64]
 
@@ -54,16 +55,19 @@ def sampled(reference: Reference, times: Array) -> Array:
     """Return position (m) and velocity (m/s) at ``times`` (s), shape (n,), as shape (n, 2).
 
     Raises TypeError for what is no reference, and ValueError for times that are no finite numbers
-    in a row, and, with the time, for an answer that is not two finite numbers.
+    in a row, and, with the time, for a reference that raises and an answer that is not two finite
+    numbers.
     """
     times = _checked_times(times)
     at_once = getattr(reference, "samples", None)
-    if at_once is not None:
-        points = _array(reference, at_once(times), len(times))
-    elif callable(getattr(reference, "sample", None)):
-        answers = [reference.sample(time) for time in times.tolist()]
+    if callable(at_once) and not isinstance(reference, type):
+        points = _array(reference, _asked(reference, at_once, times, "all times"), len(times))
+    elif callable(getattr(reference, "sample", None)) and not isinstance(reference, type):
         points = np.array(
-            [_point(reference, *each) for each in zip(times.tolist(), answers, strict=True)]
+            [
+                _point(reference, time, _asked(reference, reference.sample, time, f"{time:g} s"))
+                for time in times.tolist()
+            ]
         ).reshape(-1, 2)
     else:
         raise TypeError(
@@ -74,6 +78,13 @@ def sampled(reference: Reference, times: Array) -> Array:
     if bad.size:
         raise _no_point(reference, float(times[bad[0]]), tuple(points[bad[0]].tolist()))
     return points
+
+
+def _asked(reference: object, ask: Callable[[Any], object], times: object, at: str) -> object:
+    try:
+        return ask(times)
+    except Exception as error:
+        raise ValueError(f"at {at}: reference {_name(reference)} raises {traced(error)}") from error
 
 
 def _checked_times(times: object) -> Array:
@@ -162,7 +173,7 @@ class _Finite:
 
 
 def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, Real) and not isinstance(value, bool)
+    return isinstance(value, Real) and not isinstance(value, bool | np.timedelta64)
 
 
 def _is_finite(value: object) -> bool:

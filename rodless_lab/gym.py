@@ -13,6 +13,7 @@ precision, so that a law that is driven through the environment answers with the
 ``closed_loop``. For learning, scale them with gymnasium's wrappers (docs/gym.md).
 """
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -30,6 +31,7 @@ from rodless_lab.simulation.design import LARGEST_SEED
 from rodless_lab.simulation.draw import draw
 from rodless_sim import Rig, RigParameters, SimulationError
 from rodless_sim.rig import applied_voltages
+from rodless_sim.single_number import single_number
 from rodless_sim.timing import nanoseconds, sample_times
 
 try:
@@ -115,6 +117,10 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         self._reference = reference
         self._ranges = {} if ranges is None else ranges
         self._factors = {} if factors is None else factors
+        if not callable(reward):
+            raise TypeError(
+                f"reward {shown(reward)} refused: must be a function of error (m) and jump (V)"
+            )
         self._reward = reward
         span = nanoseconds(period, "period")
         self._period = span * SECONDS_PER_NANOSECOND
@@ -132,10 +138,12 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
 
         ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all. Raises
         ValueError for other options, for a function that draws references and fails, and for a
-        reference beyond any rig, TypeError for what is no reference; what the ``sample`` of one
-        raises passes through. There is no episode then.
+        reference beyond any rig or that raises, TypeError for what is no reference. There is no
+        episode then.
         """
-        given = options or {}
+        given = {} if options is None else options
+        if not isinstance(given, Mapping):
+            raise TypeError(f"options {shown(given)} refused: must be a dictionary")
         for name in given:
             if name != "rig":
                 raise ValueError(f"option {shown(name)} refused: there is rig")
@@ -164,7 +172,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         try:
             return self._reference(self.np_random)
         except Exception as error:
-            name = getattr(self._reference, "__qualname__", None) or shown(self._reference)
+            name = _function_name(self._reference)
             raise ValueError(f"reference {name} refused: it raises {traced(error)}") from error
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
@@ -174,6 +182,8 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         rig can do; ``info["failure"]`` says how.
 
         Raises ValueError for what is not one voltage, ResetNeeded where no episode is under way.
+        A reward function that raises, or gives no finite number, is a ValueError or TypeError, and
+        ends the episode.
         """
         if self._over:
             raise ResetNeeded("no episode is under way: call reset() first")
@@ -190,10 +200,28 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
             failure = str(error)
         observation, info = self._observed()
         error_now = float(self._points[self._sample, 0]) - self._rig.state.position
-        gained = FAILURE if failure else float(self._reward(error_now, jump))
         over = self._sample == len(self._times) - 1
+        gained = FAILURE if failure else self._rewarded(error_now, jump)
         self._over = over or bool(failure)
         return observation, gained, bool(failure), over, {**info, "failure": failure}
+
+    def _rewarded(self, error: float, jump: float) -> float:
+        """Return what the reward function gives; an episode without a reward is over."""
+        self._over = True
+        name = _function_name(self._reward)
+        try:
+            given = self._reward(error, jump)
+        except Exception as fault:
+            raise ValueError(f"reward {name} refused: it raises {traced(fault)}") from fault
+        found = single_number(given, f"reward: {name} gives", "any size")
+        if not math.isfinite(found):
+            raise ValueError(f"reward: {name} gives {shown(given)} refused: must be finite")
+        return found
+
+    def close(self) -> None:
+        """End the episode, if one is under way."""
+        self._over = True
+        super().close()
 
     @property
     def measurement(self) -> Measurement:
@@ -205,6 +233,10 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         found = np.array([*read[1:], *self._points[self._sample]], dtype=np.float64)
         state = self._rig.state
         return found, {"time": state.time, "position": state.position, "stamp": read.stamp}
+
+
+def _function_name(function: object) -> str:
+    return getattr(function, "__qualname__", None) or shown(function)
 
 
 gymnasium.register(id="Rodless-v0", entry_point="rodless_lab.gym:RigEnv")

@@ -27,7 +27,8 @@ def single_number(value: object, name: str, unit: str) -> float:
     number = value
     if isinstance(value, np.ndarray) and value.size == 1 and not np.ma.is_masked(value):
         number = value.item()
-    if isinstance(number, bool) or not isinstance(number, Real):
+    # A span of time of numpy's counts as a whole number, and has no unit of ours.
+    if isinstance(number, bool | np.timedelta64) or not isinstance(number, Real):
         raise TypeError(f"{name} {shown(value)} refused: must be a number of {unit}")
     try:
         return float(number)

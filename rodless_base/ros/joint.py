@@ -17,9 +17,9 @@ from rodless_base.frames import joint_among
 def joint_position(message: JointState, name: str) -> float | None:
     """Return the position (m) of the joint ``name``, or None where the message has none.
 
-    Positions that are not as many as the names belong to no joint for certain.
+    Positions that are not as many as the names belong to no joint for certain, nor do two.
     """
-    if name not in message.name or len(message.position) != len(message.name):
+    if message.name.count(name) != 1 or len(message.position) != len(message.name):
         return None
     return float(message.position[message.name.index(name)])
 

@@ -91,6 +91,8 @@ def position_and_velocity(message: JointState, joint: str) -> tuple[float, float
         raise ParameterError(
             f"command: refused, it names the joints {', '.join(names) or '(none)'}, not {joint}"
         )
+    if names.count(joint) > 1:
+        raise ParameterError(f"command: refused, it names {joint} {names.count(joint)} times")
     place = names.index(joint)
     for field, needed in (("position", True), ("velocity", False)):
         count = len(getattr(message, field))

@@ -153,7 +153,9 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     if options.record and Path(options.record).exists():
         parser.error(f"--record {options.record}: exists already; a bag is never written over")
     if options.parameters is not None and not options.parameters.is_file():
-        parser.error(f"--parameters {options.parameters}: no such file")
+        there = options.parameters.exists()
+        cause = "no file, but something else" if there else "no such file"
+        parser.error(f"--parameters {options.parameters}: {cause}")
     if options.cylinder is not None:
         try:
             sizes(options.cylinder)

@@ -18,6 +18,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from rodless_base.one_line import shown
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.network import this_machine
 
@@ -34,6 +35,9 @@ FIRST_PORT, PORTS_OF_A_DOMAIN, CLAIMED_PORT = 7400, 250, 5
 
 # The greatest ID whose ports exist: they are numbered up to 65535.
 GREATEST_DOMAIN = 232
+
+# Leaves room for the longest name of a topic or service in it.
+LONGEST_NAMESPACE = 190
 
 _NAMESPACE = re.compile(r"/?|(/?[A-Za-z_][A-Za-z0-9_]*)(/[A-Za-z_][A-Za-z0-9_]*)*/?")
 
@@ -62,7 +66,12 @@ def full_namespace(namespace: str) -> str:
     """Return ``namespace`` with one slash before it; raises HarnessError for one ROS refuses."""
     if not _NAMESPACE.fullmatch(namespace):
         raise HarnessError(
-            f"--namespace {namespace!r}: letters, digits, _ and / only, no digit after a /"
+            f"--namespace {shown(namespace)}: letters, digits, _ and / only, no digit after a /"
+        )
+    if len(namespace) > LONGEST_NAMESPACE:
+        raise HarnessError(
+            f"--namespace {shown(namespace)}: {len(namespace)} characters refused, must be at most "
+            f"{LONGEST_NAMESPACE}, as topics have names of 247 at most"
         )
     return f"/{namespace.strip('/')}"
 

@@ -394,13 +394,15 @@ class Loop:
     def __init__(self, law: AnyLaw, reference: Reference, duration: float, period: float) -> None:
         """Prepare the loop; raises as :func:`closed_loop`."""
         self._span = nanoseconds(period, "period")
-        count = sample_count(nanoseconds(duration), self._span)
+        whole = nanoseconds(duration)
+        count = sample_count(whole, self._span)
         self.law = as_law(law)
         self._terms = checked_terms(type(self.law))
         numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(self._terms))
         refuse_more_than_there_is(
             8 * numbers * count,
-            f"duration {duration:g} s at period {period:g} s refused: {count} samples",
+            f"duration {whole * SECONDS_PER_NANOSECOND:g} s at period "
+            f"{self._span * SECONDS_PER_NANOSECOND:g} s refused: {count} samples",
             "shorten it, or lengthen the period",
         )
         self._limits = limits_of(self.law)

@@ -59,7 +59,7 @@ def is_whole(value: object) -> TypeGuard[int]:
 def _is_number(value: object) -> bool:
     try:
         return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-    except OverflowError:  # a whole number too large for a float
+    except (OverflowError, TypeError):  # too large for a float; a span of time of numpy's
         return False
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns, quantities
+from rodless_base.one_line import shown
 from rodless_control.controller import LawError
 from rodless_control.references import Reference
 from rodless_lab.simulation.closed_loop import AnyLaw, Loop
@@ -120,6 +121,8 @@ def ensemble(
     >>> bool((abs(found["mean_error"]) < 5e-4).all()), found.failures
     (True, {})
     """
+    if isinstance(rigs, Mapping | str | bytes):
+        raise TypeError(f"rigs {shown(rigs)} refused: must be a sequence of RigParameters")
     check_workers(workers)
     loop = Loop(law, reference, duration, period)
 

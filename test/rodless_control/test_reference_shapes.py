@@ -165,11 +165,32 @@ def test_any_kind_of_number_gives_the_samples_of_the_float(number: float) -> Non
         assert points.tolist() == [list(reference.sample(time)) for time in times.tolist()]
 
 
-@pytest.mark.parametrize("value", [np.zeros(2), np.array([[1.0, 2.0]]), "1", True, None])
+@pytest.mark.parametrize(
+    "value", [np.zeros(2), np.array([[1.0, 2.0]]), "1", True, None, np.timedelta64(1, "s")]
+)
 def test_what_is_no_single_number_is_refused(value: object) -> None:
     """By the name of the argument."""
     with pytest.raises(TypeError, match=r"^before .* refused: must be a number$"):
         references.step(value, 1.0)  # type: ignore[arg-type]
+
+
+class Broken:
+    """A reference that cannot answer after 0.2 s."""
+
+    def sample(self, time: float) -> tuple[float, float]:
+        """Return a position, or raise."""
+        if time > 0.2:
+            raise ZeroDivisionError("no way")
+        return 0.1, 0.0
+
+
+def test_a_reference_that_raises_is_named_with_the_time() -> None:
+    """And a class in place of one is no reference."""
+    with pytest.raises(ValueError, match=r"^at 0\.3 s: reference Broken raises Zero.*: no way"):
+        references.sampled(Broken(), np.array([0.1, 0.3]))
+    for none in (Broken, type("Odd", (), {"samples": 7})()):
+        with pytest.raises(TypeError, match="is no reference: give one of"):
+            references.sampled(none, np.array([0.1]))
 
 
 @pytest.mark.parametrize("times", [0.5, "ab", [[0.1]], [0.1, math.nan], [None], (0.1, "x"), None])

@@ -204,7 +204,50 @@ def test_a_reset_that_is_refused_leaves_no_episode() -> None:
 
 
 @pytest.mark.parametrize(
-    "given", [{"ranges": 3.0}, {"factors": [1]}, {"reference": 0.1}, {"rig": {}}], ids=repr
+    ("odd", "cause"),
+    [
+        (math.nan, "gives nan refused: must be finite"),
+        (10**400, "refused: must be finite"),
+        ("1", "gives '1' refused: must be a number"),
+        (None, "gives None refused: must be a number"),
+        (True, "gives True refused: must be a number"),
+        (np.timedelta64(1, "s"), "refused: must be a number"),
+        (ZeroDivisionError("no jump"), "raises ZeroDivisionError: no jump"),
+    ],
+    ids=repr,
+)
+def test_a_reward_that_is_none_is_refused_and_ends_the_episode(odd: object, cause: str) -> None:
+    """Named with what it gives or raises; nothing else would come of its next sample."""
+
+    def odd_reward(_error: float, _jump: float) -> Any:
+        if isinstance(odd, Exception):
+            raise odd
+        return odd
+
+    env = RigEnv(reward=odd_reward, reference=STEP, duration=0.3)
+    env.reset(seed=1)
+    with pytest.raises((TypeError, ValueError), match=f"reward.*odd_reward.*{cause}") as refusal:
+        env.step([6.0])
+    assert "\n" not in str(refusal.value)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step([6.0])
+
+
+def test_a_closed_environment_has_no_episode() -> None:
+    """And options are a dictionary."""
+    env = RigEnv(reference=STEP, duration=0.3)
+    env.reset(seed=1)
+    env.close()
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step([6.0])
+    with pytest.raises(TypeError, match="options 5 refused: must be a dictionary"):
+        env.reset(options=5)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"reward": 5}, {"ranges": 3.0}, {"factors": [1]}, {"reference": 0.1}, {"rig": {}}],
+    ids=repr,
 )
 def test_arguments_of_another_kind_are_refused(given: dict[str, Any]) -> None:
     """In one line that shows them."""

@@ -184,6 +184,15 @@ def test_a_voltage_that_is_no_number_changes_nothing(rig: Rig, voltage: object) 
     assert seen(rig) == before
 
 
+def test_a_span_of_time_of_numpys_is_no_number() -> None:
+    """It counts as a whole number there, and has no float."""
+    odd = np.timedelta64(1, "s")
+    with pytest.raises(TypeError, match=r"refused: must be a number of seconds"):
+        Rig().advance(5.5, odd)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match=r"^supply\.pressure: .* refused, must be a number"):
+        RigParameters({"supply.pressure": odd})
+
+
 def test_an_array_of_one_number_is_that_number() -> None:
     """State and trace have floats."""
     state = Rig().advance(np.array(5.5), np.array(1e-3))  # type: ignore[arg-type]

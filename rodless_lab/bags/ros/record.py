@@ -15,19 +15,27 @@ from pathlib import Path
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.validate_topic_name import validate_topic_name
 
+from rodless_base.one_line import shown
 from rodless_base.ros.process import RunningNode, run_nodes
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
 
+# With a slash before it; ROS 2 keeps 8 of 255 characters for itself.
+LONGEST_TOPIC = 246
+
 
 def check_topic_name(text: str) -> str:
     """Return ``text``; raises ValueError where it is no topic name."""
+    if len(text) > LONGEST_TOPIC:
+        raise ValueError(f"{shown(text)} is no topic name: longer than {LONGEST_TOPIC} characters")
     try:
         validate_topic_name(text)
     except InvalidTopicNameException as error:
-        raise ValueError(f"{text!r} is no topic name: {error}") from error
+        # What it is comes first, and then the place.
+        cause = str(error).splitlines()[0].rstrip(":")
+        raise ValueError(f"{shown(text)} is no topic name: {cause}") from error
     return text
 
 

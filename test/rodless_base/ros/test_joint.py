@@ -32,8 +32,9 @@ def test_a_joint_is_found_by_its_name() -> None:
         JointState(name=["b"], position=[0.1]),
         JointState(name=["b", "a"], position=[0.1]),
         JointState(name=["a"], position=[0.1, 0.2]),
+        JointState(name=["a", "a"], position=[0.1, 0.2]),
     ],
 )
 def test_a_message_that_does_not_tell_it_gives_none(message: JointState) -> None:
-    """No such name, or positions that are not as many as the names."""
+    """No such name, or two, or positions that are not as many as the names."""
     assert joint_position(message, "a") is None

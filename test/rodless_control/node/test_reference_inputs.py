@@ -101,6 +101,10 @@ def test_the_joint_is_found_among_others() -> None:
     ("message", "line"),
     [
         (JointState(name=["slide"], position=[0.1]), "it names the joints slide, not carriage"),
+        (
+            JointState(name=["carriage", "carriage"], position=[0.12, 0.02]),
+            "it names carriage 2 times",
+        ),
         (JointState(position=[0.1]), "it names the joints (none), not carriage"),
         (JointState(name=["carriage"]), "0 values of position for 1 joints"),
         (JointState(name=["carriage", "a"], position=[0.1]), "1 values of position for 2 joints"),

@@ -20,10 +20,17 @@ from pathlib import Path
 
 import pytest
 from rclpy.exceptions import InvalidNamespaceException
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_namespace import validate_namespace
 
 from rodless_lab.session import domain as domain_module
-from rodless_lab.session.domain import DOMAINS, full_namespace, named_domain, own_domain
+from rodless_lab.session.domain import (
+    DOMAINS,
+    LONGEST_NAMESPACE,
+    full_namespace,
+    named_domain,
+    own_domain,
+)
 from rodless_lab.session.errors import HarnessError
 
 HOLD = """
@@ -246,3 +253,13 @@ def test_a_namespace_that_ros_refuses_is_named(text: str) -> None:
         validate_namespace(f"/{text.strip('/')}")
     with pytest.raises(HarnessError, match="letters, digits, _ and / only"):
         full_namespace(text)
+
+
+def test_a_namespace_leaves_room_for_the_longest_topic() -> None:
+    """ROS takes names of 247 characters; what is longer is refused in a line that can be read."""
+    longest = f"/{'a' * (LONGEST_NAMESPACE - 1)}"
+    assert full_namespace(longest) == longest
+    validate_full_topic_name(f"{longest}/controller/set_parameters_atomically")
+    with pytest.raises(HarnessError, match="300 characters refused, must be at most 190") as line:
+        full_namespace("b" * 300)
+    assert len(str(line.value)) < 250

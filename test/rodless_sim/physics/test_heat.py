@@ -18,12 +18,18 @@ import pytest
 from rodless_sim import HeatedState, Rig, RigParameters, State, simulate
 from rodless_sim.physics import faults
 from rodless_sim.physics.equations import inflows, rates, sliding_rates
-from rodless_sim.physics.integrator import GAMMA, eliminated, solved
+from rodless_sim.physics.integrator import GAMMA, eliminated, error_size, solved
 from rodless_sim.physics.plant import Plant
-from rodless_sim.physics.ports import openings
+from rodless_sim.physics.ports import inflow_a, inflow_b, openings, supply_flow
 from rodless_sim.physics.settled import settled_air
 from rodless_sim.physics.state import HeatedMotion
-from rodless_sim.physics.streams import net_stream, stream_into_a, stream_into_b
+from rodless_sim.physics.streams import (
+    heated_supply_flow,
+    leak_out,
+    net_stream,
+    stream_into_a,
+    stream_into_b,
+)
 
 KAPPA, R, T_S, T_E, P_S, P_E = 1.4, 287.05, 297.0, 293.15, 621325.0, 101325.0
 C_V, C_P = R / (KAPPA - 1.0), KAPPA * R / (KAPPA - 1.0)
@@ -221,6 +227,41 @@ def test_air_has_the_temperature_of_where_it_comes_from(
     for flow, temperature in zip((inward, outward), upstream, strict=True):
         assert abs(flow.mass_flow) > 1e-6
         assert flow.enthalpy_flow == pytest.approx(C_P * temperature * flow.mass_flow, rel=1e-12)
+
+
+@pytest.mark.parametrize("voltage", [3.0, 4.9, 5.3, 7.0])
+def test_air_as_warm_as_the_supplys_flows_as_that_without_temperatures(voltage: float) -> None:
+    """Into each chamber and out of the supply, by edges that are shared out alike."""
+    plant = Plant.of(RigParameters(HEATED))
+    lands, supply = openings(plant, voltage), plant.supply_pressure
+    for pressure_a, pressure_b in ((2e5, 5e5), (5e5, 2e5), (3e5, 1.5e5)):
+        for stream, inflow, pressure in (
+            (stream_into_a, inflow_a, pressure_a),
+            (stream_into_b, inflow_b, pressure_b),
+        ):
+            found = stream(plant, supply, lands, pressure, T_S).mass_flow
+            assert found == pytest.approx(inflow(plant, lands, pressure).mass_flow, rel=1e-12)
+        state = HeatedMotion(0.1, 0.0, pressure_a, pressure_b, T_S, T_S)
+        found = heated_supply_flow(plant, supply, lands, state)
+        assert found == pytest.approx(supply_flow(plant, lands, pressure_a, pressure_b), rel=1e-12)
+
+
+@pytest.mark.parametrize(("pressure", "upstream"), [(3e5, 350.0), (9e4, T_E)])
+def test_a_leak_takes_the_chambers_air_out_and_the_rooms_in(
+    pressure: float, upstream: float
+) -> None:
+    """With the heat of where the air comes from."""
+    flow = leak_out(Plant.of(RigParameters(HEATED)), 1e-8, pressure, 350.0)
+    assert (flow.mass_flow > 0.0) == (pressure > P_E)
+    assert flow.enthalpy_flow == pytest.approx(C_P * upstream * flow.mass_flow, rel=1e-12)
+
+
+def test_errors_of_temperatures_count_by_their_own_unit() -> None:
+    """2 mK count as 1, of either chamber and sign; NaN is not passed over."""
+    for warm in ((2e-3, 0.0), (-2e-3, 1e-3), (1e-3, 2e-3), (0.0, -2e-3)):
+        size = error_size(HeatedMotion(1e-9, 1e-6, 0.2, 0.2, *warm))
+        assert size == pytest.approx(1.0, rel=1e-12)
+    assert math.isnan(error_size(HeatedMotion(0.0, 0.0, 0.0, 0.0, 0.0, math.nan)))
 
 
 def states(generator: np.random.Generator) -> tuple[HeatedMotion, int]:

@@ -29,6 +29,8 @@ from rodless_sim.physics.settled_chamber import (
     PRESSURE_ERROR,
     RELATIVE_ERROR,
     TEMPERATURE_ERROR,
+    settled_chamber,
+    settled_warm_chamber,
 )
 from rodless_sim.physics.state import HeatedMotion
 
@@ -126,6 +128,28 @@ def _warm(plant: Plant, voltage: float, chamber: int, volume: float) -> tuple[fl
     low, high = min(known) - 1.0, max(known) + 1.0
     temperature = brentq(gained, low, high, xtol=TEMPERATURE_ERROR, rtol=RELATIVE_ERROR)
     return pressure(temperature), temperature
+
+
+@pytest.mark.parametrize("chamber", [0, 1])
+def test_a_warm_chamber_is_found_from_either_side_and_only_between(chamber: int) -> None:
+    """The ends may change places, as for brentq; where neither side has the other sign, NaN."""
+    plant = Plant.of(RigParameters({"chambers.thermodynamics": "energy_balance"}))
+    plant = plant._replace(heat=plant.heat._replace(wall_temperature=320.0))
+    lands = openings(plant, 5.2)
+    found = settled_warm_chamber(plant, lands, chamber, 0.1, 280.0, 330.0)
+    assert 293.0 < found[1] < 320.0
+    turned = settled_warm_chamber(plant, lands, chamber, 0.1, 330.0, 280.0)
+    assert turned == pytest.approx(found, rel=1e-9)
+    for ends in ((280.0, 290.0), (325.0, 330.0)):
+        assert all(map(math.isnan, settled_warm_chamber(plant, lands, chamber, 0.1, *ends)))
+
+
+@pytest.mark.parametrize("chamber", [0, 1])
+def test_a_supply_below_the_atmosphere_leaves_a_chamber_at_that(chamber: int) -> None:
+    """Whatever opens, air only leaves."""
+    plant = Plant.of(RigParameters())._replace(supply_pressure=9e4)
+    lands = openings(plant, 8.0 if chamber == 0 else 2.0)
+    assert settled_chamber(plant, lands, chamber, None) == plant.ambient_pressure
 
 
 @pytest.mark.parametrize("field", ["supply_pressure", "ambient_pressure"])
