@@ -239,7 +239,7 @@ def scenario_file(given: str | Path) -> Path:
     """Return the absolute path of a scenario file, or of the package's scenario of that name."""
     path = Path(given)
     try:
-        there = path.exists()
+        there = bool(str(given)) and path.exists()
     except OSError:  # such as a name that is too long
         there = False
     return path.absolute() if there else shipped_scenario(str(given))

@@ -101,6 +101,8 @@ def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
         Scenario.from_file(tmp_path / "none.yaml")
     with pytest.raises(ScenarioError, match="there are leak, stuck_valve, supply_loss"):
         scenario_file("none")
+    with pytest.raises(ScenarioError, match="no file and no scenario of the package: ''"):
+        scenario_file("")
 
 
 def test_an_array_that_is_one_number_is_no_list_of_entries() -> None:
