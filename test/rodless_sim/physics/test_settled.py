@@ -136,12 +136,12 @@ def test_a_warm_chamber_is_found_from_either_side_and_only_between(chamber: int)
     plant = Plant.of(RigParameters({"chambers.thermodynamics": "energy_balance"}))
     plant = plant._replace(heat=plant.heat._replace(wall_temperature=320.0))
     lands = openings(plant, 5.2)
-    found = settled_warm_chamber(plant, lands, chamber, 0.1, 280.0, 330.0)
+    found = settled_warm_chamber(plant, lands, chamber, 0.01, 280.0, 330.0)
     assert 293.0 < found[1] < 320.0
-    turned = settled_warm_chamber(plant, lands, chamber, 0.1, 330.0, 280.0)
+    turned = settled_warm_chamber(plant, lands, chamber, 0.01, 330.0, 280.0)
     assert turned == pytest.approx(found, rel=1e-9)
     for ends in ((280.0, 290.0), (325.0, 330.0)):
-        assert all(map(math.isnan, settled_warm_chamber(plant, lands, chamber, 0.1, *ends)))
+        assert all(map(math.isnan, settled_warm_chamber(plant, lands, chamber, 0.01, *ends)))
 
 
 @pytest.mark.parametrize("chamber", [0, 1])
