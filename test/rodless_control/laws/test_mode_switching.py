@@ -50,6 +50,9 @@ def test_each_of_the_two_laws_answers_in_its_turn() -> None:
     assert [one.following == 1.0 for one in found] == follows
     expected = [(a if f else t).voltage for f, a, t in zip(follows, along, there, strict=True)]
     assert [one.voltage for one in found] == expected
+    errors = [(a if f else t).error for f, a, t in zip(follows, along, there, strict=True)]
+    assert [one.error for one in found] == errors
+    assert [a.error for a in along] != [t.error for t in there]
     assert [one.following_voltage for one in found] == [one.voltage for one in along]
     assert [one.positioning_voltage for one in found] == [one.voltage for one in there]
     assert len(set(expected)) > 150
@@ -112,7 +115,7 @@ def test_no_finite_input_leaves_the_limits(rest_time: float) -> None:
     assert turns == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("at", [60, 180], ids=["following", "at rest"])
+@pytest.mark.parametrize("at", [60, 120, 180], ids=["following", "soon at rest", "at rest"])
 def test_new_gains_make_no_jump(at: int) -> None:
     """Evaluated again at the same instant both laws give the voltages they gave before."""
     law = ModeSwitching()
