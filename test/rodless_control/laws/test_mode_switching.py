@@ -91,6 +91,25 @@ def test_steps_are_those_of_the_pid() -> None:
         )
 
 
+@pytest.mark.parametrize("velocity", [0.02, -0.02])
+def test_either_direction_is_a_move(velocity: float) -> None:
+    """The cascade follows it at once."""
+    law = ModeSwitching()
+    measurement, reference = sample(0)
+    law.update(measurement, reference._replace(velocity=0.0), 0.0)
+    found = law.update(measurement, reference._replace(velocity=velocity), INTERVAL)
+    assert found.following == 1.0
+
+
+def test_a_step_back_opens_the_valve_in_full() -> None:
+    """Both laws want 0 V, and that is what comes out."""
+    law = ModeSwitching({"controller.neutral_voltage": 4.9})
+    for k in range(20):
+        measurement = Measurement(k * 1_000_000, 0.15, 3e5, 3e5, 6e5)
+        found = law.update(measurement, ReferencePoint(0.05), INTERVAL if k else 0.0)
+    assert found.voltage == found.positioning_voltage == found.following_voltage == 0.0
+
+
 def test_without_a_rest_time_it_changes_at_once() -> None:
     """The first sample at rest is the PID's already."""
     found = answers(ModeSwitching({"mode_switching.rest_time": 0.0}), 110)
