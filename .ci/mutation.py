@@ -161,10 +161,16 @@ def _run(tests: list[str], seconds: float, output: Path) -> None:
     os._exit(int(pytest.main([*options, *plugins, *(f"test/{test}" for test in tests)])))
 
 
+def listed(settings: dict, module: str) -> list[str]:
+    """Return the tests of ``module``, those of its groups among them."""
+    groups = {f"@{name}": tests for name, tests in settings["groups"].items()}
+    return [test for name in settings["modules"][module] for test in groups.get(name, [name])]
+
+
 def tried(checkout: Checkout, module: str, settings: dict, sample: int, seed: int) -> list[bool]:
     """Try the faults of ``module``; return for each whether it was found, and name the others."""
     source = checkout.source(module)
-    tests = settings["modules"][module]
+    tests = listed(settings, module)
     output = Path(tempfile.gettempdir()) / f"mutation-{os.getuid()}-{os.getpid()}.txt"
     sound, needed = checkout.passes(module, source, tests, 600.0, output)
     if not sound:

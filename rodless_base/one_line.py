@@ -43,6 +43,11 @@ def shown(value: object) -> str:
         return f"<{type(value).__name__} that cannot be shown>"
 
 
+def function_name(function: object) -> str:
+    """Return what messages call a function: its name, or what it is where it has none."""
+    return str(getattr(function, "__name__", None) or shown(function))
+
+
 def described(error: BaseException) -> str:
     """Return the text of an exception in one line of at most ``LONGEST``; never raises."""
     try:

@@ -14,13 +14,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from collections.abc import Set as AnySet
 from contextlib import contextmanager
 from dataclasses import dataclass
-from numbers import Real
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
 from rodless_base.one_line import OneLineError, in_one_line, shown
 from rodless_base.owners import owner
 from rodless_base.parameter_file import preset_file, read_parameter_file
+from rodless_base.real_number import is_number
 
 Value = bool | int | float | str | tuple[float, ...]
 
@@ -127,14 +127,12 @@ class Parameter:
 
     def _checked_number(self, value: object) -> float:
         # numpy's numbers are Real too.
-        if isinstance(value, bool) or not isinstance(value, Real):
+        if not is_number(value):
             raise self._refuse(value, "a number")
         try:
             number = float(value)
         except OverflowError:
             number = math.inf
-        except TypeError as error:  # a span of time of numpy's
-            raise self._refuse(value, "a number") from error
         if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
             raise self._refuse(value, self._range())
         return number

@@ -16,14 +16,14 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping
-from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from rodless_base.kernels import is_kernel, same_type, specialise
 from rodless_base.measurement import Measurement
-from rodless_base.one_line import described, in_one_line, shown
+from rodless_base.one_line import described, function_name, in_one_line, shown
 from rodless_base.parameter_file import is_of_rclpy
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet
+from rodless_base.real_number import is_number
 from rodless_control.parameters import NODE_PARAMETERS, OUTPUT, REFERENCE, LawParameters
 
 
@@ -411,7 +411,7 @@ def checked_answer(law: Law, answer: object) -> tuple[float, ...]:
         raise LawError(f"{law_name(law)} answered {shown(answer)}: must be {' and '.join(wanted)}")
     numbers = values
     if set(map(type, values)) != {float}:
-        if not all(isinstance(value, Real) and not isinstance(value, bool) for value in values):
+        if not all(map(is_number, values)):
             wanted_kind = "numbers" if law.TERMS else "a number in V"
             raise LawError(f"{law_name(law)} answered {shown(answer)}: must be {wanted_kind}")
         try:
@@ -430,7 +430,7 @@ def checked_answer(law: Law, answer: object) -> tuple[float, ...]:
 def law_name(law: Law) -> str:
     """Return what messages call the law."""
     if isinstance(law, FunctionLaw):
-        return f"law {getattr(law.function, '__name__', shown(law.function))}"
+        return f"law {function_name(law.function)}"
     return f"law {type(law).__name__}"
 
 

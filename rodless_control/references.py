@@ -20,14 +20,14 @@ Examples
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from numbers import Real
-from typing import Any, Protocol, TypeGuard
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import outlined_kernel
 from rodless_base.one_line import shown, traced
+from rodless_base.real_number import is_number
 
 Array = npt.NDArray[np.float64]
 
@@ -59,15 +59,13 @@ def sampled(reference: Reference, times: Array) -> Array:
     numbers.
     """
     times = _checked_times(times)
-    at_once = getattr(reference, "samples", None)
-    if callable(at_once) and not isinstance(reference, type):
-        points = _array(reference, _asked(reference, at_once, times, "all times"), len(times))
-    elif callable(getattr(reference, "sample", None)) and not isinstance(reference, type):
+    # A class has the methods of its instances, and answers none.
+    asked = None if isinstance(reference, type) else reference
+    if callable(at_once := getattr(asked, "samples", None)):
+        points = _array(reference, _answer(reference, at_once, times), len(times))
+    elif callable(at_one := getattr(asked, "sample", None)):
         points = np.array(
-            [
-                _point(reference, time, _asked(reference, reference.sample, time, f"{time:g} s"))
-                for time in times.tolist()
-            ]
+            [_point(reference, time, _answer(reference, at_one, time)) for time in times.tolist()]
         ).reshape(-1, 2)
     else:
         raise TypeError(
@@ -80,10 +78,11 @@ def sampled(reference: Reference, times: Array) -> Array:
     return points
 
 
-def _asked(reference: object, ask: Callable[[Any], object], times: object, at: str) -> object:
+def _answer(reference: object, ask: Callable[[Any], object], time: float | Array) -> object:
     try:
-        return ask(times)
+        return ask(time)
     except Exception as error:
+        at = f"{time:g} s" if isinstance(time, float) else "all times"
         raise ValueError(f"at {at}: reference {_name(reference)} raises {traced(error)}") from error
 
 
@@ -114,7 +113,7 @@ def _array(reference: object, answer: object, count: int) -> Array:
 def _point(reference: object, time: float, answer: object) -> tuple[float, float]:
     try:
         numbers: list[object] = list(answer)  # type: ignore[call-overload]
-        position, velocity = (float(each) for each in numbers if _is_number(each))
+        position, velocity = (float(each) for each in numbers if is_number(each))
     except (TypeError, ValueError, OverflowError) as error:
         raise _no_point(reference, time, answer) from error
     if len(numbers) != 2:
@@ -165,15 +164,11 @@ class _Finite:
         for field in fields(self):
             given = getattr(self, field.name)
             value = given.item() if isinstance(given, np.ndarray) and given.size == 1 else given
-            if not _is_number(value):
+            if not is_number(value):
                 raise TypeError(f"{field.name} {shown(given)} refused: must be a number")
             if not _is_finite(value):
                 raise ValueError(f"{field.name} {shown(given)} refused: must be finite")
             object.__setattr__(self, field.name, float(value))
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, Real) and not isinstance(value, bool | np.timedelta64)
 
 
 def _is_finite(value: object) -> bool:

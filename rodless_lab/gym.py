@@ -23,7 +23,7 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.extras import missing_extra
 from rodless_base.measurement import Measurement
-from rodless_base.one_line import shown, traced
+from rodless_base.one_line import function_name, shown, traced
 from rodless_control import references
 from rodless_control.references import Reference, sampled
 from rodless_lab.simulation.closed_loop import refuse_beyond_any_rig, sample_count
@@ -169,11 +169,8 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
             return references.step(self._rig.state.position, target, at=0.1)
         if hasattr(self._reference, "sample"):
             return self._reference
-        try:
-            return self._reference(self.np_random)
-        except Exception as error:
-            name = _function_name(self._reference)
-            raise ValueError(f"reference {name} refused: it raises {traced(error)}") from error
+        drawn: Reference = _called("reference", self._reference, self.np_random)
+        return drawn
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Apply a voltage, shape (1,), for one period.
@@ -208,11 +205,8 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
     def _rewarded(self, error: float, jump: float) -> float:
         """Return what the reward function gives; an episode without a reward is over."""
         self._over = True
-        name = _function_name(self._reward)
-        try:
-            given = self._reward(error, jump)
-        except Exception as fault:
-            raise ValueError(f"reward {name} refused: it raises {traced(fault)}") from fault
+        given = _called("reward", self._reward, error, jump)
+        name = function_name(self._reward)
         found = single_number(given, f"reward: {name} gives", "any size")
         if not math.isfinite(found):
             raise ValueError(f"reward: {name} gives {shown(given)} refused: must be finite")
@@ -235,8 +229,13 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         return found, {"time": state.time, "position": state.position, "stamp": read.stamp}
 
 
-def _function_name(function: object) -> str:
-    return getattr(function, "__qualname__", None) or shown(function)
+def _called(what: str, function: Callable[..., Any], *arguments: object) -> Any:
+    """Call a function of the user's; raises ValueError, with its name, where it raises."""
+    try:
+        return function(*arguments)
+    except Exception as error:
+        name = function_name(function)
+        raise ValueError(f"{what} {name} refused: it raises {traced(error)}") from error
 
 
 gymnasium.register(id="Rodless-v0", entry_point="rodless_lab.gym:RigEnv")

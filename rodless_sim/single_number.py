@@ -9,11 +9,11 @@
 """One number out of what a caller gave for it."""
 
 import math
-from numbers import Real
 
 import numpy as np
 
 from rodless_base.one_line import shown
+from rodless_base.real_number import is_number
 
 
 def single_number(value: object, name: str, unit: str) -> float:
@@ -27,8 +27,7 @@ def single_number(value: object, name: str, unit: str) -> float:
     number = value
     if isinstance(value, np.ndarray) and value.size == 1 and not np.ma.is_masked(value):
         number = value.item()
-    # A span of time of numpy's counts as a whole number, and has no unit of ours.
-    if isinstance(number, bool | np.timedelta64) or not isinstance(number, Real):
+    if not is_number(number):
         raise TypeError(f"{name} {shown(value)} refused: must be a number of {unit}")
     try:
         return float(number)

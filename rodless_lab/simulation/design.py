@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Protocol, TypeGuard
 
 import numpy as np
@@ -27,6 +27,7 @@ from scipy.stats import qmc
 
 from rodless_base.one_line import OneLineError, shown
 from rodless_base.parameters import ParameterSet, Value
+from rodless_base.real_number import is_number
 
 Array = npt.NDArray[np.float64]
 
@@ -58,8 +59,8 @@ def is_whole(value: object) -> TypeGuard[int]:
 
 def _is_number(value: object) -> bool:
     try:
-        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-    except (OverflowError, TypeError):  # too large for a float; a span of time of numpy's
+        return is_number(value) and math.isfinite(value)
+    except OverflowError:  # a whole number too large for a float
         return False
 
 
