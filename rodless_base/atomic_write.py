@@ -10,6 +10,7 @@
 
 import os
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 
@@ -49,8 +50,9 @@ def check_writable(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder):
         pass
-    for place in made:
-        place.rmdir()
+    with suppress(OSError):  # somebody else has put something there meanwhile
+        for place in made:
+            place.rmdir()
 
 
 def _mask() -> int:

@@ -22,7 +22,8 @@ import numpy.typing as npt
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.extras import missing_extra
-from rodless_base.one_line import OneLineError, shown
+from rodless_base.file_path import file_path
+from rodless_base.one_line import OneLineError
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -101,21 +102,20 @@ class Columns:
 
         Raises
         ------
+        TypeError
+            For what is no path.
         ValueError
-            For another ending.
+            For another ending, or a path that no file can have.
         ModuleNotFoundError
             Where pyarrow is needed and not installed; the text says how to get it.
         OSError
             Where the file cannot be written.
         """
-        file = Path(path)
+        file = file_path(path)
         if file.suffix not in (".csv", ".parquet"):
             raise OneLineError(f"{path}: cannot be saved in this format; use .csv or .parquet")
         content = self._csv() if file.suffix == ".csv" else self._parquet()
-        try:
-            atomic_write(file, content)
-        except ValueError as error:  # a NUL, or half a character
-            raise OneLineError(f"{shown(str(path))}: no name of a file: {error}") from error
+        atomic_write(file, content)
 
     def _csv(self) -> str:
         columns, units = self.columns(), self.units()

@@ -182,6 +182,8 @@ class ParameterSet(Mapping[str, Value]):
     @classmethod
     def _named(cls, values: object) -> dict[str, object]:
         try:
+            if isinstance(values, str | bytes):
+                raise TypeError("an empty text would pass for no values")
             return dict(values)  # type: ignore[call-overload, no-any-return]
         except (TypeError, ValueError) as error:
             raise TypeError(

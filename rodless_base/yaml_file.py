@@ -17,6 +17,7 @@ from typing import Any
 
 import yaml
 
+from rodless_base.file_path import file_path
 from rodless_base.one_line import described, shown
 
 # A file of all parameters of both nodes has 10 kB and is five levels deep.
@@ -92,7 +93,7 @@ def read_yaml(path: str | Path, what: str) -> object:
     """Return what the file at ``path`` holds, which should be ``what``, such as "a scenario".
 
     Raises ValueError, in one line without the path, for a file that is not YAML in UTF-8 or too
-    large; OSError for one that cannot be read.
+    large; OSError for one that cannot be read; TypeError for what is no path.
     """
     try:
         found: object = yaml.load(_text(path, what), RosLoader)
@@ -106,7 +107,9 @@ def read_yaml(path: str | Path, what: str) -> object:
 def _text(path: str | Path, what: str) -> str:
     """Return what is in a file; raises ValueError for what is none, or too large for ``what``."""
     # A pipe without a writer would make open() wait for ever.
-    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+    with os.fdopen(
+        os.open(file_path(path), os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb"
+    ) as file:
         kind = os.fstat(file.fileno()).st_mode
         if stat.S_ISDIR(kind):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))

@@ -8,26 +8,28 @@
 
 """Nodes that go on when a callback fails, whatever message or request it was given."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from traceback import walk_tb
 from types import TracebackType
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterType, SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 
-from rodless_base.one_line import traced
+from rodless_base.one_line import in_one_line, traced
 
 # What /diagnostics calls them.
 CALLBACK_ERRORS = "errors in callbacks"
 
 # Errors that could come with every message: say one in this time (s). Diagnostics count them all.
 LOG_PERIOD = 10.0
+
+LAST_TYPE = ParameterType.PARAMETER_STRING_ARRAY
 
 
 class GuardedNode(Node):  # type: ignore[misc]
@@ -50,11 +52,14 @@ class GuardedNode(Node):  # type: ignore[misc]
     def take_error(self, error: BaseException) -> str:
         """Take what a callback, or the executor on its way there, has raised; return its text."""
         text = f"error in a callback: {traced(error)}"
-        self.callback_errors += 1
-        self.get_logger().error(text, throttle_duration_sec=LOG_PERIOD)
+        self._count(text)
         if _passed_our_code(error.__traceback__):
             self.make_safe(text)
         return text
+
+    def _count(self, text: str) -> None:
+        self.callback_errors += 1
+        self.get_logger().error(text, throttle_duration_sec=LOG_PERIOD)
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., None], *others: Any, **options: Any
@@ -75,7 +80,52 @@ class GuardedNode(Node):  # type: ignore[misc]
     ) -> Service:
         """As rclpy's."""
         guarded = self._guarded(callback, _failed_answer)
+        if srv_type is SetParameters:
+            guarded = self._each_parameter(guarded)
+        elif srv_type is SetParametersAtomically:
+            guarded = self._all_parameters(guarded)
         return super().create_service(srv_type, srv_name, guarded, **options)
+
+    def _each_parameter(self, callback: Callable[..., Any]) -> Callable[..., Any]:
+        """Let ``callback`` judge each parameter for itself: rclpy gives up at a type that is none.
+
+        The rest of the request would stay behind it.
+        """
+
+        def answer(request: Any, response: Any) -> Any:
+            results: list[SetParametersResult] = []
+            for parameter in request.parameters:
+                refused = self._unknown_type([parameter])
+                one = SetParameters.Request(parameters=[parameter])
+                results += [refused] if refused else callback(one, type(response)()).results
+            response.results = results
+            return response
+
+        return answer
+
+    def _all_parameters(self, callback: Callable[..., Any]) -> Callable[..., Any]:
+        """Refuse a request with a type that is none; ``callback`` answers all others."""
+
+        def answer(request: Any, response: Any) -> Any:
+            refused = self._unknown_type(request.parameters)
+            if refused is None:
+                return callback(request, response)
+            response.result = refused
+            return response
+
+        return answer
+
+    def _unknown_type(self, parameters: Sequence[Any]) -> SetParametersResult | None:
+        """Refuse a parameter whose type is none that ROS has; None where there is no such."""
+        for parameter in parameters:
+            if parameter.value.type > LAST_TYPE:
+                reason = (
+                    f"{in_one_line(parameter.name)}: type {parameter.value.type} refused, "
+                    f"ParameterType has 0 to {LAST_TYPE}"
+                )
+                self._count(reason)
+                return SetParametersResult(successful=False, reason=reason)
+        return None
 
     def _guarded(
         self, callback: Callable[..., Any], instead: Callable[..., Any]
@@ -96,9 +146,7 @@ def _failed_answer(text: str, request: Any, response: Any) -> Any:
     """Return the answer to a request on which the service has failed."""
     refused = SetParametersResult(successful=False, reason=text)
     if isinstance(request, SetParameters.Request):
-        # Those before the one that failed have their results.
-        missing = len(request.parameters) - len(response.results)
-        response.results = [*response.results, *[refused] * missing]
+        response.results = [refused] * len(request.parameters)
     elif isinstance(request, SetParametersAtomically.Request):
         response.result = refused
     elif hasattr(response, "success"):

@@ -186,6 +186,9 @@ class RosParameters(Generic[Set]):
         self._next = None
         if self._follows:
             return parameters
+        for parameter in parameters:
+            if is_of_rclpy(parameter.name) and not self._node.has_parameter(parameter.name):
+                raise Refusal(self.values.unknown(parameter.name))
         try:
             self._next = self._successor(self.values, self._ours(parameters))
         except ParameterError as error:

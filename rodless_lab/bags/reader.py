@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from rodless_base.columns import Columns
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, storage_files
+from rodless_lab.bags.metadata import BagError, BagTopic, bag_path, is_plain, storage_files
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
@@ -181,6 +181,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     BagError
         For a bag that is missing, in a storage that is not read, or, without ``recover``, cut off
         or damaged.
+    TypeError
+        For what is no path.
 
     Examples
     --------
@@ -190,7 +192,8 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     >>> bag["/joint_states"].save("joint_states.csv")
     """
     contents = Storage()
-    files = storage_files(Path(path))
+    bag = bag_path(path)
+    files = storage_files(bag)
     for file in files:
         read_storage(file, contents)
     if contents.fault and not recover:
@@ -199,7 +202,7 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
         rest = f"; {count} messages can be recovered ({way})" if count else ""
         raise BagError(f"{path}: {contents.fault}{rest}")
     by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
-    return Bag(Path(path), by_topic, complete=not contents.fault)
+    return Bag(bag, by_topic, complete=not contents.fault)
 
 
 def _of_topic(recorded: Recorded) -> TopicMessages:

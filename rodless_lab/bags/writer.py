@@ -24,6 +24,7 @@ from rodless_lab.bags.metadata import (
     BagError,
     BagTopic,
     FileContents,
+    bag_path,
     information_text,
     is_plain,
     recorded_topics,
@@ -50,7 +51,7 @@ class BagWriter(Closing):
 
     def __init__(self, path: str | Path) -> None:
         """Create the folder; raises :class:`BagError`."""
-        self.path = Path(path)
+        self.path = bag_path(path)
         self._channels: dict[str, int] = {}
         self.failure: BagError | None = None
         file = f"{self.path.resolve().name}_0.mcap"
@@ -124,7 +125,7 @@ def recover_bag(path: str | Path) -> int:
     the number of messages. Raises :class:`BagError`, also for a bag damaged before its end, in
     another storage than MCAP, compressed, or with a file that leads out of its folder.
     """
-    bag = Path(path)
+    bag = bag_path(path)
     if not bag.is_dir():
         raise BagError(f"{path}: not the folder of a bag")
     files = storage_files(bag)

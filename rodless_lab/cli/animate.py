@@ -18,6 +18,7 @@ from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.cli.number import number
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.figures.animation import Film, write_animation
 from rodless_lab.reports.preset_step import preset_step
 from rodless_lab.runs.from_bag import read_run_and_setpoint
@@ -31,17 +32,17 @@ LONGEST = 60.0  # s of film
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once the picture is written, 2 for a run or a file that cannot be used."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _animate(options), options.output)
+    return exit_code(lambda: _animate(options), options.output, options.output.parent)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless animate",
         description="Draw a run as a moving picture (GIF): the rig above its curves.",
         epilog=f"Presets: {', '.join(preset_names())}. Of a preset its step to 58 mm is drawn.",
     )
     parser.add_argument("run", metavar="BAG_OR_PRESET")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.gif")
+    parser.add_argument("-o", "--output", type=named_path, required=True, metavar="FILE.gif")
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     parser.add_argument("--start", type=number, default=0.0, help="s into the run (default: 0)")
     parser.add_argument("--end", type=number, help="s into the run (default: its end)")

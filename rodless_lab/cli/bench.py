@@ -8,7 +8,6 @@
 
 """`rodless bench`: what the rig, other solvers and the nodes cost on this machine."""
 
-import argparse
 import importlib.util
 import json
 import sys
@@ -17,6 +16,7 @@ from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 
 DESCRIPTION = (
     "Measure the rig beside other solvers, with errors, how many rigs run at once, and what the "
@@ -33,10 +33,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     Beside the JSON stand the tables as Markdown and the work–precision picture.
     """
-    parser = argparse.ArgumentParser(prog="rodless bench", description=DESCRIPTION)
+    parser = Parser(prog="rodless bench", description=DESCRIPTION)
     parser.add_argument(
         "--output",
-        type=Path,
+        type=named_path,
         help="all numbers (default: results/bench/metrics.json, PART.json with --only); tables "
         "and picture go beside it",
     )

@@ -15,11 +15,12 @@ from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Run the rigs, print and write the tables; return 1 after Ctrl-C, 2 for a bad file."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless campaign",
         description="Run random rigs at the default and at a small time.tolerance, and show by how "
         "much they differ.",

@@ -17,6 +17,7 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.reports.differences import IN_PLACE, Pair, differences_table, write_differences
 from rodless_lab.runs.comparison import aligned, common_time, differences
 from rodless_lab.runs.from_bag import read_run_and_setpoint
@@ -28,7 +29,7 @@ from rodless_sim import RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a run that cannot be used."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _compare(options), options.output)
+    return exit_code(lambda: _compare(options), options.output, options.output)
 
 
 def _compare(options: argparse.Namespace) -> None:
@@ -38,15 +39,15 @@ def _compare(options: argparse.Namespace) -> None:
     _report(options, _pair(options, second, setpoint))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless compare",
         description="Overlay two runs; differences are second minus first.",
         epilog=f"Presets: {', '.join(preset_names())}. A preset is simulated with what drove BAG.",
     )
     parser.add_argument("first", metavar="BAG_OR_PRESET")
-    parser.add_argument("bag", type=Path, metavar="BAG")
-    parser.add_argument("--output", type=Path, default=Path("results/compare"), help="folder")
+    parser.add_argument("bag", type=named_path, metavar="BAG")
+    parser.add_argument("--output", type=named_path, default=Path("results/compare"), help="folder")
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     parser.add_argument(
         "--drive",

@@ -8,7 +8,6 @@
 
 """`rodless demo`: both nodes over DDS move the carriage 0 -> 58 mm; a bag, a table, a picture."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -19,6 +18,7 @@ from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.reports.differences import IN_PLACE
 from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
 from rodless_lab.session.errors import HarnessError, InterruptedRunError
@@ -32,9 +32,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     Returns 1 where the run fails, 2 for a folder that cannot be written to.
     """
-    parser = argparse.ArgumentParser(prog="rodless demo", description=__doc__)
+    parser = Parser(prog="rodless demo", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
-    parser.add_argument("--output", type=Path, default=Path("results/demo"), help="folder")
+    parser.add_argument("--output", type=named_path, default=Path("results/demo"), help="folder")
     options = parser.parse_args(arguments)
     # Here, so that help works without ROS.
     from rodless_lab.demo import remove_old_bag, results_folder  # noqa: PLC0415

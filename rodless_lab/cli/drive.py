@@ -8,7 +8,6 @@
 
 """`rodless drive`: give a rig the voltages that an identification needs, one for each sample."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 
@@ -16,6 +15,7 @@ from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
+from rodless_lab.cli.parser import Parser
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitation
 
 
@@ -42,8 +42,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return code or (0 if done else 1)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless drive",
         description="Drive a rig so that `rodless identify` finds something, the carriage starting "
         "near 60 mm.",

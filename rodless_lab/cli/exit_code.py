@@ -12,18 +12,23 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from rodless_base.atomic_write import check_writable
 from rodless_lab.runs.measured_run import RunError
 from rodless_sim import ParameterError
 
 
-def exit_code(work: Callable[[], None], folder: Path) -> int:
-    """Do ``work``; return 0, or 2 after a line about a run or ``folder`` that cannot be used."""
+def exit_code(work: Callable[[], None], output: Path, folder: Path) -> int:
+    """Do ``work``; return 0, or 2 after a line about a run or ``output`` that cannot be used.
+
+    That nothing can be written into ``folder`` is said before the work, not after it.
+    """
     try:
+        check_writable(folder)
         work()
     except (RunError, ParameterError) as error:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"{folder}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(f"{output}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     return 0

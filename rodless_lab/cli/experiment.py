@@ -17,6 +17,7 @@ from pathlib import Path
 from rodless_base.atomic_write import check_writable
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.experiments import sine
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
@@ -106,7 +107,7 @@ def perform(names: Sequence[str], options: Options) -> list[Performed]:
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     """Read the command line; lengths are in mm there."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless experiment",
         description=__doc__,
         epilog="\n".join(
@@ -140,7 +141,9 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise (%(default)d)")
     parser.add_argument(
-        "--output", type=Path, help="folder (results/experiments, or results/experiments/NAME)"
+        "--output",
+        type=named_path,
+        help="folder (results/experiments, or results/experiments/NAME)",
     )
     return parser.parse_args(arguments)
 

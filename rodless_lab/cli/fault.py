@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, refuse_twice
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:
@@ -26,18 +27,19 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     given = dict(options.changes)
-    if len(given) < len(options.changes):
-        parser.error("the same fault is given twice")
-    if options.clear and any(value is not None for value in given.values()):
-        parser.error("--clear takes names without values")
-    if not options.clear and None in given.values():
-        parser.error("give NAME=VALUE, or --clear with names")
+    refuse_twice(parser, options.changes)
+    for name, value in given.items():
+        fault = name.removeprefix(PREFIX)
+        if options.clear and value is not None:
+            parser.error(f"{fault}={value}: refused, --clear takes names without values")
+        if not options.clear and value is None:
+            parser.error(f"{fault}: refused, no value; give {fault}=VALUE, or --clear {fault}")
     timeout = options.timeout
     return with_rig(options.namespace, stop, lambda rig: _work(rig, given, options), timeout)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless fault",
         description="Make faults of a running rig, all of them or none. Without arguments: show "
         "every fault there can be, what it does, and which are active. They are parameters of the "

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return with_rig(options.namespace, stop, lambda rig: _get(rig, options.names, timeout), timeout)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless get",
         description="Show parameters of a running rig, one NAME=VALUE a line, as rodless set "
         "takes them.",
@@ -36,12 +37,19 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "names",
         nargs="*",
+        type=_name,
         metavar="NAME",
         help="plant:NAME where both nodes have the name (default: all of both nodes)",
     )
     add_namespace(parser)
     add_timeout(parser, "for the nodes to be found, and for each answer")
     return parser
+
+
+def _name(text: str) -> str:
+    if not text:
+        raise argparse.ArgumentTypeError("'' is no parameter's name")
+    return text
 
 
 def _get(rig: "RunningRig", names: Sequence[str], timeout: float) -> int:

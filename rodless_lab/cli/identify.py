@@ -14,9 +14,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write, check_writable
 from rodless_base.start import Stop
 from rodless_lab.cli.notes import print_notes
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
 from rodless_lab.identification.subjects import (
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
+        check_writable(options.output.parent)
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
@@ -125,8 +127,8 @@ def _named(bag: Path) -> Iterator[None]:
         raise type(error)(text if str(bag) in text else f"{bag}: {text}") from error
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless identify",
         description="Identify parameters of a rig from a recorded run.",
         epilog="Topics read: joint_states, chamber_a/pressure, chamber_b/pressure, "
@@ -134,11 +136,11 @@ def _parser() -> argparse.ArgumentParser:
         "model does not fit the run; FILE.png shows the residuals.",
     )
     parser.add_argument("subject", choices=sorted(SUBJECTS))
-    parser.add_argument("bag", type=Path, metavar="BAG", help="folder of a rosbag2 bag")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.yaml")
+    parser.add_argument("bag", type=named_path, metavar="BAG", help="folder of a rosbag2 bag")
+    parser.add_argument("-o", "--output", type=named_path, required=True, metavar="FILE.yaml")
     parser.add_argument(
         "--validate",
-        type=Path,
+        type=named_path,
         metavar="BAG",
         help="a second bag of the same rig: which model, fitted to the first, predicts it",
     )

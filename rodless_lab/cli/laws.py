@@ -16,11 +16,12 @@ from pathlib import Path
 from rodless_base.atomic_write import atomic_write, check_writable
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Write table, picture and figures of each run; return 1 after Ctrl-C, 2 for bad options."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless laws",
         description="Let the control laws do seeded tasks on the same random rigs, and compare.",
         epilog="LAW is a law of this package, or package.module:Class of your own; see "
@@ -37,7 +38,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=named_path,
         default=Path("results/laws"),
         help="folder (default: %(default)s)",
     )

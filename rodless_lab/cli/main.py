@@ -17,6 +17,7 @@ from pathlib import Path
 from rodless_base.output import Output
 from rodless_base.ros.shared_memory import prepare_shared_memory
 from rodless_base.start import NO_ROS, Stop
+from rodless_lab.cli.parser import Parser
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
 VERBS = {
@@ -69,8 +70,18 @@ WITH_LAWS = ("laws", "sweep", "tune")
 def main() -> None:
     """Run the verb on the command line and exit with its code, 1 where its output got lost."""
     output = Output()
-    stop = Stop()
-    parser = argparse.ArgumentParser(
+    try:
+        code = _run(Stop())
+    except SystemExit as ended:  # after help, or a refusal of the command line
+        code = ended.code
+    failure = output.end()
+    if failure is not None:
+        print(failure, file=sys.stderr)
+    sys.exit(code or int(failure is not None))
+
+
+def _run(stop: Stop) -> str | int | None:
+    parser = Parser(
         prog="rodless",
         description="A simulated pneumatic servo rig for ROS 2.",
         epilog="\n".join(f"  {verb:10} {summary}" for verb, (_, summary) in VERBS.items()),
@@ -93,7 +104,7 @@ def main() -> None:
         print(note, file=sys.stderr)
     try:
         module = importlib.import_module(VERBS[chosen.verb][0])
-        code = module.main(chosen.arguments, stop)
+        code: int = module.main(chosen.arguments, stop)
     except ModuleNotFoundError as error:
         if "pip install" in str(error):  # a library that is missing, and not ROS
             print(error, file=sys.stderr)
@@ -102,10 +113,7 @@ def main() -> None:
         else:
             print(NO_ROS, file=sys.stderr)
         code = 2
-    failure = output.end()
-    if failure is not None:
-        print(failure, file=sys.stderr)
-    sys.exit(code or int(failure is not None))
+    return code
 
 
 def _is_there(module: str) -> bool:

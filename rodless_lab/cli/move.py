@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
+from rodless_lab.cli.parser import Parser
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return with_rig(options.namespace, stop, lambda rig: _move(rig, options))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless move",
         description="Move the carriage of a running rig to a position in mm, wait until it has "
         "stayed within 0.2 mm of it for 0.5 s, and print the metrics of the step. Times are plant "

@@ -8,14 +8,13 @@
 
 """`rodless policy`: the SROS2 policy of a running rig."""
 
-import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace, with_rig
 
 if TYPE_CHECKING:
@@ -30,14 +29,14 @@ DISCOVERY = 5.0
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Print or write the policy; return 2 where there is no rig or no room for the file."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless policy",
         description="Write the SROS2 policy of a running rig: its nodes may do what they do now, "
         "and nothing else.",
         epilog="See docs/security.md.",
     )
     add_namespace(parser)
-    parser.add_argument("-o", "--output", type=Path, help="file to write (default: print it)")
+    parser.add_argument("-o", "--output", type=named_path, help="file to write (default: print it)")
     options = parser.parse_args(arguments)
 
     def work(rig: "RunningRig") -> int:

@@ -10,10 +10,10 @@
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_lab.bags.writer import default_bag
+from rodless_lab.cli.parser import Parser, named_path
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -25,8 +25,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return record(options.output, options.topics, stop, options.wall_time)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless record",
         description="Record topics into a rosbag2 bag (MCAP) until Ctrl-C. The bag's folder is "
         "named with -o.",
@@ -38,7 +38,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=named_path,
         default=default_bag(),
         help="folder to create (default: named after the time, as ros2 bag record does)",
     )

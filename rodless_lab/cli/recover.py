@@ -8,22 +8,21 @@
 
 """`rodless recover`: repair a bag whose recording was killed."""
 
-import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError, listed_messages
 from rodless_lab.bags.writer import recover_bag
+from rodless_lab.cli.parser import Parser, named_path
 
 
 def main(arguments: Sequence[str], _stop: Stop) -> int:
     """Repair the bag in place; return 2 where that cannot be done."""
-    parser = argparse.ArgumentParser(
-        prog="rodless recover", description="Repair a bag whose recording was killed."
+    parser = Parser(prog="rodless recover", description="Repair a bag whose recording was killed.")
+    parser.add_argument(
+        "bag", type=named_path, help="folder of the bag, which is repaired in place"
     )
-    parser.add_argument("bag", type=Path, help="folder of the bag, which is repaired in place")
     bag = parser.parse_args(arguments).bag
     try:
         listed = listed_messages(bag)

@@ -19,6 +19,7 @@ from rodless_base.parameters import errors_of_file
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
@@ -33,7 +34,7 @@ from rodless_sim import RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a bag that cannot be replayed."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _replay(options), options.output)
+    return exit_code(lambda: _replay(options), options.output, options.output)
 
 
 def _replay(options: argparse.Namespace) -> None:
@@ -41,16 +42,18 @@ def _replay(options: argparse.Namespace) -> None:
     _report(options, recorded, replay(_parameters(options), recorded))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless replay",
         description="Feed a bag's voltages to the plant, from the recorded start on, and report "
         "how far it departs from the recording.",
     )
-    parser.add_argument("bag", type=Path, metavar="BAG")
+    parser.add_argument("bag", type=named_path, metavar="BAG")
     parser.add_argument("--preset", default="paper", choices=preset_names())
-    parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
-    parser.add_argument("--output", type=Path, default=Path("results/replay"), help="folder")
+    parser.add_argument(
+        "--parameters", type=named_path, metavar="FILE", help="on top of the preset"
+    )
+    parser.add_argument("--output", type=named_path, default=Path("results/replay"), help="folder")
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     return parser
 

@@ -13,11 +13,13 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+from rodless_base.atomic_write import check_writable
 from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
 from rodless_sim import RigParameters
@@ -107,7 +109,7 @@ def _watch(processes: "SessionProcesses", plan: "ProcessPlan", stop: Stop) -> No
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="rodless rig", description=__doc__)
+    parser = Parser(prog="rodless rig", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument(
         "--sensors",
@@ -120,7 +122,9 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         "--cylinder", metavar="MODEL", help="of the CY3R series, such as CY3R32-500"
     )
     add_namespace(parser)
-    parser.add_argument("--parameters", type=Path, metavar="FILE", help="on top of the preset")
+    parser.add_argument(
+        "--parameters", type=named_path, metavar="FILE", help="on top of the preset"
+    )
     parser.add_argument(
         "--scenario",
         metavar="FILE",
@@ -143,15 +147,16 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--record",
         nargs="?",
-        const="",
+        type=named_path,
+        const=True,
         metavar="BAG",
         help="record both, in one process, into a new bag (without BAG: named after the time)",
     )
     options = parser.parse_args(arguments)
     if options.record is not None and options.without_controller:
         parser.error("--record is for both nodes in one process; use `rodless record` here")
-    if options.record and Path(options.record).exists():
-        parser.error(f"--record {options.record}: exists already; a bag is never written over")
+    if options.record is not None:
+        _check_bag(parser, options.record)
     if options.parameters is not None and not options.parameters.is_file():
         there = options.parameters.exists()
         cause = "no file, but something else" if there else "no such file"
@@ -162,6 +167,17 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         except ParameterError as error:
             parser.error(str(error))
     return options
+
+
+def _check_bag(parser: Parser, bag: Path | Literal[True]) -> None:
+    """End the program where no ``bag`` can be made; True: one named after the time, here."""
+    if bag is not True and bag.exists():
+        parser.error(f"--record {bag}: exists already; a bag is never written over")
+    try:
+        check_writable(Path() if bag is True else bag.parent)
+    except OSError as error:
+        name = "" if bag is True else f" {bag}"
+        parser.error(f"--record{name}: cannot be written: {error.strerror}")
 
 
 def _plan(options: argparse.Namespace) -> "ProcessPlan":
@@ -192,5 +208,5 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
         namespace=options.namespace,
         one_process=(options.one_process or options.record is not None)
         and not options.without_controller,
-        record=options.record,
+        record="" if options.record is True else options.record and str(options.record),
     )

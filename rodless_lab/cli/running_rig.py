@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
+from rodless_lab.cli.parser import Parser
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -26,12 +27,12 @@ NOT_POSSIBLE = 2
 ANSWER_TIMEOUT = 10.0
 
 
-def add_namespace(parser: argparse.ArgumentParser) -> None:
+def add_namespace(parser: Parser) -> None:
     """Add the option that says which rig."""
     parser.add_argument("--namespace", default="", help="of the rig, such as /rig1")
 
 
-def add_timeout(parser: argparse.ArgumentParser, meaning: str, default: float = 10.0) -> None:
+def add_timeout(parser: Parser, meaning: str, default: float = 10.0) -> None:
     """Add the option for how long to wait, in wall-clock s; ``meaning``: for what."""
     parser.add_argument(
         "--timeout",

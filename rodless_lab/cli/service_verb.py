@@ -8,12 +8,12 @@
 
 """Verbs that ask the nodes of a running rig for one thing each."""
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ class ServiceVerb:
         timeout = options.timeout
         return with_rig(options.namespace, stop, lambda rig: self._ask(rig, timeout), timeout)
 
-    def _parser(self) -> argparse.ArgumentParser:
-        parser = argparse.ArgumentParser(
+    def _parser(self) -> Parser:
+        parser = Parser(
             prog=f"rodless {self.name}",
             description=self.description,
             epilog="Exit code: 0 done; 1 Ctrl-C; 2 no such rig, refused or no answer.",

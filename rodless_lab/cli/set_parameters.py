@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, refuse_twice
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:
@@ -25,14 +26,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     given = dict(options.changes)
-    if len(given) < len(options.changes):
-        parser.error("the same parameter is given twice")
+    refuse_twice(parser, options.changes)
     timeout = options.timeout
     return with_rig(options.namespace, stop, lambda rig: _set(rig, given, timeout), timeout)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless set",
         description="Change parameters of a running rig. Each parameter goes to the node that "
         "declares it. All are checked before any is sent, and each node takes its own at once or "

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from rodless_base.atomic_write import atomic_write
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
+from rodless_lab.cli.parser import Parser, named_path
 
 if TYPE_CHECKING:
     from rodless_lab.soak.ros.soak import Soak
@@ -66,7 +67,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless soak",
         description="Run plant and controller for long: in real time, then in lock-step, where "
         "each sample is compared with the run without nodes.",
@@ -81,7 +82,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--output",
-        type=Path,
+        type=named_path,
         default=Path("results/soak/soak.md"),
         help="the report (default: %(default)s)",
     )

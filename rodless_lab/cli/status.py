@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
@@ -30,8 +31,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return with_rig(options.namespace, stop, lambda rig: _status(rig, options))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless status",
         description="Show the state of a running rig: its nodes, plant time, readings and "
         "diagnostics.",

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/sweeps")
@@ -93,7 +94,7 @@ def _latest() -> Path:
 
 
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless sweep",
         description="Run each row of a study, and keep its figures. The same command goes on with "
         "a sweep that was interrupted. See docs/sweeps.md.",
@@ -109,8 +110,8 @@ def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _replay_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _replay_parser() -> Parser:
+    parser = Parser(
         prog="rodless sweep replay",
         description="Run one row of a sweep again and compare all of its numbers bit for bit.",
     )
@@ -122,7 +123,7 @@ def _replay_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_output(parser: argparse.ArgumentParser) -> None:
+def _add_output(parser: Parser) -> None:
     parser.add_argument(
-        "-o", "--output", type=Path, help=f"folder of the sweep (default: in {FOLDER})"
+        "-o", "--output", type=named_path, help=f"folder of the sweep (default: in {FOLDER})"
     )

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.start import Stop
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/tuning")
@@ -65,7 +66,7 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
 
 
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rodless tune",
         description="Look for the parameters of a law that score best over many rigs, and write "
         "them as a parameter file. See docs/tuning.md.",
@@ -73,5 +74,5 @@ def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
         "code: 0 the search is over; 1 Ctrl-C; 2 a task or folder that cannot be used.",
     )
     parser.add_argument("task", metavar="TASK", help="a YAML file, or a task that ships: pid")
-    parser.add_argument("-o", "--output", type=Path, help=f"folder (default: {FOLDER}/TASK)")
+    parser.add_argument("-o", "--output", type=named_path, help=f"folder (default: {FOLDER}/TASK)")
     return parser.parse_args(arguments)

@@ -18,6 +18,7 @@ from rodless_base.extras import missing_extra
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
+from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 
@@ -46,14 +47,16 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="rodless view",
         description="Show a rig in the browser, steer it, record it and play bags. Joins the rig "
         "that runs in the namespace, or starts one with --rig; with BAG it shows bags alone.",
         epilog="Exit code: 0 Ctrl-C; 1 a rig of its own has ended; 2 it cannot be shown.",
     )
-    parser.add_argument("bags", nargs="*", type=Path, metavar="BAG", help="one, or two to compare")
+    parser.add_argument(
+        "bags", nargs="*", type=named_path, metavar="BAG", help="one, or two to compare"
+    )
     add_namespace(parser)
     parser.add_argument("--rig", action="store_true", help="start a rig, which ends with the view")
     parser.add_argument(
@@ -66,7 +69,10 @@ def _parser() -> argparse.ArgumentParser:
         "--port", type=port, default=PORT, help="0 for a free one (default: %(default)s)"
     )
     parser.add_argument(
-        "--folder", type=Path, default=Path(), help="of the bags to record and open (default: here)"
+        "--folder",
+        type=named_path,
+        default=Path(),
+        help="of the bags to record and open (default: here)",
     )
     return parser
 

@@ -29,6 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.kernels import outlined_kernel
+from rodless_base.one_line import shown
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim.single_number import single_number
 
@@ -79,7 +80,7 @@ def run_metrics(run: ClosedLoopTrace, since: float = 0.0) -> RunMetrics:
     ValueError
         For a run that ends before ``since``.
     TypeError
-        For a ``since`` that is no number.
+        For a ``run`` that is none, or a ``since`` that is no number.
 
     Examples
     --------
@@ -91,6 +92,8 @@ def run_metrics(run: ClosedLoopTrace, since: float = 0.0) -> RunMetrics:
     >>> run_metrics(run).settling_time < 2.0
     True
     """
+    if not isinstance(run, ClosedLoopTrace):
+        raise TypeError(f"{shown(run)} refused, must be a run of rodless_lab.closed_loop")
     return metrics_of(
         run.time,
         run.reference,

@@ -12,6 +12,7 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from pathlib import Path
 
+from rodless_base.file_path import file_path
 from rodless_lab.simulation.closed_loop import as_law, is_compiled
 from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.studies.base import Base
@@ -58,6 +59,8 @@ def sweep(
         Without pyarrow (extra ``data``).
     OSError
         Where the folder cannot be written.
+    TypeError
+        For an ``output`` that is no path.
 
     Examples
     --------
@@ -67,9 +70,10 @@ def sweep(
     >>> len(found), found.failures
     (81, {})
     """
+    folder = file_path(output)
     chosen = study if isinstance(study, Study) else read_study(study)
-    run_sweep(chosen, Path(output), workers, scheduler, progress or (lambda _known, _total: None))
-    return read_results(Path(output), chosen)
+    run_sweep(chosen, folder, workers, scheduler, progress or (lambda _known, _total: None))
+    return read_results(folder, chosen)
 
 
 def run_sweep(

@@ -276,7 +276,7 @@ def test_a_value_of_an_unknown_type_is_refused_and_counted(observer: Observer, n
         answer = observer.call(kind, f"{node}/{service}", parameters=[unknown])
         (result,) = answer.results if service == "set_parameters" else [answer.result]
         assert not result.successful
-        assert "10" in result.reason
+        assert result.reason == "supply.pressure: type 10 refused, ParameterType has 0 to 9"
     assert observer.counter(node, "errors in callbacks", fresh=True) == before + 2
     assert observer.call(Trigger, f"{node}/reset").success
     assert "valve closed, reset" not in observer.diagnostic(node, fresh=True).message
@@ -315,6 +315,17 @@ def test_a_pair_that_only_agrees_as_a_whole_is_taken_as_one_change(observer: Obs
         observer.set_parameters("/plant", {"friction.forward.coulomb": 40.0})
     observer.set_parameters("/plant", pair)
     assert observer.get_parameters("/plant", pair) == pair
+
+
+@NODES
+def test_what_rclpy_might_have_but_has_not_is_refused_by_name(
+    observer: Observer, node: str
+) -> None:
+    """The answer of rclpy itself names no parameter."""
+    given = Parameter("qos_overrides./joint_states.publisher.depth", value=5)
+    for result in set_one_by_one(observer, node, {given.name: given.value}):
+        assert not result.successful
+        assert result.reason == f"{given.name}: no such parameter"
 
 
 @NODES

@@ -159,3 +159,10 @@ def test_each_figure_says_its_unit() -> None:
     """And none is without a name."""
     assert all(math.isfinite(value) for value in run_metrics(made(TIME * 0.0, TIME * 0.0))[:1])
     assert RunMetrics._fields[0] == "final_error"
+
+
+@pytest.mark.parametrize("given", [5, None, "run1", simulate(RigParameters(), np.zeros(2), 1e-3)])
+def test_what_is_no_closed_loop_is_refused(given: object) -> None:
+    """A run without a reference has no error to measure; the line says what has."""
+    with pytest.raises(TypeError, match=r"refused, must be a run of rodless_lab\.closed_loop$"):
+        run_metrics(given)  # type: ignore[arg-type]

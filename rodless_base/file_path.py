@@ -1,0 +1,45 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Paths as they are given, to a function or on a command line."""
+
+import os
+from pathlib import Path
+
+from rodless_base.one_line import OneLineError, shown
+
+
+def file_path(given: object) -> Path:
+    """Return the path that is given as a text or as an object with one, such as a Path.
+
+    Raises
+    ------
+    TypeError
+        For what is no path: a number, bytes, None.
+    ValueError
+        For a text that no file can have as its path: empty, with a NUL or half a character.
+
+    Examples
+    --------
+    >>> file_path("run1").name
+    'run1'
+    """
+    text = os.fspath(given) if isinstance(given, os.PathLike) else given
+    if not isinstance(text, str):
+        raise TypeError(f"{shown(given)} refused, must be a path: a text or a pathlib.Path")
+    if not text or "\0" in text or not _encodes(text):
+        raise OneLineError(f"{shown(text)} refused, no file has this path")
+    return Path(text)
+
+
+def _encodes(text: str) -> bool:
+    try:
+        os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -1,0 +1,45 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What every verb reads its command line with: a refusal is one line, with the way to the help."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from rodless_base.file_path import file_path
+from rodless_base.one_line import in_one_line
+
+REFUSED = 2
+
+
+class Parser(argparse.ArgumentParser):
+    """Python's parser, without the summary of all options that it prints before its refusals."""
+
+    def error(self, message: str) -> NoReturn:
+        """End the program with a line on standard error."""
+        self.exit(REFUSED, f"{self.prog}: error: {in_one_line(message)}; see {self.prog} --help\n")
+
+
+def refuse_twice(parser: Parser, changes: Sequence[tuple[str, str | None]]) -> None:
+    """End the program where two ``changes`` have one name: nobody knows which is meant."""
+    given: dict[str, str | None] = {}
+    for name, value in changes:
+        if name in given:
+            both = " and ".join(text for text in (given[name], value) if text is not None)
+            parser.error(f"{name}: refused, given twice{both and f', as {both}'}")
+        given[name] = value
+
+
+def named_path(text: str) -> Path:
+    """Return the path that an argument names; raises ArgumentTypeError for what names none."""
+    try:
+        return file_path(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
