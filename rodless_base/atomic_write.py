@@ -8,9 +8,9 @@
 
 """Files that are there whole or not at all."""
 
+import errno
 import os
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 
@@ -45,14 +45,22 @@ def _rename(unfinished: Path, path: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """Raise OSError now rather than after minutes of work; a folder made for it goes again."""
-    made = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
+    """Raise OSError now rather than after minutes of work; ``folder`` need not be there yet."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    with tempfile.TemporaryFile(dir=there):
         pass
-    with suppress(OSError):  # somebody else has put something there meanwhile
-        for place in made:
-            place.rmdir()
+
+
+def check_file_writable(file: Path) -> None:
+    """Raise OSError as :func:`check_writable`, for a file that is to be written."""
+    if file.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(file))
+    check_writable(Path(os.path.realpath(file)).parent)
+
+
+def cannot_be_written(what: object, error: OSError) -> str:
+    """Return the line that says so of ``what``, with the cause."""
+    return f"{what}: cannot be written: {error.strerror}"
 
 
 def _mask() -> int:

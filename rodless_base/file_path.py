@@ -13,6 +13,9 @@ from pathlib import Path
 
 from rodless_base.one_line import OneLineError, shown
 
+# Of one name in a path, in bytes: what the file systems of Linux take.
+LONGEST_NAME = 255
+
 
 def file_path(given: object) -> Path:
     """Return the path that is given as a text or as an object with one, such as a Path.
@@ -22,7 +25,7 @@ def file_path(given: object) -> Path:
     TypeError
         For what is no path: a number, bytes, None.
     ValueError
-        For a text that no file can have as its path: empty, with a NUL or half a character.
+        For a text that no file can have as its path; it says why.
 
     Examples
     --------
@@ -32,14 +35,21 @@ def file_path(given: object) -> Path:
     text = os.fspath(given) if isinstance(given, os.PathLike) else given
     if not isinstance(text, str):
         raise TypeError(f"{shown(given)} refused, must be a path: a text or a pathlib.Path")
-    if not text or "\0" in text or not _encodes(text):
-        raise OneLineError(f"{shown(text)} refused, no file has this path")
+    wrong = _wrong_with(text)
+    if wrong:
+        raise OneLineError(f"{shown(text)} refused, no file has this path: {wrong}")
     return Path(text)
 
 
-def _encodes(text: str) -> bool:
+def _wrong_with(text: str) -> str:
+    if not text:
+        return "it is empty"
+    if "\0" in text:
+        return "it has a NUL"
     try:
-        os.fsencode(text)
+        names = os.fsencode(text).split(b"/")
     except UnicodeEncodeError:
-        return False
-    return True
+        return "it has half a character"
+    if max(map(len, names)) > LONGEST_NAME:
+        return f"it has a name of more than {LONGEST_NAME} bytes"
+    return ""

@@ -67,14 +67,21 @@ def traced(error: BaseException) -> str:
 
 
 def in_one_line(text: str) -> str:
-    """Return ``text`` without line breaks, cut in its middle beyond ``LONGEST`` characters."""
+    """Return ``text`` without line breaks, cut in its middle beyond ``LONGEST`` characters.
+
+    What is no letter is spelt out: a NUL would end a message of ROS, ESC commands a terminal.
+    """
     if len(text) > 10 * LONGEST:
         text = f"{text[: 5 * LONGEST]} {text[-5 * LONGEST :]}"
         cut = True
     else:
         cut = False
-    line = " ".join(text.split())
+    line = "".join(map(_visible, " ".join(text.split())))
     if cut or len(line) > LONGEST:
         half = (LONGEST - 3) // 2
         line = f"{line[:half]}...{line[-half:]}"
     return line
+
+
+def _visible(letter: str) -> str:
+    return letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii")

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
+from rodless_base.file_path import file_path
 from rodless_base.one_line import OneLineError, in_one_line, shown
 from rodless_base.owners import owner
 from rodless_base.parameter_file import preset_file, read_parameter_file
@@ -47,8 +48,13 @@ class ParameterFileError(ParameterError, OSError):
 def errors_of_file(path: str | Path) -> Iterator[None]:
     """Turn what reading the parameter file ``path`` raises into errors that name it.
 
-    OSError becomes :class:`ParameterFileError`, ValueError :class:`ParameterError`.
+    OSError becomes :class:`ParameterFileError`, ValueError :class:`ParameterError`. TypeError for
+    what is no path.
     """
+    try:
+        file_path(path)
+    except ValueError as error:  # which names the path already
+        raise ParameterError(str(error)) from error
     try:
         yield
     except OSError as error:
@@ -181,15 +187,17 @@ class ParameterSet(Mapping[str, Value]):
 
     @classmethod
     def _named(cls, values: object) -> dict[str, object]:
+        refusal = TypeError(
+            f"{cls.__name__}: {shown(values)} refused, must be values by name: "
+            '{"name": value, ...}'
+        )
+        # Empty, a text would pass for no values.
+        if isinstance(values, str | bytes | bytearray):
+            raise refusal
         try:
-            if isinstance(values, str | bytes):
-                raise TypeError("an empty text would pass for no values")
             return dict(values)  # type: ignore[call-overload, no-any-return]
         except (TypeError, ValueError) as error:
-            raise TypeError(
-                f"{cls.__name__}: {shown(values)} refused, must be values by name: "
-                '{"name": value, ...}'
-            ) from error
+            raise refusal from error
 
     def _take(self, named: Mapping[str, object], before: Mapping[str, Value]) -> None:
         """Take ``named`` values on top of good ones."""

@@ -8,6 +8,7 @@
 
 """Scenarios: which parameters of a rig, faults and others, change when, in plant time."""
 
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice, pairwise
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.file_path import file_path
 from rodless_base.one_line import shown
 from rodless_base.parameter_file import flattened, preset_directory
 from rodless_base.parameters import ParameterError, ParameterFileError, Value
@@ -209,6 +211,10 @@ def _shown(name: str, value: Value) -> str:
 @contextmanager
 def _errors_of_file(path: str | Path) -> Iterator[None]:
     try:
+        file_path(path)
+    except ValueError as error:  # which names the path already
+        raise ScenarioError(str(error)) from error
+    try:
         yield
     except OSError as error:
         raise ScenarioFileError(f"{path}: cannot be read: {error.strerror}") from error
@@ -235,12 +241,12 @@ def shipped_scenario(name: str) -> Path:
     return found[stem]
 
 
-def scenario_file(given: str | Path) -> Path:
+def scenario_file(given: str | os.PathLike[str]) -> Path:
     """Return the absolute path of a scenario file, or of the package's scenario of that name."""
-    path = Path(given)
     try:
-        there = bool(str(given)) and path.exists()
-    except OSError:  # such as a name that is too long
+        path = file_path(given)
+        there = path.exists()
+    except (OSError, ValueError):
         there = False
     return path.absolute() if there else shipped_scenario(str(given))
 
@@ -256,7 +262,7 @@ def as_scenario(given: object) -> Scenario | None:
     """
     if given is None or isinstance(given, Scenario):
         return given
-    if isinstance(given, str | Path):
+    if isinstance(given, str | os.PathLike):
         return Scenario.from_file(scenario_file(given))
     raise TypeError(f"{shown(given)} is no scenario: give a Scenario or the path of a file")
 

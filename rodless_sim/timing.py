@@ -93,7 +93,7 @@ PARAMETERS = declare(
         "",
         "",
         "file of a scenario that the node follows, or the name of one that comes with the package "
-        "(docs/faults.md); empty for none",
+        "(docs/faults.md); empty for none. Functions in Python take theirs as scenario=",
         "interface",
         fixed=True,
     ),

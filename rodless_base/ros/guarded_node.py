@@ -52,14 +52,11 @@ class GuardedNode(Node):  # type: ignore[misc]
     def take_error(self, error: BaseException) -> str:
         """Take what a callback, or the executor on its way there, has raised; return its text."""
         text = f"error in a callback: {traced(error)}"
-        self._count(text)
+        self.callback_errors += 1
+        self.get_logger().error(text, throttle_duration_sec=LOG_PERIOD)
         if _passed_our_code(error.__traceback__):
             self.make_safe(text)
         return text
-
-    def _count(self, text: str) -> None:
-        self.callback_errors += 1
-        self.get_logger().error(text, throttle_duration_sec=LOG_PERIOD)
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., None], *others: Any, **options: Any
@@ -87,18 +84,21 @@ class GuardedNode(Node):  # type: ignore[misc]
         return super().create_service(srv_type, srv_name, guarded, **options)
 
     def _each_parameter(self, callback: Callable[..., Any]) -> Callable[..., Any]:
-        """Let ``callback`` judge each parameter for itself: rclpy gives up at a type that is none.
+        """Refuse parameters of a type that is none; ``callback`` answers for all others.
 
-        The rest of the request would stay behind it.
+        rclpy would give up at the first, and what comes after it in the request stay behind.
         """
 
         def answer(request: Any, response: Any) -> Any:
-            results: list[SetParametersResult] = []
-            for parameter in request.parameters:
-                refused = self._unknown_type([parameter])
-                one = SetParameters.Request(parameters=[parameter])
-                results += [refused] if refused else callback(one, type(response)()).results
-            response.results = results
+            refusals = [self._refuse_unknown_type([one]) for one in request.parameters]
+            known = [
+                parameter
+                for parameter, refusal in zip(request.parameters, refusals, strict=True)
+                if refusal is None
+            ]
+            response = callback(SetParameters.Request(parameters=known), response)
+            answers = iter(list(response.results))
+            response.results = [next(answers) if one is None else one for one in refusals]
             return response
 
         return answer
@@ -107,7 +107,7 @@ class GuardedNode(Node):  # type: ignore[misc]
         """Refuse a request with a type that is none; ``callback`` answers all others."""
 
         def answer(request: Any, response: Any) -> Any:
-            refused = self._unknown_type(request.parameters)
+            refused = self._refuse_unknown_type(request.parameters)
             if refused is None:
                 return callback(request, response)
             response.result = refused
@@ -115,15 +115,16 @@ class GuardedNode(Node):  # type: ignore[misc]
 
         return answer
 
-    def _unknown_type(self, parameters: Sequence[Any]) -> SetParametersResult | None:
-        """Refuse a parameter whose type is none that ROS has; None where there is no such."""
+    def _refuse_unknown_type(self, parameters: Sequence[Any]) -> SetParametersResult | None:
+        """Count and log a parameter of a type that ROS has not; None where there is no such."""
         for parameter in parameters:
             if parameter.value.type > LAST_TYPE:
                 reason = (
                     f"{in_one_line(parameter.name)}: type {parameter.value.type} refused, "
                     f"ParameterType has 0 to {LAST_TYPE}"
                 )
-                self._count(reason)
+                self.callback_errors += 1
+                self.get_logger().error(reason, throttle_duration_sec=LOG_PERIOD)
                 return SetParametersResult(successful=False, reason=reason)
         return None
 
@@ -146,7 +147,9 @@ def _failed_answer(text: str, request: Any, response: Any) -> Any:
     """Return the answer to a request on which the service has failed."""
     refused = SetParametersResult(successful=False, reason=text)
     if isinstance(request, SetParameters.Request):
-        response.results = [refused] * len(request.parameters)
+        # Those before the one that failed have their results.
+        missing = len(request.parameters) - len(response.results)
+        response.results = [*response.results, *[refused] * missing]
     elif isinstance(request, SetParametersAtomically.Request):
         response.result = refused
     elif hasattr(response, "success"):

@@ -163,10 +163,13 @@ class ControllerNode:
 
 
 def load() -> None:
-    """Load the compiled control law, so that the first command does not wait for it."""
+    """Load the compiled control law: neither the first command nor a new gain waits for it."""
     log_through("controller")
     get_logger("controller").info("loading the compiled control law")
-    ControlLoop(ControllerParameters()).sample(Measurement(0, 0.0))
+    parameters = ControllerParameters()
+    loop = ControlLoop(parameters)
+    loop.sample(Measurement(0, 0.0))
+    loop.configure(parameters.with_values({"controller.kp": 0.0}))
     PositionReader().read(serialize_message(JointState()), CARRIAGE)
 
 

@@ -10,7 +10,6 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from datetime import datetime
 from pathlib import Path
 
 from rodless_base.closing import Closing
@@ -34,11 +33,6 @@ from rodless_lab.bags.metadata import (
 
 # Where rosbag2 looks in the storage file for its own description of the bag.
 _METADATA_RECORD = "rosbag2"
-
-
-def default_bag() -> Path:
-    """Return a folder named after the time, as `ros2 bag record` does."""
-    return Path(f"rosbag2_{datetime.now():%Y_%m_%d-%H_%M_%S}")
 
 
 class BagWriter(Closing):

@@ -13,12 +13,13 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import check_file_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.cli.number import number
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.figures.animation import Film, write_animation
 from rodless_lab.reports.preset_step import preset_step
 from rodless_lab.runs.from_bag import read_run_and_setpoint
@@ -32,7 +33,7 @@ LONGEST = 60.0  # s of film
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once the picture is written, 2 for a run or a file that cannot be used."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _animate(options), options.output, options.output.parent)
+    return exit_code(lambda: _animate(options), options.output, check_file_writable)
 
 
 def _parser() -> Parser:

@@ -14,9 +14,9 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
 
 DESCRIPTION = (
     "Measure the rig beside other solvers, with errors, how many rigs run at once, and what the "
@@ -55,17 +55,20 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     output: Path = options.output or Path("results/bench", f"{options.only or 'metrics'}.json")
     figures: dict[str, float] = {}
     try:
-        output.parent.mkdir(parents=True, exist_ok=True)
+        check_file_writable(output)
         for name, part in PARTS.items():
             if options.only in (None, name):
                 figures |= part(output.parent, check)
+        atomic_write(output, json.dumps(figures, indent=2, ensure_ascii=False) + "\n")
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
-    except (RuntimeError, OSError) as error:
+    except OSError as error:
+        print(cannot_be_written(output, error), file=sys.stderr)
+        return 1
+    except RuntimeError as error:
         print(error, file=sys.stderr)
         return 1
-    atomic_write(output, json.dumps(figures, indent=2, ensure_ascii=False) + "\n")
     return 0
 
 

@@ -14,8 +14,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser
+from rodless_lab.cli.number import positive_whole
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -28,7 +29,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         "known; 1 Ctrl-C; 2 a file that cannot be read or written. See docs/accuracy.md.",
     )
     parser.add_argument(
-        "--count", type=_positive, default=10_000, help="rigs (default: %(default)s)"
+        "--count", type=positive_whole, default=10_000, help="rigs (default: %(default)s)"
     )
     parser.add_argument(
         "--output",
@@ -60,13 +61,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return 0
 
 
-def _positive(text: str) -> int:
-    if not (text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
-    return int(text)
-
-
 def _csv(text: str) -> Path:
-    if Path(text).suffix != ".csv":
+    file = named_path(text)
+    if file.suffix != ".csv":
         raise argparse.ArgumentTypeError(f"{text!r} does not end in .csv")
-    return Path(text)
+    return file

@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.reports.differences import IN_PLACE, Pair, differences_table, write_differences
 from rodless_lab.runs.comparison import aligned, common_time, differences
 from rodless_lab.runs.from_bag import read_run_and_setpoint
@@ -29,11 +29,11 @@ from rodless_sim import RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a run that cannot be used."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _compare(options), options.output, options.output)
+    return exit_code(lambda: _compare(options), options.output)
 
 
 def _compare(options: argparse.Namespace) -> None:
-    if not options.bag.exists() and str(options.bag) in preset_names():
+    if str(options.bag) in preset_names() and not options.bag.exists():
         raise RunError(f"{options.bag}: a preset can only stand first; BAG must be a bag")
     second, setpoint = read_run_and_setpoint(options.bag, options.namespace)
     _report(options, _pair(options, second, setpoint))

@@ -14,11 +14,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.reports.differences import IN_PLACE
 from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
 from rodless_lab.session.errors import HarnessError, InterruptedRunError

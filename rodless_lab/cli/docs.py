@@ -10,14 +10,15 @@
 
 from collections.abc import Sequence
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
+from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.reports.docs import write_docs
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
-    """Write the pages into a folder."""
+    """Write the pages into a folder; return 2 where it cannot be written."""
     parser = Parser(prog="rodless docs", description=__doc__)
     parser.add_argument("folder", type=named_path, help="where the docs are")
-    write_docs(parser.parse_args(arguments).folder, lambda name: print(name, flush=True))
-    return 0
+    folder = parser.parse_args(arguments).folder
+    return exit_code(lambda: write_docs(folder, lambda name: print(name, flush=True)), folder)

@@ -11,11 +11,11 @@
 import sys
 from collections.abc import Sequence
 
+from rodless_base.command_line import Parser
 from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
-from rodless_lab.cli.parser import Parser
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitation
 
 

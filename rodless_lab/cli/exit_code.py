@@ -12,23 +12,26 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from rodless_base.atomic_write import check_writable
+from rodless_base.atomic_write import cannot_be_written, check_writable
 from rodless_lab.runs.measured_run import RunError
 from rodless_sim import ParameterError
 
 
-def exit_code(work: Callable[[], None], output: Path, folder: Path) -> int:
+def exit_code(
+    work: Callable[[], None], output: Path, look: Callable[[Path], None] = check_writable
+) -> int:
     """Do ``work``; return 0, or 2 after a line about a run or ``output`` that cannot be used.
 
-    That nothing can be written into ``folder`` is said before the work, not after it.
+    ``look`` raises OSError where ``output``, by default a folder, cannot be written: that is said
+    before the work, not after it.
     """
     try:
-        check_writable(folder)
+        look(output)
         work()
     except (RunError, ParameterError) as error:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"{output}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(cannot_be_written(output, error), file=sys.stderr)
         return 2
     return 0

@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rodless_base.atomic_write import check_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.experiments import sine
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options

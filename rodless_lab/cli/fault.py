@@ -12,8 +12,8 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rodless_base.command_line import Parser, once_each
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, refuse_twice
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:
@@ -26,14 +26,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """Return 0 once all is shown or changed, 2 where that cannot be."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    given = dict(options.changes)
-    refuse_twice(parser, options.changes)
-    for name, value in given.items():
-        fault = name.removeprefix(PREFIX)
+    faults = once_each(parser, options.changes)
+    for fault, value in faults.items():
         if options.clear and value is not None:
             parser.error(f"{fault}={value}: refused, --clear takes names without values")
         if not options.clear and value is None:
             parser.error(f"{fault}: refused, no value; give {fault}=VALUE, or --clear {fault}")
+    given = {PREFIX + fault: value for fault, value in faults.items()}
     timeout = options.timeout
     return with_rig(options.namespace, stop, lambda rig: _work(rig, given, options), timeout)
 
@@ -65,7 +64,7 @@ def _change(text: str) -> tuple[str, str | None]:
     name, separator, value = text.partition("=")
     if not name or (separator and not value):
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
-    return PREFIX + name.removeprefix(PREFIX), value if separator else None
+    return name.removeprefix(PREFIX), value if separator else None
 
 
 def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Namespace) -> int:

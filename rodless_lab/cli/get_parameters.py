@@ -12,8 +12,8 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rodless_base.command_line import Parser
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:

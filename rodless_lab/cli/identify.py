@@ -14,10 +14,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, check_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.notes import print_notes
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
 from rodless_lab.identification.subjects import (
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
-        check_writable(options.output.parent)
+        check_file_writable(options.output)
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         print(text if named else f"{options.bag}: {text}", file=sys.stderr)
         return 1 if isinstance(error, UninformativeRunError) else 2
     except OSError as error:
-        print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(cannot_be_written(options.output, error), file=sys.stderr)
         return 2
 
 

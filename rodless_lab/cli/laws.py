@@ -8,15 +8,15 @@
 
 """`rodless laws`: the control laws side by side, yours among them."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, check_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written, check_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
+from rodless_lab.cli.number import positive_whole
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -33,8 +33,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         metavar="LAW[=FILE]",
         help="with parameters of a file; repeat it (default: those of the package)",
     )
-    parser.add_argument("--rigs", type=_positive, default=100, help="rigs (default: %(default)s)")
-    parser.add_argument("--seed", type=_positive, default=1, help="(default: %(default)s)")
+    parser.add_argument(
+        "--rigs", type=positive_whole, default=100, help="rigs (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=positive_whole, default=1, help="(default: %(default)s)")
     parser.add_argument(
         "-o",
         "--output",
@@ -73,12 +75,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"{chosen.output}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(cannot_be_written(chosen.output, error), file=sys.stderr)
         return 2
     return 0
-
-
-def _positive(text: str) -> int:
-    if not (text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
-    return int(text)

@@ -14,10 +14,10 @@ import importlib.util
 import sys
 from pathlib import Path
 
+from rodless_base.command_line import Parser
 from rodless_base.output import Output
 from rodless_base.ros.shared_memory import prepare_shared_memory
 from rodless_base.start import NO_ROS, Stop
-from rodless_lab.cli.parser import Parser
 
 # Imported only when asked for, so that help is quick and Ctrl-C is caught during slow imports.
 VERBS = {

@@ -8,7 +8,10 @@
 
 """Numbers on a command line."""
 
+import argparse
 import math
+
+from rodless_base.one_line import shown
 
 
 def number(text: str) -> float:
@@ -17,3 +20,15 @@ def number(text: str) -> float:
         return float(text)
     except ValueError:
         return math.nan
+
+
+# Digits of the longest whole number that is read: no count is longer, and Python reads none of
+# thousands.
+DIGITS = 18
+
+
+def positive_whole(text: str) -> int:
+    """Return the positive whole number that ``text`` is; raises ArgumentTypeError."""
+    if not (text.isascii() and text.isdecimal() and len(text) <= DIGITS and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a positive whole number")
+    return int(text)

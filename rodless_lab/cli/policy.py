@@ -12,9 +12,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace, with_rig
 
 if TYPE_CHECKING:
@@ -55,8 +55,14 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         try:
             atomic_write(options.output, text)
         except OSError as error:
-            print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
+            print(cannot_be_written(options.output, error), file=sys.stderr)
             return NOT_POSSIBLE
         return 0
 
+    try:
+        if options.output is not None:
+            check_file_writable(options.output)
+    except OSError as error:
+        print(cannot_be_written(options.output, error), file=sys.stderr)
+        return NOT_POSSIBLE
     return with_rig(options.namespace, stop, work)

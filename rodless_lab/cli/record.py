@@ -11,9 +11,9 @@
 import argparse
 from collections.abc import Sequence
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop, split_ros_arguments
-from rodless_lab.bags.writer import default_bag
-from rodless_lab.cli.parser import Parser, named_path
+from rodless_lab.bags.default_bag import default_bag
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:

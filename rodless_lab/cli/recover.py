@@ -11,10 +11,10 @@
 import sys
 from collections.abc import Sequence
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError, listed_messages
 from rodless_lab.bags.writer import recover_bag
-from rodless_lab.cli.parser import Parser, named_path
 
 
 def main(arguments: Sequence[str], _stop: Stop) -> int:

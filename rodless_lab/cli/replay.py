@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import errors_of_file
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
@@ -34,7 +34,7 @@ from rodless_sim import RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a bag that cannot be replayed."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _replay(options), options.output, options.output)
+    return exit_code(lambda: _replay(options), options.output)
 
 
 def _replay(options: argparse.Namespace) -> None:

@@ -13,13 +13,14 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from rodless_base.atomic_write import check_writable
+from rodless_base.atomic_write import cannot_be_written, check_writable
+from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
+from rodless_lab.bags.default_bag import default_bag
 from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
 from rodless_sim import RigParameters
@@ -148,36 +149,48 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         "--record",
         nargs="?",
         type=named_path,
-        const=True,
+        const=default_bag(),
         metavar="BAG",
         help="record both, in one process, into a new bag (without BAG: named after the time)",
     )
     options = parser.parse_args(arguments)
     if options.record is not None and options.without_controller:
         parser.error("--record is for both nodes in one process; use `rodless record` here")
-    if options.record is not None:
-        _check_bag(parser, options.record)
-    if options.parameters is not None and not options.parameters.is_file():
-        there = options.parameters.exists()
-        cause = "no file, but something else" if there else "no such file"
-        parser.error(f"--parameters {options.parameters}: {cause}")
-    if options.cylinder is not None:
-        try:
-            sizes(options.cylinder)
-        except ParameterError as error:
-            parser.error(str(error))
+    try:
+        _check(options)
+    except (ParameterError, HarnessError) as error:
+        parser.error(str(error))
     return options
 
 
-def _check_bag(parser: Parser, bag: Path | Literal[True]) -> None:
-    """End the program where no ``bag`` can be made; True: one named after the time, here."""
-    if bag is not True and bag.exists():
-        parser.error(f"--record {bag}: exists already; a bag is never written over")
+def _check(options: argparse.Namespace) -> None:
+    """Raise ParameterError or HarnessError for what no rig can be started with."""
+    if options.cylinder is not None:
+        sizes(options.cylinder)
+    if options.parameters is not None:
+        _check_file(options.parameters)
+    if options.record is not None:
+        _check_bag(options.record)
+
+
+def _check_file(file: Path) -> None:
     try:
-        check_writable(Path() if bag is True else bag.parent)
+        cause = "" if file.is_file() else "no such file"
+        if cause and file.exists():
+            cause = "no file, but something else"
     except OSError as error:
-        name = "" if bag is True else f" {bag}"
-        parser.error(f"--record{name}: cannot be written: {error.strerror}")
+        cause = f"cannot be read: {error.strerror}"
+    if cause:
+        raise HarnessError(f"--parameters {file}: {cause}")
+
+
+def _check_bag(bag: Path) -> None:
+    try:
+        if bag.exists():
+            raise HarnessError(f"--record {bag}: exists already; a bag is never written over")
+        check_writable(bag.parent)
+    except OSError as error:
+        raise HarnessError(cannot_be_written(f"--record {bag}", error)) from error
 
 
 def _plan(options: argparse.Namespace) -> "ProcessPlan":
@@ -208,5 +221,5 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
         namespace=options.namespace,
         one_process=(options.one_process or options.record is not None)
         and not options.without_controller,
-        record="" if options.record is True else options.record and str(options.record),
+        record=options.record,
     )

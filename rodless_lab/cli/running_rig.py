@@ -14,9 +14,9 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from rodless_base.command_line import Parser
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
-from rodless_lab.cli.parser import Parser
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rodless_base.command_line import Parser
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rodless_base.command_line import Parser, once_each
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, refuse_twice
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
 
 if TYPE_CHECKING:
@@ -25,8 +25,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """Return 0 once all parameters are changed, 2 where that cannot be."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    given = dict(options.changes)
-    refuse_twice(parser, options.changes)
+    given = once_each(parser, options.changes)
     timeout = options.timeout
     return with_rig(options.namespace, stop, lambda rig: _set(rig, given, timeout), timeout)
 

@@ -13,8 +13,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/tuning")

@@ -14,11 +14,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.extras import missing_extra
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
-from rodless_lab.cli.parser import Parser, named_path
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 
@@ -80,6 +80,6 @@ def _parser() -> Parser:
 def port(text: str) -> int:
     """Return a port; argparse shows this function's name where ``text`` is no number."""
     value = number(text)
-    if value != int(value) or not 0 <= value <= 65535:
+    if not 0 <= value <= 65535 or value != int(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a port from 0 to 65535")
     return int(value)

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SPOOL
 from rodless_base.frames import joint_among
+from rodless_base.one_line import shown
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
@@ -83,7 +84,8 @@ def _naming(path: str | Path) -> Iterator[None]:
         yield
     except (BagError, RunError) as error:
         text = str(error)
-        raise RunError(text if str(path) in text else f"{path}: {text}") from error
+        named = str(path) in text or shown(path) in text
+        raise RunError(text if named else f"{path}: {text}") from error
 
 
 def run_in(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:

@@ -11,17 +11,25 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from typing import cast
 
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from rodless_base.one_line import shown
+from rodless_base.real_number import is_number
 from rodless_base.topics import SETPOINT
+from rodless_control import ControllerParameters
 from rodless_lab.session.commands import Alteration, Law, OwnCommands
-from rodless_lab.session.errors import HarnessError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
+from rodless_lab.session.processes import ProcessPlan
 from rodless_lab.session.setpoint import setpoint_is_heard
+
+# Names of the range of set-points that the controller of this package takes.
+RANGE = ("reference.minimum", "reference.maximum")
 
 # For a set-point to arrive, in wall-clock s; a frozen controller takes none.
 ARRIVAL_TIMEOUT = 1.0
@@ -33,10 +41,18 @@ ARRIVAL_POLL = Duration(seconds=0.005)
 class Controls(LiveSession):
     """The methods of a session that command the rig and change its parameters."""
 
+    _plan: ProcessPlan
     _setpoint: Publisher
 
     def setpoint(self, position: float) -> None:
-        """Send a set-point (m); by the return, a controller that runs has received it."""
+        """Send a set-point (m); by the return, a controller that runs has received it.
+
+        Raises ValueError for what is no finite number, and RefusedError for one outside what the
+        controller of this package takes.
+        """
+        if not is_number(position) or not math.isfinite(position):
+            raise ValueError(f"setpoint {shown(position)} refused, must be a finite number (m)")
+        self._check_range(float(position))
         self._wait_for_controller()
         self._setpoint.publish(Float64(data=float(position)))
         with suppress(WaitTimeoutError):
@@ -44,6 +60,20 @@ class Controls(LiveSession):
                 lambda: self._setpoint.wait_for_all_acked(ARRIVAL_POLL),
                 "the set-point to arrive",
                 ARRIVAL_TIMEOUT,
+            )
+
+    def _check_range(self, position: float) -> None:
+        """Ask a controller of this package, but within the range that its preset has."""
+        if not self._plan.runs_controller_node:
+            return
+        began = ControllerParameters.preset(self._plan.preset)
+        if began.number(RANGE[0]) <= position <= began.number(RANGE[1]):
+            return
+        low, high = (cast(float, one) for one in self.parameters("controller", RANGE).values())
+        if not low <= position <= high:
+            raise RefusedError(
+                f"setpoint {position:g} m refused, must be from {low:g} to {high:g} m "
+                f"({', '.join(RANGE)})"
             )
 
     def _wait_for_controller(self) -> None:
@@ -108,11 +138,15 @@ class Controls(LiveSession):
 
         Raises RefusedError with the node's reason, and then nothing has changed.
         """
+        if not isinstance(values, Mapping):
+            raise TypeError(f"{shown(values)} refused, must be values by name: {{name: value}}")
         with self._waiting():
             self._observer.set_parameters(node, values)
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
         """Return the values of a node's parameters; raises RefusedError for unknown names."""
+        if isinstance(names, str):
+            raise TypeError(f"{names!r} refused, must be a list of names: [{names!r}]")
         with self._waiting():
             return self._observer.get_parameters(node, names)
 

@@ -22,6 +22,7 @@ class Faults(LiveSession):
 
     def kill(self, process: str) -> None:
         """Kill a process (``plant``, ``controller``; ``rig`` when they share one)."""
+        self._check_inside()
         self._processes[process].kill()
 
     def restart(self, process: str) -> None:

@@ -15,11 +15,16 @@ from typing import Any, Literal, TypeVar
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.deprecated import timeout_was_patience
-from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.law_watch import LawWatch
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.samples import Received
+
+OUTSIDE = "this session does not run: use it inside its with block"
+
+# What there is from __enter__ on.
+_LIVE = {"_observer", "_received", "_processes", "_environment", "_setpoint", "_stack", "_heard"}
 
 Mode = Literal["realtime", "lockstep"]
 Found = TypeVar("Found")
@@ -39,6 +44,8 @@ class LiveSession:
     # Of a session with the controller node whose law must not fail.
     _law_watch: LawWatch | None = None
     _paused = False
+    # Between __enter__ and __exit__.
+    _inside = False
     # Whether commands of the test go out in a wait.
     _answering = False
     _environment: dict[str, str]
@@ -50,6 +57,16 @@ class LiveSession:
         """Nothing runs yet."""
         self._outputs = {}
         self._exit_codes = {}
+
+    def __getattr__(self, name: str) -> Any:
+        """Refuse what only a session has that was entered."""
+        if name in _LIVE:
+            raise HarnessError(OUTSIDE)
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    def _check_inside(self) -> None:
+        if not self._inside:
+            raise HarnessError(OUTSIDE)
 
     @property
     def observer(self) -> Observer:
@@ -103,6 +120,7 @@ class LiveSession:
 
         In lock-step a plant that the test answers stands still except while it is to run.
         """
+        self._check_inside()
         before, self._answering = self._answering, running or self._mode == "realtime"
         try:
             yield

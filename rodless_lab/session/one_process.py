@@ -11,14 +11,15 @@
 import argparse
 import sys
 from functools import partial
-from pathlib import Path
 
 from rclpy.parameter import Parameter
 
+from rodless_base.command_line import Parser, named_path
 from rodless_base.ros.process import run_nodes
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, ROS_CLOCK
 from rodless_control.node import controller_node
+from rodless_lab.bags.default_bag import default_bag
 from rodless_lab.session.network import leave_out_own_endpoints
 from rodless_sim.node import plant_node
 
@@ -33,14 +34,13 @@ def main(stop: Stop) -> int:
         return run_nodes([plant_node.PlantNode, controller_node.ControllerNode], stop)
     # Here, so that the nodes run without what bags need.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
-    from rodless_lab.bags.writer import default_bag  # noqa: PLC0415
 
     # Both wait for the recorder, so that the bag has all from sample 0 on.
     plant, controller = (
         [Parameter(name, value=1)] for name in ("time.recorders", "controller.recorders")
     )
     return record(
-        Path(folder) if folder else default_bag(),
+        folder,
         [ROS_CLOCK, *RIG_TOPICS],
         stop,
         optional=OPTIONAL_TOPICS,
@@ -52,11 +52,12 @@ def main(stop: Stop) -> int:
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="rig", description=__doc__)
+    parser = Parser(prog="rig", description=__doc__)
     parser.add_argument(
         "--record",
         nargs="?",
-        const="",
+        type=named_path,
+        const=default_bag(),
         metavar="BAG",
         help="folder of a new bag (without one: named after the time)",
     )

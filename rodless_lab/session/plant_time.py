@@ -8,12 +8,15 @@
 
 """Plant time in a session: run, pause, step, reset, and the samples that come."""
 
+import math
 import time
 from collections.abc import Callable
 
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.one_line import shown
+from rodless_base.real_number import is_number
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
@@ -43,9 +46,14 @@ class PlantTime(LiveSession):
 
         Returns that sample, the newest counting first. In lock-step with commands from the test
         (no controller, or ``relay_commands``) the plant then stands at that very sample; it has
-        gone on otherwise.
+        gone on otherwise. Raises ValueError for a condition that is neither.
         """
         if not callable(condition):
+            if not is_number(condition) or not math.isfinite(condition):
+                raise ValueError(
+                    f"run_until: {shown(condition)} refused, must be a plant time (s) or a "
+                    "function of a sample"
+                )
             instant = round(condition * NANOSECONDS_PER_SECOND)
             what = f"plant time {condition:g} s"
             return self._run_until(
@@ -113,7 +121,10 @@ class PlantTime(LiveSession):
 
         Raises LostSampleError if samples were lost and IndexError for a run that there is not.
         """
-        return self._received.samples(range(self._received.runs)[run])
+        runs = range(self._received.runs)
+        if not -len(runs) <= run < len(runs):
+            raise IndexError(f"run {run}: there are {len(runs)}, from 0 to {len(runs) - 1}")
+        return self._received.samples(runs[run])
 
     def pause(self) -> None:
         """Stop plant time; a lock-step plant keeps the next answer back."""

@@ -80,7 +80,7 @@ class ProcessPlan:
     of the PID node, or the command line of another controller, or None for no controller. The PID
     does not take a paused plant for lost. With
     ``one_process`` plant and PID share a process, and record themselves into a new bag at
-    ``record``, if any (empty: named after the time). With ``relay_commands`` the controller
+    ``record``, if any. With ``relay_commands`` the controller
     publishes on ``WANTED_VOLTAGE``.
 
     Raises ValueError for options that contradict each other and FileNotFoundError for a preset
@@ -94,7 +94,7 @@ class ProcessPlan:
     namespace: str = ""
     one_process: bool = False
     relay_commands: bool = False
-    record: str | None = None
+    record: Path | None = None
 
     def __post_init__(self) -> None:
         preset_file(self.preset)
@@ -119,7 +119,7 @@ class ProcessPlan:
         """Return command lines by process name; their parameters are written into ``folder``."""
         files = self._parameter_files(folder)
         if self.one_process:
-            record = [] if self.record is None else ["--record", *filter(None, [self.record])]
+            record = [] if self.record is None else ["--record", str(self.record)]
             command = node_command("rig", files, self.namespace, record)
             return {"rig": command + self._remapping("controller:")}
         commands = {"plant": node_command("plant", files, self.namespace)}

@@ -8,15 +8,20 @@
 
 """A rig under test: the nodes in a domain of their own, and everything a test does with them."""
 
+import math
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
+from typing import get_args
 
 from std_msgs.msg import Float64
 
+from rodless_base.file_path import file_path
+from rodless_base.one_line import shown
+from rodless_base.real_number import is_number
 from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_control.controller_parameters import DEFAULT_LAW
 from rodless_control.laws import LAWS, law_class
@@ -25,7 +30,7 @@ from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.domain import own_domain
-from rodless_lab.session.errors import LawFailedError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, LawFailedError, WaitTimeoutError
 from rodless_lab.session.faults import Faults
 from rodless_lab.session.law_watch import WAY_OUT, LawWatch
 from rodless_lab.session.live_session import Mode
@@ -78,7 +83,7 @@ class RigSession(PlantTime, Controls, Faults):
         timeout: float = TIMEOUT,
         check: Callable[[], object] = lambda: None,
         environment: Mapping[str, str] | None = None,
-        output: Path | None = None,
+        output: str | Path | None = None,
         bag: str | Path | None = None,
         bag_topics: Sequence[str] = (),
     ) -> None:
@@ -97,10 +102,23 @@ class RigSession(PlantTime, Controls, Faults):
         ``output`` (default: a temporary folder). All that the plant publishes, commands, set-points
         and ``bag_topics`` are recorded into a new rosbag2 bag at ``bag``.
 
-        Raises ValueError for options that contradict each other, ScenarioError (a ValueError) for a
+        Raises ValueError for options that contradict each other, TypeError where ``output``,
+        ``bag`` or ``scenario`` is no path, ScenarioError (a ValueError) for a
         scenario that is none, and FileNotFoundError for a preset that does not exist.
         """
         super().__init__()
+        if mode not in get_args(Mode):
+            raise ValueError(f"mode {shown(mode)} refused, must be one of {get_args(Mode)}")
+        if not (is_number(duration) and 0.0 <= duration < math.inf):
+            raise ValueError(f"duration {shown(duration)} refused, must be a number of s, or 0")
+        if not (is_number(timeout) and 0.0 < timeout < math.inf):
+            raise ValueError(f"timeout {shown(timeout)} refused, must be a positive number of s")
+        own = controller is not None and not isinstance(controller, Mapping)
+        if own and (isinstance(controller, str) or not controller):
+            raise ValueError(
+                f"controller {shown(controller)} refused, must be parameters by name, or a command "
+                'line as a list: ["ros2", "run", ...]'
+            )
         self._mode = mode
         self._duration = duration
         self._telemetry = telemetry
@@ -110,8 +128,8 @@ class RigSession(PlantTime, Controls, Faults):
         self._timeout = timeout
         self._user_check = check
         self._extra_environment = dict(environment or {})
-        self._output = output
-        self._bag_path = None if bag is None else Path(bag)
+        self._output = None if output is None else file_path(output)
+        self._bag_path = None if bag is None else file_path(bag)
         self._bag_topics = bag_topics
         self._has_controller = controller is not None
         self._plan = ProcessPlan(
@@ -145,7 +163,11 @@ class RigSession(PlantTime, Controls, Faults):
         return {"controller.recorders": 0 if self._relay else self._recorders, **given}
 
     def __enter__(self) -> "RigSession":
+        if self._inside:
+            raise HarnessError("this session runs already; make another RigSession beside it")
+        self._inside = True
         with ExitStack() as stack:
+            stack.callback(self._end)
             self._start(stack)
             self._observer = Observer(
                 self._environment, timeout=self._timeout, check=self._between_spins
@@ -154,6 +176,9 @@ class RigSession(PlantTime, Controls, Faults):
             self._join(stack)
             self._stack = stack.pop_all()
         return self
+
+    def _end(self) -> None:
+        self._inside = False
 
     def _start(self, stack: ExitStack) -> None:
         """Start the processes; ``stack`` ends them."""

@@ -89,7 +89,9 @@ class Range:
         if self.logarithmic and self.low <= 0.0:
             raise DesignError(f"from {self.low:g} refused: a logarithmic range begins above 0")
         if not is_whole(self.count) or not 0 <= self.count <= MOST_ROWS:
-            raise DesignError(f"count {shown(self.count)} refused: must be from 0 to {MOST_ROWS}")
+            raise DesignError(
+                f"count {shown(self.count)} refused: must be a whole number from 0 to {MOST_ROWS}"
+            )
 
     def at(self, share: float) -> float:
         """Return the number at a share of the range."""

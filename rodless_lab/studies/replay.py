@@ -16,7 +16,7 @@ import numpy as np
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.results import DATA
+from rodless_lab.studies.results import DATA, read_part
 from rodless_lab.studies.row_run import RowRunner
 from rodless_lab.studies.saved_study import read_saved_study
 from rodless_lab.studies.study import Row
@@ -55,10 +55,11 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
 def _saved(folder: Path, number: int) -> dict[str, Any]:
     from pyarrow import dataset  # noqa: PLC0415  there, or nothing would have been written
 
-    if not any((folder / DATA).glob("part-*.parquet")):
+    files = sorted((folder / DATA).glob("part-*.parquet"))
+    if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run the sweep on first")
-    data = dataset.dataset(folder / DATA, format="parquet")
-    rows = data.to_table(filter=dataset.field("row") == number).to_pylist()
+    wanted = dataset.field("row") == number
+    rows = [row for file in files for row in read_part(file).filter(wanted).to_pylist()]
     if not rows:
         raise StudyError(f"{folder}: row {number} is not known yet; run the sweep on first")
     return dict(rows[0])

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.extras import missing_extra
+from rodless_base.one_line import described
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.study import Study
 
@@ -81,14 +82,27 @@ class Results:
         return frame
 
 
+def read_part(file: Path) -> Any:
+    """Return the table of a complete part; raises StudyError for a damaged file."""
+    import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
+    from pyarrow import parquet  # noqa: PLC0415
+
+    try:
+        return parquet.read_table(file)
+    except (arrow.ArrowException, OSError) as error:
+        raise StudyError(
+            f"{file}: damaged, {described(error)}; remove it, and the sweep's next run makes it "
+            "anew"
+        ) from error
+
+
 def read_results(folder: Path, study: Study) -> Results:
     """Return the complete parts of a sweep; raises StudyError where there is none."""
     import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
-    from pyarrow import parquet  # noqa: PLC0415
 
     files = sorted((folder / DATA).glob("part-*.parquet"))
     axes = tuple(one.name for one in study.dimensions)
     if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run it again")
-    table = arrow.concat_tables([parquet.read_table(file) for file in files])
+    table = arrow.concat_tables([read_part(file) for file in files])
     return Results(table, axes, len(study))

@@ -8,6 +8,7 @@
 
 """Studies and tasks that ship with the package."""
 
+import os
 from pathlib import Path
 
 from rodless_base.one_line import shown
@@ -25,7 +26,7 @@ def find_file(kind: str, given: str | Path) -> Path:
     known = shipped(kind)
     if isinstance(given, str) and given in known:
         return known[given]
-    if not isinstance(given, str | Path) or Path(given).suffix not in (".yaml", ".yml"):
+    if not isinstance(given, str | os.PathLike) or Path(given).suffix not in (".yaml", ".yml"):
         raise StudyError(
             f"{shown(given)}: refused, must be a file .yaml or .yml, or one of {', '.join(known)}"
         )

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from rodless_base.one_line import shown
-from rodless_lab.bags.writer import default_bag
+from rodless_lab.bags.default_bag import default_bag
 from rodless_lab.view import inputs
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.panels import REFERENCES, TIMED

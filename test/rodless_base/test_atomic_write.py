@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write, check_file_writable, check_writable
 
 
 def test_an_error_names_the_file_that_was_wanted(tmp_path: Path) -> None:
@@ -33,3 +33,27 @@ def test_an_error_leaves_what_was_there(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="directory"):
         atomic_write(folder, "1")
     assert [path.name for path in tmp_path.rglob("*")] == ["run.csv", "in"]
+
+
+def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
+    """What is refused later has made no folder; one that is there keeps what it has."""
+    check_writable(tmp_path / "new" / "results")
+    check_writable(tmp_path / "new" / ".." / "other")
+    check_file_writable(tmp_path / "new" / "run.gif")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "kept").touch()
+    check_writable(tmp_path)
+    check_file_writable(tmp_path / "kept")
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+
+
+def test_what_cannot_be_written_is_found_by_looking(tmp_path: Path) -> None:
+    """A file where a folder must be, a folder where a file must be, and what no file can be in."""
+    (tmp_path / "file").touch()
+    (tmp_path / "link").symlink_to("/proc/nothing")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below", Path("/proc/results")):
+        with pytest.raises(OSError, match=r"."):
+            check_writable(folder)
+    for file in (tmp_path, tmp_path / "file" / "below", tmp_path / "link"):
+        with pytest.raises(OSError, match=r"."):
+            check_file_writable(file)

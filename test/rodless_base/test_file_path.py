@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from rodless_base.file_path import file_path
+from rodless_base.one_line import shown
 from rodless_lab import read_bag, read_commands, read_run, sweep
 from rodless_lab.bags.writer import BagWriter, recover_bag
 from rodless_sim import RigParameters, Scenario, simulate
@@ -63,11 +64,26 @@ def test_what_is_no_path_is_refused_by_its_value(
     assert str(caught.value) == f"{given!r} refused, must be a path: a text or a pathlib.Path"
 
 
-@pytest.mark.parametrize("take", [read_bag, read_run, recover_bag, BagWriter, save, swept])
-@pytest.mark.parametrize("given", ["", "run\0", "run\ud800"])
+@TAKES_A_PATH
+@pytest.mark.parametrize(
+    ("given", "cause"),
+    [
+        ("", "it is empty"),
+        ("run\0", "it has a NUL"),
+        ("run\ud800", "it has half a character"),
+        ("x" * 256, "it has a name of more than 255 bytes"),
+        ("ä" * 128 + "/run", "it has a name of more than 255 bytes"),
+    ],
+)
 def test_a_text_that_no_file_can_have_is_refused(
-    take: Callable[[object], object], given: str
+    take: Callable[[object], object], given: str, cause: str
 ) -> None:
     """An empty path would be the folder where one happens to be."""
-    with pytest.raises(ValueError, match="refused, no file has this path"):
+    with pytest.raises(ValueError, match="refused, no file has this path") as caught:
         take(given)
+    assert str(caught.value) == f"{shown(given)} refused, no file has this path: {cause}"
+
+
+def test_the_longest_name_is_one() -> None:
+    """255 bytes are what a file system takes, however many names there are."""
+    assert file_path("/".join(["x" * 255] * 3)).name == "x" * 255

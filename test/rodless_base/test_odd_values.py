@@ -83,7 +83,7 @@ def test_what_cannot_be_a_name_is_no_name(name: object) -> None:
         RigParameters.preset(name)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("values", [5, [1, 2], "abc"])
+@pytest.mark.parametrize("values", [5, [1, 2], "abc", "", b"", bytearray()])
 def test_what_holds_no_values_by_name_is_refused(values: object) -> None:
     """The text says what to give."""
     for make in (RigParameters, RigParameters().with_values):

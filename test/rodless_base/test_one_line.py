@@ -67,3 +67,8 @@ def test_a_text_that_is_cut_keeps_its_beginning_and_its_end() -> None:
     assert text.startswith("begin x")
     assert text.endswith("x end")
     assert len(text) <= LONGEST
+
+
+def test_what_is_no_letter_is_spelt_out() -> None:
+    """A NUL ends a message of ROS, and what follows ESC commands a terminal; é is a letter."""
+    assert in_one_line("a\nb \x00 \x1b[31m é °") == "a b \\x00 \\x1b[31m é °"

@@ -62,7 +62,7 @@ def record_itself(bag: Path) -> Bag:
         plant={"time.mode": "lockstep", "time.duration": DURATION},
         controller={"reference.type": "step", "reference.at": 0.1},
         one_process=True,
-        record=str(bag),
+        record=bag,
     )
     with (
         own_domain() as environment,

@@ -69,7 +69,7 @@ def bench(
     plant: Mapping[str, object],
     controller: Mapping[str, object],
     one_process: bool = False,
-    record: str | None = None,
+    record: Path | None = None,
 ) -> Iterator[Bench]:
     """Run the rig in a domain of its own; ``check`` is called all the while."""
     plan = ProcessPlan(plant=plant, controller=controller, one_process=one_process, record=record)
@@ -114,7 +114,7 @@ def bench_realtime(rate: float, check: Callable[[], object]) -> dict[str, float]
 def bench_lockstep(check: Callable[[], object]) -> dict[str, float]:
     """Lock-step at 1 kHz: in one process, in one that records itself, and in two."""
     with tempfile.TemporaryDirectory(prefix="rodless_sim-") as folder:
-        bag = str(Path(folder, "bag"))
+        bag = Path(folder, "bag")
         return {
             **_lockstep("one process", check, one_process=True),
             **_lockstep("one process with recorder", check, one_process=True, record=bag),
@@ -123,7 +123,7 @@ def bench_lockstep(check: Callable[[], object]) -> dict[str, float]:
 
 
 def _lockstep(
-    kind: str, check: Callable[[], object], one_process: bool = False, record: str | None = None
+    kind: str, check: Callable[[], object], one_process: bool = False, record: Path | None = None
 ) -> dict[str, float]:
     """Plant seconds per wall-clock second and, whatever else runs, processor time."""
     # Plant time, wall clock, processor time of all nodes, in s.

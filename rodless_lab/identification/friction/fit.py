@@ -26,6 +26,7 @@ from rodless_lab.identification.estimate import (
     within,
 )
 from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.friction.bristle_motion import BristleMotion
 from rodless_lab.identification.friction.curve import Stribeck
 from rodless_lab.identification.friction.form import PRINTED, FrictionForm
 from rodless_lab.identification.verdict import Check, Verdict, blocks, check_power, joined
@@ -143,6 +144,13 @@ class _Observations(NamedTuple):
     form: FrictionForm
     allowance: float
     direction: str
+    motion: BristleMotion | None
+
+    def curve_forces(self, curve: Stribeck) -> Array:
+        """Forces (N) at the points where friction is ``curve``: of bristles, if there are any."""
+        if self.motion is None:
+            return self.form.force(curve, self.speeds)
+        return self.motion.forces(self.form, curve)
 
 
 class _Solution(NamedTuple):
@@ -175,6 +183,7 @@ def fit_friction(
     stop_errors: npt.ArrayLike | None = None,
     form: FrictionForm = PRINTED,
     allowance: float = 0.0,
+    motion: BristleMotion | None = None,
 ) -> FrictionFit:
     """Fit a form of friction, by default eq. (29), to points of uniform motion, per direction.
 
@@ -200,6 +209,9 @@ def fit_friction(
     allowance
         How far (N, standard deviation) the reading of points may be off in a way that their errors
         do not hold; the verdict allows for it.
+    motion
+        The motion that bristles follow, its parts in the order of ``speeds``; None where there are
+        no bristles.
 
     Raises
     ------
@@ -241,6 +253,7 @@ def fit_friction(
             form,
             allowance,
             direction,
+            None if motion is None else motion.along(sign, here),
         )
         fits.append(_fit_direction(observations))
     forward, reverse = fits
@@ -414,7 +427,7 @@ def _curve_residuals(points: _Observations, line: _Solution) -> Callable[[Array]
         ends = form.turning_points(curve)
         return np.concatenate(
             [
-                (points.forces - form.force(curve, points.speeds)) / error,
+                (points.forces - points.curve_forces(curve)) / error,
                 (points.breakaways - ends.hump) / points.breakaway_errors,
                 (points.stops - ends.valley) / points.stop_errors,
             ]

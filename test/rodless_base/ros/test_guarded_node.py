@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import pytest
-from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
@@ -114,6 +114,33 @@ def test_a_parameter_of_an_unknown_type_is_refused(running: Running, kind: int) 
     assert value.double_value == 2.0
     assert node.callback_errors == 2
     assert unsafe == []
+
+
+def test_a_change_that_fails_keeps_what_comes_after_it_back(running: Running) -> None:
+    """One error, one time made safe: a node in doubt takes no more of the request."""
+    node, unsafe = running.node, []
+    node.make_safe = unsafe.append
+    node.declare_parameter("gain", 1.0)
+
+    def judge(parameters: list[Any]) -> SetParametersResult:
+        if parameters[0].value == 3.0:
+            fail()
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(judge)
+    request = SetParameters.Request(
+        parameters=[
+            Parameter(name="gain", value=ParameterValue(type=kind, double_value=value))
+            for kind, value in ((3, 2.0), (99, 0.0), (3, 3.0), (3, 4.0))
+        ]
+    )
+    results = running.call(SetParameters, "guarded/set_parameters", request).results
+    assert [result.successful for result in results] == [True, False, False, False]
+    assert "no such parameter" in results[2].reason
+    assert results[3] == results[2]
+    assert node.get_parameter("gain").value == 2.0
+    assert node.callback_errors == 2
+    assert len(unsafe) == 1
 
 
 def test_a_callback_that_fails_loses_no_other_message(running: Running) -> None:

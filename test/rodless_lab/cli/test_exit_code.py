@@ -9,12 +9,12 @@
 """Where the results cannot be written, that is said before minutes of work, not after them."""
 
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from quiet_stop import Quiet
 
-from rodless_base.atomic_write import check_writable
-from rodless_lab.cli import animate, compare, identify, replay
+from rodless_lab.cli import animate, bench, compare, docs, identify, policy, replay, soak
 from rodless_lab.cli.exit_code import exit_code
 
 
@@ -28,9 +28,9 @@ def test_a_folder_that_cannot_be_written_to_is_said_before_the_work(
 ) -> None:
     """Exit code 2 and one line that names the output."""
     (tmp_path / "file").write_text("mine")
-    output = tmp_path / "file" / "run.gif"
-    assert exit_code(never, output, output.parent) == 2
-    assert capsys.readouterr().err == f"{output}: cannot be written: File exists\n"
+    output = tmp_path / "file" / "results"
+    assert exit_code(never, output) == 2
+    assert capsys.readouterr().err == f"{output}: cannot be written: Not a directory\n"
     assert (tmp_path / "file").read_text() == "mine"
 
 
@@ -40,24 +40,29 @@ def test_a_folder_that_cannot_be_written_to_is_said_before_the_work(
         (replay, "missing --output /proc/results"),
         (compare, "paper missing --output /proc/results"),
         (animate, "missing --output /proc/run.gif"),
+        (animate, "paper --output /"),
         (identify, "valve missing --output /proc/found.yaml"),
+        (identify, "valve missing --output /"),
+        (docs, "/proc/docs"),
+        (policy, "--output /proc/policy.xml"),
     ],
-    ids=["replay", "compare", "animate", "identify"],
 )
-def test_every_verb_looks_at_its_output_first(
-    verb: object, arguments: str, capsys: pytest.CaptureFixture[str]
+def test_verbs_that_work_for_long_look_at_their_output_first(
+    verb: ModuleType, arguments: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Its bag, which is missing, has not been asked for yet."""
-    assert verb.main(arguments.split(), Quiet()) == 2  # type: ignore[attr-defined]
+    """The bag, which is missing, the run, or the rig, has not been asked for yet."""
+    assert verb.main(arguments.split(), Quiet()) == 2
     said = capsys.readouterr().err
     assert said.startswith(f"{arguments.rsplit(maxsplit=1)[-1]}: cannot be written: ")
     assert said.count("\n") == 1
 
 
-def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
-    """What is refused later has made no folder; one that is there keeps what it has."""
-    check_writable(tmp_path / "new" / "results")
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / "kept").touch()
-    check_writable(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+@pytest.mark.parametrize("verb", [bench, soak], ids=["bench", "soak"])
+def test_what_takes_an_hour_looks_at_its_output_first(
+    verb: ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 1, as for all that goes wrong with these."""
+    assert verb.main(["--output", "/proc/found.md"], Quiet()) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("/proc/found.md: cannot be written: ")
+    assert said.count("\n") == 1

@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""`rodless move`, `set` and `status` without a rig: help, bad arguments, the screen."""
+"""The verbs without a rig: help, bad arguments, the screen of `rodless status`."""
 
 import re
 import shlex
@@ -87,11 +87,19 @@ def test_help_needs_no_ros(verb: str) -> None:
         ("rig --parameters .", "--parameters .: no file, but something else"),
         ("rig --record .", "--record .: exists already; a bag is never written over"),
         ("rig --record /proc/bag", "--record /proc/bag: cannot be written: "),
-        ("rig --cylinder CY3R7-1", "CY3R7-1"),
+        ("rig --cylinder CY3R7-1", "the series has the bores"),
+        (f"rig --parameters {'x' * 300}", "it has a name of more than 255 bytes"),
+        (f"rig --record {'x' * 300}", "it has a name of more than 255 bytes"),
+        ("view --port inf", "'inf' is not a port from 0 to 65535"),
+        (f"laws --rigs {'9' * 5000}", "is not a positive whole number"),
+        ("pause 'a\nb'", "unrecognized arguments: a b"),
         ("fault valve.offset", "valve.offset: refused, no value; give valve.offset=VALUE"),
         ("fault --clear valve.offset=1", "valve.offset=1: refused, --clear takes names"),
-        ("fault valve.offset=1 fault.valve.offset=2", "valve.offset: refused, given twice, as 1"),
-        ("fault --clear valve.offset valve.offset", "valve.offset: refused, given twice; "),
+        (
+            "fault valve.offset=1 fault.valve.offset=2",
+            "error: valve.offset: refused, given twice, as 1",
+        ),
+        ("fault --clear valve.offset valve.offset", "error: valve.offset: refused, given twice; "),
         ("pause now", "unrecognized arguments: now"),
         ("status --timeout soon", "'soon' is not a positive number of seconds"),
     ],

@@ -83,6 +83,15 @@ def test_friction_intervals_hold_and_are_of_use(
     check_intervals(friction[f"friction.{side}.{name}"], FRICTION_WIDTHS[name], name)
 
 
+def test_friction_intervals_hold_on_bristles_that_are_stated() -> None:
+    """What lags behind the motion is no misfit, and moves no interval off the truth."""
+    done = trials("friction on bristles", DRAWS)
+    check_alarms(done)
+    for name, found in coverage_of(done).items():
+        assert found.informed >= 0.8 * DRAWS, name
+        assert found.informed - found.covered <= most(1.0 - LEAST_COVERAGE, found.informed), name
+
+
 @pytest.mark.parametrize("subject", ["chambers", "valve"])
 def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
     """The intervals of all that is found hold, and their width is bounded."""

@@ -10,6 +10,7 @@
 
 import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -247,6 +248,67 @@ def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
         RigSession(plant={"no.such": 1.0}).__enter__()
 
 
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"mode": "lock-step"}, "mode 'lock-step' refused, must be one of"),
+        ({"duration": math.nan}, "duration nan refused, must be a number of s"),
+        ({"duration": "1"}, "duration '1' refused, must be a number of s"),
+        ({"duration": -1.0}, "duration -1.0 refused, must be a number of s"),
+        ({"timeout": None}, "timeout None refused, must be a positive number of s"),
+        ({"controller": "ros2 run x"}, "controller 'ros2 run x' refused, must be parameters by"),
+        ({"controller": []}, r"controller \[\] refused, must be parameters by name"),
+        ({"bag": ""}, "'' refused, no file has this path"),
+    ],
+    ids=str,
+)
+def test_options_that_make_no_sense_are_refused(options: dict[str, Any], line: str) -> None:
+    """Before anything starts."""
+    with pytest.raises(ValueError, match=f"^{line}"):
+        RigSession(**options)
+
+
+def test_a_session_is_used_inside_its_block_and_once_at_a_time() -> None:
+    """Entered twice it would leave a second rig behind, which every later session would hear."""
+    session = RigSession("lockstep", duration=0.02)
+    outside: list[Callable[[], object]] = [
+        session.run,
+        session.pause,
+        lambda: session.latest,
+        lambda: session.setpoint(0.05),
+        lambda: session.kill("plant"),
+    ]
+    for ask in outside:
+        with pytest.raises(HarnessError, match="does not run: use it inside its with block"):
+            ask()
+    with session as rig:
+        pids = rig.pids
+        with pytest.raises(HarnessError, match="this session runs already"):
+            session.__enter__()
+        assert len(rig.run()) == 21
+        assert rig.pids == pids
+    for ask in [*outside[:2], *outside[3:]]:
+        with pytest.raises(HarnessError, match="does not run: use it inside its with block"):
+            ask()
+    with session as rig:  # anew
+        assert len(rig.run()) == 21
+
+
+def test_a_setpoint_that_cannot_be_is_refused_to_its_sender(rig_session: StartSession) -> None:
+    """Millimetres for metres, no number, a text; within a range that was widened it arrives."""
+    rig = rig_session("lockstep", duration=0.05)
+    for wrong in (math.nan, math.inf, "0.1", None):
+        with pytest.raises(ValueError, match=r"^setpoint .* must be a finite number \(m\)$"):
+            rig.setpoint(wrong)  # type: ignore[arg-type]
+    line = r"^setpoint 58 m refused, must be from 0 to 0.2 m \(reference.minimum, reference.max"
+    with pytest.raises(RefusedError, match=line):
+        rig.setpoint(58)
+    rig.set_parameters("controller", {"reference.maximum": 0.5})
+    rig.setpoint(0.3)
+    rig.run()
+    assert rig.diagnostics("controller").get("set-points refused", "0") == "0"
+
+
 def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> None:
     """Options and calls that contradict each other raise instead of waiting for ever."""
     with pytest.raises(ValueError, match="one_process"):
@@ -267,6 +329,15 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
     ):
         with pytest.raises(HarnessError, match=text):
             call()
+    for condition in ("the carriage", math.nan, None):
+        with pytest.raises(ValueError, match=r"must be a plant time \(s\) or a function"):
+            rig.run_until(condition)  # type: ignore[arg-type]
+    with pytest.raises(IndexError, match="run 5: there are 1, from 0 to 0"):
+        rig.samples(5)
+    with pytest.raises(TypeError, match=r"refused, must be a list of names: \['supply.pressure'\]"):
+        rig.parameters("plant", "supply.pressure")
+    with pytest.raises(TypeError, match=r"^\['a'\] refused, must be values by name"):
+        rig.set_parameters("plant", ["a"])  # type: ignore[arg-type]
 
 
 def test_a_bag_holds_the_session_from_sample_0_on(

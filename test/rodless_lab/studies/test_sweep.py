@@ -238,6 +238,21 @@ def test_a_damaged_study_beside_the_results_is_refused(tmp_path: Path) -> None:
         replay_row(tmp_path, 0)
 
 
+def test_a_damaged_part_is_named_and_can_be_made_anew(tmp_path: Path) -> None:
+    """Half a file: the line says which, and without it the same command ends as before."""
+    study, folder = read_study(write_study(tmp_path)), tmp_path / "out"
+    sweep(study, folder)
+    before = files(folder)
+    part = folder / "rows" / "part-00000.parquet"
+    part.write_bytes(part.read_bytes()[:300])
+    for read in (lambda: sweep(study, folder), lambda: replay_row(folder, 0)):
+        with pytest.raises(StudyError, match=r"part-00000\.parquet: damaged, .*; remove it"):
+            read()
+    part.unlink()
+    sweep(study, folder)
+    assert files(folder) == before
+
+
 def test_no_worker_is_refused(tmp_path: Path) -> None:
     """In one line, before a folder is made."""
     with pytest.raises(ValueError, match=r"^workers 0 refused: must be from 1 to 1000$"):

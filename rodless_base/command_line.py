@@ -11,12 +11,12 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from rodless_base.file_path import file_path
 from rodless_base.one_line import in_one_line
 
-REFUSED = 2
+Given = TypeVar("Given", bound=str | None)
 
 
 class Parser(argparse.ArgumentParser):
@@ -24,17 +24,19 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End the program with a line on standard error."""
-        self.exit(REFUSED, f"{self.prog}: error: {in_one_line(message)}; see {self.prog} --help\n")
+        self.exit(2, f"{self.prog}: error: {in_one_line(message)}; see {self.prog} --help\n")
 
 
-def refuse_twice(parser: Parser, changes: Sequence[tuple[str, str | None]]) -> None:
-    """End the program where two ``changes`` have one name: nobody knows which is meant."""
-    given: dict[str, str | None] = {}
+def once_each(parser: Parser, changes: Sequence[tuple[str, Given]]) -> dict[str, Given]:
+    """Return ``changes`` by name; end the program where two have one name."""
+    given: dict[str, Given] = {}
     for name, value in changes:
         if name in given:
-            both = " and ".join(text for text in (given[name], value) if text is not None)
-            parser.error(f"{name}: refused, given twice{both and f', as {both}'}")
+            values = [text for text in (given[name], value) if text is not None]
+            as_what = f", as {' and '.join(values)}" if values else ""
+            parser.error(f"{name}: refused, given twice{as_what}")
         given[name] = value
+    return given
 
 
 def named_path(text: str) -> Path:
