@@ -42,7 +42,8 @@ def _parser() -> Parser:
         "stayed within 0.2 mm of it for 0.5 s, and print the metrics of the step. Times are plant "
         "time. Ctrl-C ends this program; the rig keeps running.",
         epilog="Exit code: 0 settled; 1 not settled in time, plant time stands still, or Ctrl-C; "
-        "2 no such rig, the controller refuses the position, or the move cannot be measured.",
+        "2 no such rig, the controller refuses the position, another set-point takes its place, "
+        "the plant ends, or the move cannot be measured.",
     )
     parser.add_argument("position", type=_millimetres, metavar="MM", help="in mm, such as 58")
     add_namespace(parser)

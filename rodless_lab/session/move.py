@@ -8,6 +8,7 @@
 
 """Send the carriage of a running rig somewhere and follow it until it has settled."""
 
+import math
 import time
 from collections.abc import Callable
 
@@ -29,6 +30,9 @@ from rodless_lab.session.track import MoveResult, Track
 FIND_TIMEOUT = 6.0
 MESSAGE_TIMEOUT = 5.0
 
+# Without a sample for this long (wall-clock s), the plant is looked for: it may have ended.
+ABSENT_AFTER = 1.0
+
 # What is checked before a set-point is sent, as far as the controller has it.
 CHECKED = {"reference.type", "reference.minimum", "reference.maximum"}
 
@@ -49,6 +53,9 @@ class SetpointMove:
         self._refused_before = 0
         self._refusal: str | None = None
         self._last_sample = time.monotonic()
+        # The last set-point (m) that anybody has sent, when (ns), and whether ours has gone out.
+        self._newest: tuple[int, float] = (0, math.nan)
+        self._is_out = False
         # Names of the joints in messages without the carriage.
         self._strangers: list[str] | None = None
         self.track = Track(target)
@@ -63,6 +70,8 @@ class SetpointMove:
         self._listen()
         if not self._rig.wait_for(lambda: setpoint_is_heard(node, self._setpoint), FIND_TIMEOUT):
             raise RigError(self._no_controller)
+        # Not before: this would be somebody who listens.
+        self._rig.observer.subscribe(Float64, SETPOINT, self._take_setpoint, info=True)
         self._rig.check_alone()
         if self._rig.is_known(CONTROLLER):
             self._check_target()
@@ -87,6 +96,12 @@ class SetpointMove:
             return
         stamp = stamp_nanoseconds(message.header.stamp)
         self.track.take_sample(info["source_timestamp"], stamp, position)
+
+    def _take_setpoint(self, message: Float64, info: Info) -> None:
+        self._is_out |= message.data == self._target
+        # One that is no number takes nobody's place.
+        if math.isfinite(message.data):
+            self._newest = max(self._newest, (info["source_timestamp"], message.data))
 
     def _take_log(self, message: Log) -> None:
         logger = self._rig.name(CONTROLLER).strip("/").replace("/", ".")
@@ -159,8 +174,8 @@ class SetpointMove:
         """Send the set-point and follow the carriage until it has settled, or ``timeout`` (s).
 
         Calls ``show`` again and again, and ``warn`` once if plant time comes to stand still. Raises
-        :class:`RigError` where the controller refuses the set-point, the plant is reset, or what
-        has come cannot be measured.
+        :class:`RigError` where the controller refuses the set-point, another takes its place, the
+        plant is reset or ends, or what has come cannot be measured.
         """
         self._send()
         warned = False
@@ -171,13 +186,21 @@ class SetpointMove:
             if not warned and time.monotonic() - self._last_sample > MESSAGE_TIMEOUT:
                 warned = True
                 warn(self._standstill)
-            return self.track.has_settled or self.track.was_reset or self._is_refused
+            over = self.track.has_settled or self.track.was_reset or self._is_refused
+            return over or self._is_overtaken or self._has_gone
 
         self._rig.wait_for(ended, timeout)
         self._rig.check_alone()
         if self._is_refused:
             reason = self._refusal or "its log says why"
             raise RigError(f"the controller refuses {self._target * 1e3:g} mm: {reason}")
+        if self._is_overtaken:
+            other = self._newest[1]
+            raise RigError(
+                f"another set-point, {other * 1e3:g} mm, has taken the place of this one"
+            )
+        if self._has_gone:
+            raise RigError("the plant has ended during the move")
         if self.track.was_reset:
             raise RigError("the plant was reset during the move")
         try:
@@ -188,8 +211,19 @@ class SetpointMove:
     def _send(self) -> None:
         self._refused_before = self._refused
         self._refusal = None
+        self._is_out = False
         self.track.begin()
         self._setpoint.publish(Float64(data=self._target))
+
+    @property
+    def _is_overtaken(self) -> bool:
+        settled = self.track.has_settled
+        return self._is_out and self._newest[1] != self._target and not settled
+
+    @property
+    def _has_gone(self) -> bool:
+        silent = time.monotonic() - self._last_sample > ABSENT_AFTER
+        return silent and not self._rig.is_known(PLANT)
 
     @property
     def _refused(self) -> int:

@@ -154,6 +154,37 @@ def test_what_does_not_settle_in_time_is_said(rodless: StartProcess) -> None:
     assert "mm from the set-point" in move.output
 
 
+def test_a_move_whose_set_point_is_replaced_says_by_which(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """Exit code 2, at once: the carriage goes elsewhere, and not because anything is slow."""
+    sender = observer.publisher(Float64, "/setpoint")
+    with rodless("move", "190", "--timeout", "60") as move:
+        until_it_says(move, "to 190 mm")
+        times = iter(range(40))
+
+        def sent() -> bool:
+            sender.publish(Float64(data=0.06))
+            return next(times) == 39
+
+        observer.wait(sent, "the other set-points to go out")
+        assert move.wait() == 2
+    assert "another set-point, 60 mm, has taken the place of this one" in move.output
+
+
+def test_a_move_whose_rig_ends_does_not_wait_for_it(
+    rodless: StartProcess, start_rig: StartRig
+) -> None:
+    """Exit code 2, long before the time it was given."""
+    with start_rig(namespace="gone", plant={"time.publish_clock": False}) as processes:
+        until_it_says(processes["plant"], "ready: ")
+        with rodless("move", "190", "--namespace", "/gone", "--timeout", "600") as move:
+            until_it_says(move, "to 190 mm")
+            processes["plant"].ask_to_stop()
+            assert move.wait() == 2
+    assert "the plant has ended during the move" in move.output
+
+
 def test_what_is_missing_is_named_with_the_way_out(
     rodless: StartProcess, start_node: StartProcess
 ) -> None:
