@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from numbers import Integral
-from typing import Protocol, TypeGuard
+from typing import Any, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -55,6 +55,9 @@ class Axis(Protocol):
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether ``value`` is a whole number, of numpy too."""
     return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+Made = TypeVar("Made")
 
 
 def _is_number(value: object) -> bool:
@@ -186,9 +189,13 @@ def shares(method: str, rows: int, dimensions: int, seed: int) -> Array:
     if not isinstance(method, str) or method not in METHODS:
         raise DesignError(f"method {shown(method)} refused: must be {', '.join(METHODS)}")
     if not is_whole(rows) or not 1 <= rows <= MOST_ROWS:
-        raise DesignError(f"count {shown(rows)} refused: must be from 1 to {MOST_ROWS}")
+        raise DesignError(
+            f"count {shown(rows)} refused: must be a whole number from 1 to {MOST_ROWS}"
+        )
     if not is_whole(seed) or not 0 <= seed <= LARGEST_SEED:
-        raise DesignError(f"seed {shown(seed)} refused: must be from 0 to {LARGEST_SEED}")
+        raise DesignError(
+            f"seed {shown(seed)} refused: must be a whole number from 0 to {LARGEST_SEED}"
+        )
     if dimensions == 0:
         return np.empty((rows, 0))
     generator = np.random.default_rng(seed)
@@ -218,12 +225,20 @@ def dimension(name: str, given: object, factor: bool = False) -> Dimension:
     if isinstance(given, Range | Choice):
         return Dimension(name, given, factor)
     if isinstance(given, tuple) and len(given) == 2:
-        return Dimension(name, Range(*given), factor)
+        return Dimension(name, _of(name, Range, *given), factor)
     if isinstance(given, list):
-        return Dimension(name, Choice(tuple(given)), factor)
+        return Dimension(name, _of(name, Choice, tuple(given)), factor)
     raise DesignError(
         f"{name}: {shown(given)} refused: must be (low, high), a list of values, Range or Choice"
     )
+
+
+def _of(name: str, axis: type[Made], *given: Any) -> Made:
+    """Make the axis of a parameter; what is refused is refused by its name."""
+    try:
+        return axis(*given)
+    except DesignError as error:
+        raise DesignError(f"{name}: {error}") from error
 
 
 def varied(

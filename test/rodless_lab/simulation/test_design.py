@@ -15,8 +15,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rodless_lab import Range
-from rodless_lab.simulation.design import seed_of, shares
+from rodless_lab import Range, draw
+from rodless_lab.simulation.design import DesignError, seed_of, shares
 
 
 @given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6), st.booleans())
@@ -45,3 +45,25 @@ def test_the_numbers_of_numpy_are_numbers() -> None:
     assert list(axis.levels()) == [1.0, 2.0, 3.0]
     assert np.array_equal(shares("sobol", np.int64(4), 2, np.int32(5)), shares("sobol", 4, 2, 5))
     assert seed_of(np.int64(7), 3) == seed_of(7, 3)
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ((2.0, 0.7), "from 2.0 to 0.7 refused: must be two finite numbers"),
+        ((0.7, float("nan")), "from 0.7 to nan refused: must be two finite numbers"),
+        ([], "no values to choose from"),
+    ],
+)
+def test_a_range_that_cannot_be_is_refused_by_the_parameter(given: object, line: str) -> None:
+    """Of several ranges in one draw the line says which."""
+    ranges = {"supply.pressure": (5e5, 6e5), "cylinder.moving_mass": given}
+    with pytest.raises(DesignError, match=f"^cylinder.moving_mass: {line}"):
+        list(draw(ranges, 3))
+
+
+@pytest.mark.parametrize(("count", "seed"), [(3.0, 1), (True, 1), (3, 1.5)])
+def test_counts_and_seeds_are_whole_numbers(count: object, seed: object) -> None:
+    """3.0 lies between the bounds that the line gives, so that it must say more."""
+    with pytest.raises(DesignError, match="refused: must be a whole number from"):
+        list(draw({"supply.pressure": (5e5, 6e5)}, count, seed=seed))  # type: ignore[arg-type]
