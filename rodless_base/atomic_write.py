@@ -47,8 +47,11 @@ def _rename(unfinished: Path, path: Path) -> None:
 def check_writable(folder: Path) -> None:
     """Raise OSError now rather than after minutes of work; ``folder`` need not be there yet."""
     there = next(place for place in (folder, *folder.parents) if place.exists())
-    with tempfile.TemporaryFile(dir=there):
-        pass
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(folder)) from error
 
 
 def check_file_writable(file: Path) -> None:

@@ -52,8 +52,9 @@ def test_what_cannot_be_written_is_found_by_looking(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     (tmp_path / "link").symlink_to("/proc/nothing")
     for folder in (tmp_path / "file", tmp_path / "file" / "below", Path("/proc/results")):
-        with pytest.raises(OSError, match=r"."):
+        with pytest.raises(OSError, match=r".") as caught:
             check_writable(folder)
+        assert caught.value.filename == str(folder)
     for file in (tmp_path, tmp_path / "file" / "below", tmp_path / "link"):
         with pytest.raises(OSError, match=r"."):
             check_file_writable(file)
