@@ -41,7 +41,4 @@ def once_each(parser: Parser, changes: Sequence[tuple[str, Given]]) -> dict[str,
 
 def named_path(text: str) -> Path:
     """Return the path that an argument names; raises ArgumentTypeError for what names none."""
-    try:
-        return file_path(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+    return file_path(text, argparse.ArgumentTypeError)

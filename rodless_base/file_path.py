@@ -9,6 +9,7 @@
 """Paths as they are given, to a function or on a command line."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from rodless_base.one_line import OneLineError, shown
@@ -17,15 +18,17 @@ from rodless_base.one_line import OneLineError, shown
 LONGEST_NAME = 255
 
 
-def file_path(given: object) -> Path:
+def file_path(given: object, refusal: Callable[[str], Exception] = OneLineError) -> Path:
     """Return the path that is given as a text or as an object with one, such as a Path.
+
+    ``refusal`` makes the error, by default a ValueError, for a text that no file can have.
 
     Raises
     ------
     TypeError
         For what is no path: a number, bytes, None.
     ValueError
-        For a text that no file can have as its path; it says why.
+        Or what ``refusal`` makes; it says why.
 
     Examples
     --------
@@ -37,7 +40,7 @@ def file_path(given: object) -> Path:
         raise TypeError(f"{shown(given)} refused, must be a path: a text or a pathlib.Path")
     wrong = _wrong_with(text)
     if wrong:
-        raise OneLineError(f"{shown(text)} refused, no file has this path: {wrong}")
+        raise refusal(f"{shown(text)} refused, no file has this path: {wrong}")
     return Path(text)
 
 

@@ -51,10 +51,7 @@ def errors_of_file(path: str | Path) -> Iterator[None]:
     OSError becomes :class:`ParameterFileError`, ValueError :class:`ParameterError`. TypeError for
     what is no path.
     """
-    try:
-        file_path(path)
-    except ValueError as error:  # which names the path already
-        raise ParameterError(str(error)) from error
+    file_path(path, ParameterError)
     try:
         yield
     except OSError as error:
@@ -187,17 +184,17 @@ class ParameterSet(Mapping[str, Value]):
 
     @classmethod
     def _named(cls, values: object) -> dict[str, object]:
-        refusal = TypeError(
+        try:
+            # Empty, a text would pass for no values.
+            if not isinstance(values, str | bytes | bytearray):
+                return dict(values)  # type: ignore[call-overload, no-any-return]
+            cause = None
+        except (TypeError, ValueError) as error:
+            cause = error
+        raise TypeError(
             f"{cls.__name__}: {shown(values)} refused, must be values by name: "
             '{"name": value, ...}'
-        )
-        # Empty, a text would pass for no values.
-        if isinstance(values, str | bytes | bytearray):
-            raise refusal
-        try:
-            return dict(values)  # type: ignore[call-overload, no-any-return]
-        except (TypeError, ValueError) as error:
-            raise refusal from error
+        ) from cause
 
     def _take(self, named: Mapping[str, object], before: Mapping[str, Value]) -> None:
         """Take ``named`` values on top of good ones."""

@@ -210,10 +210,7 @@ def _shown(name: str, value: Value) -> str:
 
 @contextmanager
 def _errors_of_file(path: str | Path) -> Iterator[None]:
-    try:
-        file_path(path)
-    except ValueError as error:  # which names the path already
-        raise ScenarioError(str(error)) from error
+    file_path(path, ScenarioError)
     try:
         yield
     except OSError as error:

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from rodless_base.atomic_write import atomic_write
-from rodless_base.file_path import file_path
 from rodless_base.one_line import OneLineError, shown
 from rodless_lab.bags.mcap_file.index import McapIndex
 
@@ -150,14 +149,6 @@ def _topic_entry(topic: BagTopic, count: int) -> dict[str, Any]:
 def information_text(files: Sequence[FileContents]) -> str:
     """Return the description as the text that the storage file itself carries."""
     return yaml.safe_dump(information(files), sort_keys=False)
-
-
-def bag_path(given: object) -> Path:
-    """Return the path of a bag; raises BagError for a text that is none, TypeError for no text."""
-    try:
-        return file_path(given)
-    except ValueError as error:
-        raise BagError(str(error)) from error
 
 
 def write_metadata(bag: Path, files: Sequence[FileContents]) -> None:

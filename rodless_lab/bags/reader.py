@@ -18,8 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
+from rodless_base.file_path import file_path
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, bag_path, is_plain, storage_files
+from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, storage_files
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
@@ -192,7 +193,7 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     >>> bag["/joint_states"].save("joint_states.csv")
     """
     contents = Storage()
-    bag = bag_path(path)
+    bag = file_path(path, BagError)
     files = storage_files(bag)
     for file in files:
         read_storage(file, contents)

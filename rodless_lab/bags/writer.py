@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from rodless_base.atomic_write import cannot_be_written
 from rodless_base.closing import Closing
+from rodless_base.file_path import file_path
 from rodless_lab.bags.decompress import is_zstd
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
@@ -23,7 +25,6 @@ from rodless_lab.bags.metadata import (
     BagError,
     BagTopic,
     FileContents,
-    bag_path,
     information_text,
     is_plain,
     recorded_topics,
@@ -45,7 +46,7 @@ class BagWriter(Closing):
 
     def __init__(self, path: str | Path) -> None:
         """Create the folder; raises :class:`BagError`."""
-        self.path = bag_path(path)
+        self.path = file_path(path, BagError)
         self._channels: dict[str, int] = {}
         self.failure: BagError | None = None
         file = f"{self.path.resolve().name}_0.mcap"
@@ -56,7 +57,7 @@ class BagWriter(Closing):
         except FileExistsError as error:
             raise BagError(f"{path}: exists already; a bag is never written over") from error
         except OSError as error:
-            raise BagError(f"{path}: cannot be written: {error.strerror}") from error
+            raise BagError(cannot_be_written(path, error)) from error
 
     def add_topic(self, topic: BagTopic) -> None:
         """Announce a topic, with the definition of its type as installed here."""
@@ -119,7 +120,7 @@ def recover_bag(path: str | Path) -> int:
     the number of messages. Raises :class:`BagError`, also for a bag damaged before its end, in
     another storage than MCAP, compressed, or with a file that leads out of its folder.
     """
-    bag = bag_path(path)
+    bag = file_path(path, BagError)
     if not bag.is_dir():
         raise BagError(f"{path}: not the folder of a bag")
     files = storage_files(bag)
@@ -137,7 +138,7 @@ def recover_bag(path: str | Path) -> int:
         if not (closed_before and (bag / METADATA_FILE).is_file()):
             write_metadata(bag, done)
     except OSError as error:
-        raise BagError(f"{path}: cannot be written: {error.strerror}") from error
+        raise BagError(cannot_be_written(path, error)) from error
     return sum(sum(contents.counts.values()) for contents in done)
 
 

@@ -14,9 +14,10 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.atomic_write import atomic_write, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
+from rodless_lab.cli.exit_code import can_be_written
 
 DESCRIPTION = (
     "Measure the rig beside other solvers, with errors, how many rigs run at once, and what the "
@@ -53,9 +54,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     # The figures of one part do not replace those of a whole run.
     output: Path = options.output or Path("results/bench", f"{options.only or 'metrics'}.json")
+    if not can_be_written(output, check_file_writable):
+        return 1
     figures: dict[str, float] = {}
     try:
-        check_file_writable(output)
         for name, part in PARTS.items():
             if options.only in (None, name):
                 figures |= part(output.parent, check)
@@ -63,10 +65,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
-    except OSError as error:
-        print(cannot_be_written(output, error), file=sys.stderr)
-        return 1
-    except RuntimeError as error:
+    except (RuntimeError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0

@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rodless_base.atomic_write import cannot_be_written
 from rodless_base.command_line import Parser, named_path
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.parameter_file import preset_names
@@ -48,7 +49,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             print(error, file=sys.stderr)
             return 2
         except OSError as error:
-            print(f"{options.output}: cannot be written: {error.strerror}", file=sys.stderr)
+            print(cannot_be_written(options.output, error), file=sys.stderr)
             return 2
         return run(options.preset, options.output, replaced, stop)
 
@@ -69,7 +70,7 @@ def run(preset: str, folder: Path, replaced: bool, stop: Stop) -> int:
         print(f"\n{error}", file=sys.stderr)
         return 1
     except OSError as error:
-        print(f"\n{error.filename or folder}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(f"\n{cannot_be_written(error.filename or folder, error)}", file=sys.stderr)
         return 1
     print_table(preset, outcome)
     print(f"bag, metrics.json and step.png are in {folder}{IN_PLACE if replaced else ''}")

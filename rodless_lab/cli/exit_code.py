@@ -17,16 +17,26 @@ from rodless_lab.runs.measured_run import RunError
 from rodless_sim import ParameterError
 
 
+def can_be_written(output: Path, look: Callable[[Path], None] = check_writable) -> bool:
+    """Whether ``output`` can be; says on standard error where not. ``look`` raises OSError then."""
+    try:
+        look(output)
+    except OSError as error:
+        print(cannot_be_written(output, error), file=sys.stderr)
+        return False
+    return True
+
+
 def exit_code(
     work: Callable[[], None], output: Path, look: Callable[[Path], None] = check_writable
 ) -> int:
     """Do ``work``; return 0, or 2 after a line about a run or ``output`` that cannot be used.
 
-    ``look`` raises OSError where ``output``, by default a folder, cannot be written: that is said
-    before the work, not after it.
+    ``output``, by default a folder, is looked at as by :func:`can_be_written` before the work.
     """
+    if not can_be_written(output, look):
+        return 2
     try:
-        look(output)
         work()
     except (RunError, ParameterError) as error:
         print(error, file=sys.stderr)

@@ -14,7 +14,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import check_writable
+from rodless_base.atomic_write import cannot_be_written, check_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         print(f"\n{error}", file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"\n{error.filename or folder}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(f"\n{cannot_be_written(error.filename or folder, error)}", file=sys.stderr)
         return 2
     except RuntimeError as error:
         print(f"\n{error}", file=sys.stderr)

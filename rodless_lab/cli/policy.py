@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
+from rodless_lab.cli.exit_code import can_be_written
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace, with_rig
 
 if TYPE_CHECKING:
@@ -59,10 +60,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             return NOT_POSSIBLE
         return 0
 
-    try:
-        if options.output is not None:
-            check_file_writable(options.output)
-    except OSError as error:
-        print(cannot_be_written(options.output, error), file=sys.stderr)
+    if options.output is not None and not can_be_written(options.output, check_file_writable):
         return NOT_POSSIBLE
     return with_rig(options.namespace, stop, work)

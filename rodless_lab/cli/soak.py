@@ -16,9 +16,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.atomic_write import atomic_write, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
+from rodless_lab.cli.exit_code import can_be_written
 from rodless_lab.cli.number import number
 
 if TYPE_CHECKING:
@@ -47,9 +48,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         runs.append(partial(soak_realtime, options.seconds))
     if options.steps:
         runs.append(partial(soak_lockstep, options.steps))
+    if not can_be_written(options.output, check_file_writable):
+        return 1
     texts, wrong = [], []
     try:
-        check_file_writable(options.output)
         for run in runs:
             found = run(lambda line: print(line, file=sys.stderr, flush=True), check)
             texts.append(summary(found))
@@ -59,10 +61,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
-    except OSError as error:
-        print(cannot_be_written(options.output, error), file=sys.stderr)
-        return 1
-    except (RuntimeError, ValueError) as error:
+    except (RuntimeError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     print("\n".join(wrong), end="\n" if wrong else "", file=sys.stderr)

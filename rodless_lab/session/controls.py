@@ -11,6 +11,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cached_property
 from typing import cast
 
 from rclpy.duration import Duration
@@ -62,12 +63,22 @@ class Controls(LiveSession):
                 ARRIVAL_TIMEOUT,
             )
 
+    @cached_property
+    def _first_range(self) -> tuple[float, float]:
+        """The range that the controller began with."""
+        given = self._plan.controller
+        told = given if isinstance(given, Mapping) else {}
+        began = ControllerParameters.preset(self._plan.preset).with_values(
+            {name: told[name] for name in RANGE if name in told}
+        )
+        return began.number(RANGE[0]), began.number(RANGE[1])
+
     def _check_range(self, position: float) -> None:
-        """Ask a controller of this package, but within the range that its preset has."""
+        """Ask a controller of this package, but within the range that it began with."""
         if not self._plan.runs_controller_node:
             return
-        began = ControllerParameters.preset(self._plan.preset)
-        if began.number(RANGE[0]) <= position <= began.number(RANGE[1]):
+        low, high = self._first_range
+        if low <= position <= high:
             return
         low, high = (cast(float, one) for one in self.parameters("controller", RANGE).values())
         if not low <= position <= high:

@@ -14,12 +14,13 @@ or Sobol (``scipy.stats.qmc``).
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from numbers import Integral
-from typing import Any, Protocol, TypeGuard, TypeVar
+from typing import Protocol, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -55,9 +56,6 @@ class Axis(Protocol):
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether ``value`` is a whole number, of numpy too."""
     return isinstance(value, Integral) and not isinstance(value, bool)
-
-
-Made = TypeVar("Made")
 
 
 def _is_number(value: object) -> bool:
@@ -224,19 +222,21 @@ def dimension(name: str, given: object, factor: bool = False) -> Dimension:
         raise DesignError(f"{shown(name)}: no such parameter; names are texts")
     if isinstance(given, Range | Choice):
         return Dimension(name, given, factor)
-    if isinstance(given, tuple) and len(given) == 2:
-        return Dimension(name, _of(name, Range, *given), factor)
-    if isinstance(given, list):
-        return Dimension(name, _of(name, Choice, tuple(given)), factor)
+    with named(name):
+        if isinstance(given, tuple) and len(given) == 2:
+            return Dimension(name, Range(*given), factor)
+        if isinstance(given, list):
+            return Dimension(name, Choice(tuple(given)), factor)
     raise DesignError(
         f"{name}: {shown(given)} refused: must be (low, high), a list of values, Range or Choice"
     )
 
 
-def _of(name: str, axis: type[Made], *given: Any) -> Made:
-    """Make the axis of a parameter; what is refused is refused by its name."""
+@contextmanager
+def named(name: str) -> Iterator[None]:
+    """Refuse what is refused of an axis by the name of its parameter."""
     try:
-        return axis(*given)
+        yield
     except DesignError as error:
         raise DesignError(f"{name}: {error}") from error
 

@@ -53,13 +53,11 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
 
 
 def _saved(folder: Path, number: int) -> dict[str, Any]:
-    from pyarrow import dataset  # noqa: PLC0415  there, or nothing would have been written
-
     files = sorted((folder / DATA).glob("part-*.parquet"))
     if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run the sweep on first")
-    wanted = dataset.field("row") == number
-    rows = [row for file in files for row in read_part(file).filter(wanted).to_pylist()]
+    wanted = [("row", "=", number)]
+    rows = [row for file in files for row in read_part(file, wanted).to_pylist()]
     if not rows:
         raise StudyError(f"{folder}: row {number} is not known yet; run the sweep on first")
     return dict(rows[0])

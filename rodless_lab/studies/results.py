@@ -82,13 +82,16 @@ class Results:
         return frame
 
 
-def read_part(file: Path) -> Any:
-    """Return the table of a complete part; raises StudyError for a damaged file."""
+def read_part(file: Path, filters: Any = None) -> Any:
+    """Return the table of a complete part, or those of its rows that pass pyarrow's ``filters``.
+
+    Raises StudyError for a damaged file.
+    """
     import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
     from pyarrow import parquet  # noqa: PLC0415
 
     try:
-        return parquet.read_table(file)
+        return parquet.read_table(file, filters=filters)
     except (arrow.ArrowException, OSError) as error:
         raise StudyError(
             f"{file}: damaged, {described(error)}; remove it, and the sweep's next run makes it "

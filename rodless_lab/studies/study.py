@@ -28,6 +28,7 @@ from rodless_lab.simulation.design import (
     DesignError,
     Dimension,
     Range,
+    named,
     seed_of,
     shares,
 )
@@ -134,10 +135,8 @@ def several(level: object) -> tuple[object, ...]:
 
 def _levels(dimension: Dimension) -> Sequence[object]:
     """Return the levels of an axis of a grid; raises DesignError, which names the axis."""
-    try:
+    with named(dimension.name):
         return dimension.axis.levels()
-    except DesignError as error:
-        raise DesignError(f"{dimension.name}: {error}") from None
 
 
 def read_study(given: str | Path) -> Study:

@@ -68,12 +68,15 @@ class BristleMotion:
         stride = max(round(STEP / period), 1)
         width = min(max(round(0.5 * SMOOTHED / period), 2), (len(position) - 1) // 2) * 2 + 1
         smooth = np.asarray(savgol_filter(position, width, 2))
+        speeds = np.diff(smooth[::stride]) / (stride * period)
+        # A run of n samples has n - 1 steps: a part may last as long as it.
+        lasts = [min(part.last // stride, len(speeds)) for part in parts]
         return cls(
             Bristles.of(parameters),
-            np.diff(smooth[::stride]) / (stride * period),
+            speeds,
             stride * period,
             np.array([part.first // stride for part in parts], dtype=np.int64),
-            np.array([part.last // stride for part in parts], dtype=np.int64),
+            np.array(lasts, dtype=np.int64),
             position_noise(position) * math.sqrt(float(savgol_coeffs(width, 2)[width // 2])),
         )
 

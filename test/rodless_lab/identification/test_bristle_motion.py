@@ -84,6 +84,18 @@ def test_what_has_slid_for_long_has_the_force_of_the_curve() -> None:
         assert forward.forces(PRINTED, CURVE)[0] == pytest.approx(force)
 
 
+@pytest.mark.parametrize("count", [4000, 4001, 4009])
+@pytest.mark.parametrize("period", [PERIOD, 0.02])
+def test_a_part_may_end_with_the_run(count: int, period: float) -> None:
+    """Its last step is the run's, not what lies behind it in memory: eq. (29) as before."""
+    speed = 5e-3
+    position = speed * np.arange(count) * period
+    motion = BristleMotion.of(RIG, position, period, parts((count - 300, count)))
+    assert motion.lasts[0] <= len(motion.speeds)
+    (force,) = motion.forces(PRINTED, CURVE)
+    assert force == pytest.approx(friction_force(CURVE, np.array([speed]))[0], rel=1e-6)
+
+
 def test_only_the_chosen_parts_count() -> None:
     """Those of the other direction are left out, and the rest keeps its order."""
     position = 1e-3 * np.arange(2000) * PERIOD

@@ -296,6 +296,9 @@ def test_a_session_is_used_inside_its_block_and_once_at_a_time() -> None:
 
 def test_a_setpoint_that_cannot_be_is_refused_to_its_sender(rig_session: StartSession) -> None:
     """Millimetres for metres, no number, a text; within a range that was widened it arrives."""
+    narrow = rig_session("lockstep", controller={"reference.maximum": 0.1}, duration=0.05)
+    with pytest.raises(RefusedError, match=r"^setpoint 0.15 m refused, must be from 0 to 0.1 m"):
+        narrow.setpoint(0.15)
     rig = rig_session("lockstep", duration=0.05)
     for wrong in (math.nan, math.inf, "0.1", None):
         with pytest.raises(ValueError, match=r"^setpoint .* must be a finite number \(m\)$"):
