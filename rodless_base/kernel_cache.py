@@ -93,6 +93,11 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         fresh = (version, stamp) == (self._version, self._source_stamp)
         return overloads if fresh else {}
 
+    def holds(self, key: object) -> bool:
+        """Whether there is a file for a version by its ``key``."""
+        name = self._load_index().get(key)
+        return name is not None and Path(self._data_path(name)).is_file()
+
     def _save_index(self, overloads: dict[Any, str]) -> None:
         self._write(self._index_path, (self._version, self._source_stamp, overloads))
 
@@ -137,6 +142,13 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         self._cache_file = _CheckedFiles(
             self._cache_path, self._impl.filename_base + form, self._impl.locator.get_source_stamp()
         )
+
+    def holds(self, signature: object, target: Any) -> bool:
+        """Whether there is something for ``signature``, which loading may still find damaged."""
+        try:
+            return self._cache_file.holds(self._index_key(signature, target.codegen()))
+        except Exception:
+            return False
 
     def load_overload(self, signature: object, target: object) -> object:
         """Return what was compiled for ``signature``, or None."""

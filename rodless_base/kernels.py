@@ -245,6 +245,22 @@ def specialise(function: Kernel, *example: object) -> Kernel:
         raise TypeError(f"does not compile: {_first_cause(error)}") from error
 
 
+def is_kept(function: Kernel, *example: object) -> bool:
+    """Whether :func:`specialise` would find this without compiling it."""
+    if not isinstance(function, Dispatcher):
+        return True
+    signature = tuple(numba.typeof(value) for value in example)
+    if signature in function.overloads:
+        return True
+    cache = cast(Any, function)._cache
+    return isinstance(cache, KernelCache) and cache.holds(signature, function.targetctx)
+
+
+def keeps(function: Kernel) -> bool:
+    """Whether what one process compiles of ``function`` is there for others."""
+    return isinstance(function, Dispatcher) and isinstance(cast(Any, function)._cache, KernelCache)
+
+
 def _first_cause(error: NumbaError) -> str:
     """Return the sentence of numba's pages that says what is wrong, and where."""
     text, *_ = str(error).partition("During:")

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
-from rodless_base.kernels import specialise
+from rodless_base.kernels import is_kept, specialise
 from rodless_base.measurement import Measurement
 from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError
@@ -44,7 +44,7 @@ from rodless_sim.physics.state import (
 )
 from rodless_sim.physics.streams import heated_supply_flow
 from rodless_sim.physics.supply import rippled
-from rodless_sim.physics.timed import copied, memory_of
+from rodless_sim.physics.timed import copied, memory_like, memory_of
 from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
@@ -248,6 +248,11 @@ def kinds_of(plant: Plant) -> tuple[bool, ...]:
     return tuple(map(bool, (plant.heat, plant.drive, plant.full, plant.ripple, plant.tubes)))
 
 
+def _equations_arguments(plant: Plant, spool: AnySpool, motion: AnyMotion) -> tuple[object, ...]:
+    """Return arguments of :func:`advance_at_voltage` of the types that such a rig calls it with."""
+    return plant, spool, 0.0, motion, 0.0, 1.0
+
+
 class Rig:
     """A rig advanced step by step.
 
@@ -294,17 +299,26 @@ class Rig:
         self._nanoseconds = 0
         self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 1.0, 1.0))
         self._spool = self._remembered(self._motion, self._plant.valve.closed_voltage)
-        self._specialise()
+        self._specialise(self._spool, self._motion)
         self.reset()
 
     def _take(self, parameters: RigParameters) -> None:
         self._parameters, self._plant = parameters, Plant.of(parameters)
         self._valve_fault = ValveFault.of(parameters)
 
-    def _specialise(self) -> None:
+    def _specialise(self, spool: AnySpool, motion: AnyMotion) -> None:
+        """Take the equations for the plant's kind, and for what it remembers and moves by."""
         self._advance = specialise(
-            advance_at_voltage, self._plant, self._spool, 0.0, self._motion, 0.0, 1.0
+            advance_at_voltage, *_equations_arguments(self._plant, spool, motion)
         )
+
+    def has_equations_for(self, parameters: RigParameters) -> bool:
+        """Whether :meth:`configure` with these parameters finds its equations compiled."""
+        plant = Plant.of(parameters)
+        if kinds_of(plant) == kinds_of(self._plant):
+            return True
+        motion = with_states_of(plant, self._motion)
+        return is_kept(advance_at_voltage, *_equations_arguments(plant, memory_like(plant), motion))
 
     def _remembered(self, motion: AnyMotion, voltage: float) -> AnySpool:
         return memory_of(self._plant, motion, voltage, self._nanoseconds * SECONDS_PER_NANOSECOND)
@@ -324,7 +338,7 @@ class Rig:
     def __setstate__(self, state: dict[str, object]) -> None:
         """Compile again."""
         vars(self).update(state)
-        self._specialise()
+        self._specialise(self._spool, self._motion)
 
     @property
     def parameters(self) -> RigParameters:
@@ -383,7 +397,7 @@ class Rig:
             self._spool = with_spool(self._spool, spool)
         else:
             self._commands = Commands(self._voltage)
-        self._specialise()
+        self._specialise(self._spool, self._motion)
 
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
@@ -456,10 +470,13 @@ class Rig:
             given = self._player.at_start(given)
             plant = Plant.of(given)
         motion = starting_motion(plant, given, position, pressures, temperatures)
+        closed = plant.valve.closed_voltage
+        memory = memory_of(plant, motion, closed)
         if given is not self._parameters:
+            kinds = kinds_of(self._plant)
             self._take(given)
-        closed = self._plant.valve.closed_voltage
-        memory = memory_of(self._plant, motion, closed)
+            if kinds_of(plant) != kinds:
+                self._specialise(memory, motion)
         self._apply(closed, motion, memory, Commands(closed), 0)
         self._nanoseconds = 0
         if self._player is not None:

@@ -137,11 +137,17 @@ class Scenario:
 
     def check(self, parameters: RigParameters) -> None:
         """Raise ScenarioError where a rig of ``parameters`` would refuse an entry."""
+        for _ in self.stages(parameters):
+            pass
+
+    def stages(self, parameters: RigParameters) -> Iterator[RigParameters]:
+        """Yield what ``parameters`` become with each entry; raises as :meth:`check`."""
         for number, entry in enumerate(self.entries, 1):
             try:
                 parameters = parameters.with_values(entry.changes)
             except ParameterError as error:
                 raise self._error(number, str(error)) from error
+            yield parameters
 
     def _entry(self, number: int, entry: object) -> Entry:
         try:

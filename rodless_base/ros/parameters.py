@@ -37,6 +37,9 @@ from rodless_base.ros.given import given_parameters
 
 Set = TypeVar("Set", bound=ParameterSet)
 
+# In the reason of a refusal that ends by itself.
+NOT_YET = "not yet"
+
 # Returns the whole set of another kind that changes ask for, given what is in force; else None.
 Successor = Callable[[Set, Mapping[str, object]], Set | None]
 

@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING
 
 from rodless_base.command_line import Parser, once_each
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
+from rodless_lab.cli.running_rig import (
+    add_namespace,
+    add_timeout,
+    say_compiling,
+    value_text,
+    with_rig,
+)
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -83,11 +89,12 @@ def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Nam
     if options.clear:
         sound = cleared()
         changes = {n: value_text(sound[n]) for n, value in present.items() if value != sound[n]}
-    for change in change_parameters(rig, changes, options.timeout) if changes else ():
-        print(f"{change.name}: {value_text(change.old)} → {value_text(change.new)}")
     if not changes:
         names = ", ".join(name.removeprefix(PREFIX) for name in given)
         print(f"not active, so nothing to clear: {names}" if names else "no fault is active")
+        return 0
+    for change in change_parameters(rig, changes, options.timeout, say_compiling):
+        print(f"{change.name}: {value_text(change.old)} → {value_text(change.new)}")
     return 0
 
 

@@ -59,6 +59,12 @@ def value_text(value: object) -> str:
     return ",".join(map(str, value)) if hasattr(value, "__iter__") else str(value)
 
 
+def say_compiling() -> None:
+    """Say why a change takes a minute."""
+    line = "the plant compiles its equations for this first, which takes about a minute; waiting"
+    print(line, file=sys.stderr, flush=True)
+
+
 def with_rig(
     namespace: str, stop: Stop, work: "Callable[[RunningRig], int]", timeout: float = ANSWER_TIMEOUT
 ) -> int:

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING
 
 from rodless_base.command_line import Parser, once_each
 from rodless_base.start import Stop
-from rodless_lab.cli.running_rig import add_namespace, add_timeout, value_text, with_rig
+from rodless_lab.cli.running_rig import (
+    add_namespace,
+    add_timeout,
+    say_compiling,
+    value_text,
+    with_rig,
+)
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
@@ -67,7 +73,7 @@ def _set(rig: "RunningRig", given: dict[str, str], timeout: float) -> int:
     from rodless_lab.session.running_rig import CONTROLLER  # noqa: PLC0415
     from rodless_lab.session.set_parameters import change_parameters, failed_law  # noqa: PLC0415
 
-    changes = change_parameters(rig, given, timeout)
+    changes = change_parameters(rig, given, timeout, say_compiling)
     for change in changes:
         print(f"{change.node} {change.name}: {value_text(change.old)} → {value_text(change.new)}")
     failure = failed_law(rig) if any(change.node == CONTROLLER for change in changes) else None

@@ -147,12 +147,13 @@ class Controls(LiveSession):
     def set_parameters(self, node: str, values: Mapping[str, object]) -> None:
         """Set parameters of a node (``plant``, ``controller``) as one change.
 
-        Raises RefusedError with the node's reason, and then nothing has changed.
+        Raises RefusedError with the node's reason, and then nothing has changed. A plant that has
+        not had such an option before, on this machine, is compiled first, which takes a minute.
         """
         if not isinstance(values, Mapping):
             raise TypeError(f"{shown(values)} refused, must be values by name: {{name: value}}")
         with self._waiting():
-            self._observer.set_parameters(node, values)
+            self._observer.once_ready(lambda: self._observer.set_parameters(node, values))
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
         """Return the values of a node's parameters; raises RefusedError for unknown names."""

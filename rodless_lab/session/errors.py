@@ -17,6 +17,10 @@ class RefusedError(HarnessError):
     """A node has refused a parameter or a request; the text is the node's own."""
 
 
+class NotYetError(RefusedError):
+    """A node takes a change only in a while, when its equations are compiled."""
+
+
 class NodeDiedError(HarnessError):
     """A process has ended that the test has not ended."""
 

@@ -27,10 +27,11 @@ from rclpy.task import Future
 
 from rodless_base.closing import Closing
 from rodless_base.ros.message_info import with_info
+from rodless_base.ros.parameters import NOT_YET
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_lab.session.domain import full_namespace, named_domain
-from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.errors import NotYetError, RefusedError, WaitTimeoutError
 from rodless_lab.session.network import make_room_for_nodes
 
 Found = TypeVar("Found")
@@ -48,6 +49,10 @@ SPIN_SECONDS = 0.05
 # After this time (wall-clock s), or half the timeout, an answer counts as lost, and the call is
 # made again: a server that has not found the client yet cannot answer it.
 ANSWER_SECONDS = 10.0
+
+# How long a plant may compile at the most, and how often it is asked again meanwhile, wall-clock s.
+COMPILING_SECONDS = 300.0
+ASK_AGAIN_SECONDS = 0.5
 
 _environment_lock = threading.Lock()
 
@@ -244,8 +249,9 @@ class Observer(Closing):
     ) -> None:
         """Set parameters of a node as one change.
 
-        Raises :class:`RefusedError` with the node's reason, and then nothing has changed, and
-        :class:`WaitTimeoutError` where no answer comes: whether it has changed is unknown then.
+        Raises :class:`RefusedError` with the node's reason, and then nothing has changed, its
+        :class:`NotYetError` where asking again will do, and :class:`WaitTimeoutError` where no
+        answer comes: whether it has changed is unknown then.
         """
         client = self.parameter_client(node, timeout)
         parameters = [
@@ -258,7 +264,34 @@ class Observer(Closing):
             timeout,
         ).result
         if not result.successful:
-            raise RefusedError(result.reason)
+            refusal = NotYetError if f": {NOT_YET}, " in result.reason else RefusedError
+            raise refusal(result.reason)
+
+    def once_ready(
+        self, change: Callable[[], Found], tell: Callable[[], object] = lambda: None
+    ) -> Found:
+        """Return what ``change()`` returns, asking again as long as a node takes it only later.
+
+        ``tell`` is called once if that takes a while. Raises :class:`NotYetError` where it takes
+        longer than any compiling.
+        """
+        deadline = time.monotonic() + COMPILING_SECONDS
+        told = False
+        while True:
+            try:
+                return change()
+            except NotYetError:
+                if time.monotonic() > deadline:
+                    raise
+            if not told:
+                tell()
+                told = True
+            self._pause(ASK_AGAIN_SECONDS)
+
+    def _pause(self, seconds: float) -> None:
+        """Run callbacks for a while."""
+        until = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() >= until, "")
 
     # Diagnostics
 

@@ -21,7 +21,12 @@ from rodless_base.one_line import shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_control.laws import LAWS, of_other_law
 from rodless_lab.session.dry_run import check_change
-from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
+from rodless_lab.session.errors import (
+    HarnessError,
+    NotYetError,
+    RefusedError,
+    WaitTimeoutError,
+)
 from rodless_lab.session.running_rig import (
     CONTROLLER,
     NODES,
@@ -49,14 +54,26 @@ class Change:
     new: object
 
 
-def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float) -> list[Change]:
+class RigNotYetError(RigError, NotYetError):
+    """A change that the plant takes only in a while; nothing has changed."""
+
+
+def change_parameters(
+    rig: RunningRig,
+    given: Mapping[str, str],
+    timeout: float,
+    waiting: Callable[[], object] | None = None,
+) -> list[Change]:
     """Set parameters to the values that the texts ``given`` stand for; return what has changed.
 
     A name may have the node before it, ``plant:NAME``. Everything is checked before anything is
     sent; then each node takes its share as one change. If the second node refuses its own for a
     reason that only it knows, the first gets its old values back after running with the new ones
     for a few milliseconds. The nodes have ``timeout`` (wall-clock s) to be found, and again for
-    each answer. Raises :class:`RigError` for a rig that is not there, a name that no node or more
+    each answer. Where the plant has to compile equations for them first, this calls ``waiting`` and
+    waits for that, or without it raises :class:`RigNotYetError`.
+
+    Raises :class:`RigError` for a rig that is not there, a name that no node or more
     than one has, a parameter given twice, a value that cannot be, with the node's own reason where
     it refuses, and where a node does not answer; the text then says what has changed.
     """
@@ -75,8 +92,15 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
     rig.check_alone()
     if "controller.law" in given:
         timeout = max(timeout, LAW_TIMEOUT)
-    with rig.uninterrupted():
-        _set_all(rig, values, old, timeout)
+
+    def attempt() -> None:
+        with rig.uninterrupted():
+            _set_all(rig, values, old, timeout)
+
+    if waiting is None:
+        attempt()
+    else:
+        rig.observer.once_ready(attempt, waiting)
     return [
         Change(node, name, old[node][name], share[name])
         for node, share in values.items()
@@ -206,7 +230,8 @@ def _set_all(rig: RunningRig, values: Values, old: Values, timeout: float) -> No
             rig.observer.set_parameters(node, share, timeout)
         except RefusedError as error:
             kept = _take_back(rig, values, changed, old, timeout)
-            raise RigError(f"{node}: {error}; {kept or 'nothing has changed'}") from error
+            kind = RigNotYetError if isinstance(error, NotYetError) else RigError
+            raise kind(f"{node}: {error}; {kept or 'nothing has changed'}") from error
         except WaitTimeoutError as error:
             kept = _take_back(rig, values, changed, old, timeout)
             raise RigError(

@@ -25,6 +25,7 @@ from rodless_base.start import Stop
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_sim.node.awake_clock import AwakeClock
 from rodless_sim.node.engine import Engine
+from rodless_sim.node.equations import Equations
 from rodless_sim.node.lockstep import Lockstep
 from rodless_sim.node.plant_diagnostics import PlantDiagnostics
 from rodless_sim.node.ready import ready_line
@@ -53,6 +54,7 @@ class PlantNode:
         self._engine = Engine(
             values, self._publish, values.text("time.scenario") or None, self._publishers.configure
         )
+        self._equations = Equations(self.node.get_logger().info)
         self._present, self._played = values, 0
         self._failure: str | None = None
         self._commands = self.node.create_subscription(
@@ -72,6 +74,7 @@ class PlantNode:
     def close(self) -> None:
         """Stop the plant and destroy the node."""
         self._time.close()
+        self._equations.close()
         self.node.destroy_node()
 
     def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
@@ -109,6 +112,7 @@ class PlantNode:
             # A paused simulation shows that it lives, and what time it is to whoever joins.
             self._publishers.clock.publish(self._engine.rig.nanoseconds)
         self._follow_scenario()
+        self._equations.poll()
         self._report_failure()
         self._diagnostics.poll()
 
@@ -135,7 +139,9 @@ class PlantNode:
         self._played = len(played)
 
     def _configure(self, values: RigParameters) -> None:
-        self._engine.change(values.differences(self._parameters.values))
+        changes = values.differences(self._parameters.values)
+        self._equations.require(self._engine.rig, changes)
+        self._engine.change(changes)
 
     def _take_command(self, message: bytes) -> None:
         self._time.receive(unpack_float64(message))

@@ -544,6 +544,16 @@ def memory_of(plant: Plant, motion: AnyMotion, voltage: float, time: float = 0.0
     return Memory(spool, time, supply, resting_tubes(plant, motion, time) if plant.tubes else ())
 
 
+def memory_like(plant: Plant) -> AnySpool:
+    """Return a memory of the types of :func:`memory_of`; what is in it means nothing."""
+    spool = starting_spool(plant.drive, 0.0)
+    if plant.ripple == ():
+        return spool
+    end = End(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    tubes = Tubes(np.zeros((FIRST_ROWS, COLUMNS)), 2, 0, end, end) if plant.tubes else ()
+    return Memory(spool, 0.0, 0.0, tubes)
+
+
 def resting_tubes(plant: Plant, motion: AnyMotion, time: float) -> Tubes:
     """Return tubes through which what leaks out of the chambers in ``motion`` flows."""
     out = arrived(plant, motion, 0.0, 0.0)
