@@ -9,6 +9,7 @@
 """What every verb reads its command line with: a refusal is one line, with the way to the help."""
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
@@ -21,6 +22,15 @@ Given = TypeVar("Given", bound=str | None)
 
 class Parser(argparse.ArgumentParser):
     """Python's parser, without the summary of all options that it prints before its refusals."""
+
+    def parse_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> argparse.Namespace:
+        """Return the options; end the program for arguments that are none, an empty one too."""
+        found, others = self.parse_known_args(args, namespace)
+        if others:
+            self.error(f"unrecognized arguments: {shlex.join(others)}")
+        return found
 
     def error(self, message: str) -> NoReturn:
         """End the program with a line on standard error."""

@@ -219,7 +219,11 @@ class Observer(Closing):
         if node not in self._parameter_clients:
             self._parameter_clients[node] = AsyncParameterClient(self.node, node)
         client = self._parameter_clients[node]
-        self.wait(client.services_are_ready, f"the parameter services of {node}", timeout)
+        try:
+            self.wait(client.services_are_ready, f"the parameter services of {node}", timeout)
+        except WaitTimeoutError as error:
+            here = sorted({*self.node.get_node_names()} - {self.node.get_name()})
+            raise WaitTimeoutError(f"{error}; nodes here: {', '.join(here) or 'none'}") from error
         return client
 
     def parameter_names(self, node: str) -> list[str]:

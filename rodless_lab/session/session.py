@@ -53,6 +53,57 @@ def _follow(scenario: str | Path | None) -> dict[str, str]:
     return {} if scenario is None else scenario_parameter(scenario)
 
 
+def _check_options(
+    mode: object,
+    duration: object,
+    timeout: object,
+    plant: object,
+    controller: object,
+    environment: object,
+    check: object,
+) -> None:
+    """Raise ValueError for an option of a session that is of no kind it can have."""
+    own = controller is not None and not isinstance(controller, Mapping)
+    by_name = "must be parameters by name: {name: value}"
+    for good, name, given, wanted in (
+        (mode in get_args(Mode), "mode", mode, f"must be one of {get_args(Mode)}"),
+        (
+            is_number(duration) and 0.0 <= duration < math.inf,
+            "duration",
+            duration,
+            "must be a number of s, or 0",
+        ),
+        (
+            is_number(timeout) and 0.0 < timeout < math.inf,
+            "timeout",
+            timeout,
+            "must be a positive number of s",
+        ),
+        (plant is None or isinstance(plant, Mapping), "plant", plant, by_name),
+        (
+            not own or (controller and not isinstance(controller, str)),
+            "controller",
+            controller,
+            'must be parameters by name, or a command line as a list: ["ros2", "run", ...]',
+        ),
+        (
+            environment is None or _are_texts(environment),
+            "environment",
+            environment,
+            'must be texts by name: {"ROS_DOMAIN_ID": "7"}',
+        ),
+        (callable(check), "check", check, "must be a function without arguments"),
+    ):
+        if not good:
+            raise ValueError(f"{name} {shown(given)} refused, {wanted}")
+
+
+def _are_texts(given: object) -> bool:
+    return isinstance(given, Mapping) and all(
+        isinstance(text, str) for pair in given.items() for text in pair
+    )
+
+
 class RigSession(PlantTime, Controls, Faults):
     """A plant, and a controller or the test in its place, between ``__enter__`` and ``__exit__``.
 
@@ -107,18 +158,7 @@ class RigSession(PlantTime, Controls, Faults):
         scenario that is none, and FileNotFoundError for a preset that does not exist.
         """
         super().__init__()
-        if mode not in get_args(Mode):
-            raise ValueError(f"mode {shown(mode)} refused, must be one of {get_args(Mode)}")
-        if not (is_number(duration) and 0.0 <= duration < math.inf):
-            raise ValueError(f"duration {shown(duration)} refused, must be a number of s, or 0")
-        if not (is_number(timeout) and 0.0 < timeout < math.inf):
-            raise ValueError(f"timeout {shown(timeout)} refused, must be a positive number of s")
-        own = controller is not None and not isinstance(controller, Mapping)
-        if own and (isinstance(controller, str) or not controller):
-            raise ValueError(
-                f"controller {shown(controller)} refused, must be parameters by name, or a command "
-                'line as a list: ["ros2", "run", ...]'
-            )
+        _check_options(mode, duration, timeout, plant, controller, environment, check)
         self._mode = mode
         self._duration = duration
         self._telemetry = telemetry

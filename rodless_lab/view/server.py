@@ -19,6 +19,7 @@ from fastapi import FastAPI
 from nicegui import ui
 
 from rodless_base.closing import Closing
+from rodless_base.one_line import in_one_line
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.origins import OwnPagesOnly
 
@@ -58,6 +59,8 @@ class Server(Closing):
             timeout_graceful_shutdown=END_TIMEOUT,
         )
         self._server = uvicorn.Server(config)
+        # It logs paths as they were asked for, with what commands a terminal.
+        logging.getLogger("nicegui").addFilter(_spelt_out)
         self._thread = threading.Thread(target=self._run, name="view pages", daemon=True)
         self._thread.start()
 
@@ -81,6 +84,11 @@ class Server(Closing):
         self._server.force_exit = True
         self._thread.join(CLOSE_TIMEOUT)
         self._socket.close()
+
+
+def _spelt_out(record: logging.LogRecord) -> bool:
+    record.msg, record.args = in_one_line(record.getMessage()), ()
+    return True
 
 
 def _bound(host: str, port: int) -> socket.socket:

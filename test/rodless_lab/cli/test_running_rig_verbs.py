@@ -92,7 +92,8 @@ def test_help_needs_no_ros(verb: str) -> None:
         (f"rig --record {'x' * 300}", "it has a name of more than 255 bytes"),
         ("view --port inf", "'inf' is not a port from 0 to 65535"),
         (f"laws --rigs {'9' * 5000}", "is not a positive whole number"),
-        ("pause 'a\nb'", "unrecognized arguments: a b"),
+        ("pause 'a\nb'", "unrecognized arguments: 'a b'"),
+        ("pause ''", "unrecognized arguments: ''"),
         ("fault valve.offset", "valve.offset: refused, no value; give valve.offset=VALUE"),
         ("fault --clear valve.offset=1", "valve.offset=1: refused, --clear takes names"),
         (

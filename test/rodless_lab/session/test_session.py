@@ -259,6 +259,10 @@ def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
         ({"controller": "ros2 run x"}, "controller 'ros2 run x' refused, must be parameters by"),
         ({"controller": []}, r"controller \[\] refused, must be parameters by name"),
         ({"bag": ""}, "'' refused, no file has this path"),
+        ({"plant": ["a"]}, r"plant \['a'\] refused, must be parameters by name: {name: value}"),
+        ({"environment": {"A": 1}}, "environment {'A': 1} refused, must be texts by name"),
+        ({"environment": "A=1"}, "environment 'A=1' refused, must be texts by name"),
+        ({"check": 3}, "check 3 refused, must be a function without arguments"),
     ],
     ids=str,
 )
@@ -341,6 +345,8 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
         rig.parameters("plant", "supply.pressure")
     with pytest.raises(TypeError, match=r"^\['a'\] refused, must be values by name"):
         rig.set_parameters("plant", ["a"])  # type: ignore[arg-type]
+    with pytest.raises(WaitTimeoutError, match=r"services of plnt; nodes here: controller, plant"):
+        rig.observer.set_parameters("plnt", {"supply.pressure": 6e5}, timeout=1.0)
 
 
 def test_a_bag_holds_the_session_from_sample_0_on(
