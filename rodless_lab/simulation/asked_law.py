@@ -17,7 +17,7 @@ from rodless_control.controller import Law, LawError, checked_answer, law_name
 class LawFailedError(LawError):
     """A law has raised; the text names time, law and line, ``raised`` is what it was."""
 
-    def __init__(self, text: str, raised: Exception) -> None:
+    def __init__(self, text: str, raised: BaseException) -> None:
         """Keep what the law has raised."""
         super().__init__(text)
         self.raised = raised
@@ -34,6 +34,6 @@ def ask(
         return checked_answer(law, law.update(measurement, reference, interval))
     except LawError as error:
         raise LawError(f"at {measurement.time:g} s: {error}") from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         text = f"at {measurement.time:g} s: {law_name(law)} failed: {traced(error)}"
         raise LawFailedError(text, error) from error
