@@ -10,6 +10,7 @@
 
 import math
 from collections.abc import Sequence
+from copy import deepcopy
 from decimal import Decimal
 from numbers import Real
 
@@ -330,6 +331,10 @@ class Rig:
             f"{self._motion.position * 1e3:.3f} mm, {self._motion.velocity * 1e3:.3f} mm/s, "
             f"{self._voltage:g} V; {self._parameters!r}>"
         )
+
+    def __copy__(self) -> "Rig":
+        """Return a rig of its own, as :func:`copy.deepcopy` does: no noise or scenario is shared."""
+        return deepcopy(self)
 
     def __getstate__(self) -> dict[str, object]:
         """Leave the compiled function out: :mod:`pickle` cannot have it."""

@@ -55,7 +55,11 @@ class Equations:
             return
         names = ", ".join(changes)
         if self._process is None:
-            self._process = _compiling(rig.parameters, values)
+            try:
+                self._process = _compiling(rig.parameters, values)
+            except OSError as error:
+                self._say(f"{names}: compiled here, and the plant waits for it: {error}")
+                return
             self._names, self._kinds = names, kinds
         raise ParameterError(
             f"{names}: {NOT_YET}, the plant's equations for {self._names} are being compiled, "

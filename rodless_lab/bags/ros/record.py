@@ -13,6 +13,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rclpy.exceptions import InvalidTopicNameException
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_topic_name import validate_topic_name
 
 from rodless_base.one_line import shown
@@ -32,9 +34,11 @@ def check_topic_name(text: str) -> str:
         raise ValueError(f"{shown(text)} is no topic name: longer than {LONGEST_TOPIC} characters")
     try:
         validate_topic_name(text)
-    except InvalidTopicNameException as error:
+        # It overlooks repeated slashes, and a substitution that there is not.
+        validate_full_topic_name(expand_topic_name(text, "recorder", "/"))
+    except (InvalidTopicNameException, ValueError) as error:
         # What it is comes first, and then the place.
-        cause = str(error).splitlines()[0].rstrip(":")
+        cause = str(error).splitlines()[0].partition(", at /")[0].rstrip(":")
         raise ValueError(f"{shown(text)} is no topic name: {cause}") from error
     return text
 

@@ -305,6 +305,8 @@ def test_wrong_use_is_refused_in_words(domain: dict[str, str], tmp_path: Path) -
         (["-o", str(tmp_path)], 2, "exists already; a bag is never written over"),
         (["-o", str(tmp_path / "bag"), "two words"], 2, "'two words' is no topic name"),
         (["-o", str(tmp_path / "bag"), "no/1bad"], 2, "'no/1bad' is no topic name"),
+        (["-o", str(tmp_path / "bag"), "/x//y"], 2, "'/x//y' is no topic name"),
+        (["-o", str(tmp_path / "bag"), "{nobody}"], 2, "'{nobody}' is no topic name"),
         (["-o", str(tmp_path / "bag"), "a" * 300], 2, "longer than 246 characters"),
     ):
         with RecorderProcess(domain, arguments) as recorder:
