@@ -81,7 +81,7 @@ def sampled(reference: Reference, times: Array) -> Array:
 def _answer(reference: object, ask: Callable[[Any], object], time: float | Array) -> object:
     try:
         return ask(time)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         at = f"{time:g} s" if isinstance(time, float) else "all times"
         raise ValueError(f"at {at}: reference {_name(reference)} raises {traced(error)}") from error
 

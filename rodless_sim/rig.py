@@ -9,7 +9,8 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from copy import deepcopy
 from decimal import Decimal
 from numbers import Real
@@ -249,9 +250,20 @@ def kinds_of(plant: Plant) -> tuple[bool, ...]:
     return tuple(map(bool, (plant.heat, plant.drive, plant.full, plant.ripple, plant.tubes)))
 
 
-def _equations_arguments(plant: Plant, spool: AnySpool, motion: AnyMotion) -> tuple[object, ...]:
+def _arguments(plant: Plant, spool: AnySpool, motion: AnyMotion) -> tuple[object, ...]:
     """Return arguments of :func:`advance_at_voltage` of the types that such a rig calls it with."""
     return plant, spool, 0.0, motion, 0.0, 1.0
+
+
+def equations_are_kept(parameters: RigParameters) -> bool:
+    """Whether a rig of these finds its equations compiled, by this process or by another."""
+    plant = Plant.of(parameters)
+    motion = with_states_of(plant, Motion(0.0, 0.0, 1.0, 1.0))
+    return is_kept(advance_at_voltage, *_arguments(plant, memory_like(plant), motion))
+
+
+# Of what can change while a rig runs, what gives it other equations where it is switched on or off.
+SWITCHES = ("supply.droop", "supply.ripple_amplitude")
 
 
 class Rig:
@@ -300,26 +312,23 @@ class Rig:
         self._nanoseconds = 0
         self._motion = with_states_of(self._plant, Motion(0.0, 0.0, 1.0, 1.0))
         self._spool = self._remembered(self._motion, self._plant.valve.closed_voltage)
-        self._specialise(self._spool, self._motion)
+        self._specialise()
         self.reset()
 
     def _take(self, parameters: RigParameters) -> None:
         self._parameters, self._plant = parameters, Plant.of(parameters)
         self._valve_fault = ValveFault.of(parameters)
 
-    def _specialise(self, spool: AnySpool, motion: AnyMotion) -> None:
-        """Take the equations for the plant's kind, and for what it remembers and moves by."""
+    def _specialise(self) -> None:
         self._advance = specialise(
-            advance_at_voltage, *_equations_arguments(self._plant, spool, motion)
+            advance_at_voltage, *_arguments(self._plant, self._spool, self._motion)
         )
 
-    def has_equations_for(self, parameters: RigParameters) -> bool:
-        """Whether :meth:`configure` with these parameters finds its equations compiled."""
-        plant = Plant.of(parameters)
-        if kinds_of(plant) == kinds_of(self._plant):
-            return True
-        motion = with_states_of(plant, self._motion)
-        return is_kept(advance_at_voltage, *_equations_arguments(plant, memory_like(plant), motion))
+    def ahead(self, parameters: RigParameters) -> Iterator[RigParameters]:
+        """Yield all that the rig may become with ``parameters``: these, and by its scenario."""
+        yield parameters
+        if self._player is not None:
+            yield from self._player.ahead(parameters)
 
     def _remembered(self, motion: AnyMotion, voltage: float) -> AnySpool:
         return memory_of(self._plant, motion, voltage, self._nanoseconds * SECONDS_PER_NANOSECOND)
@@ -333,7 +342,7 @@ class Rig:
         )
 
     def __copy__(self) -> "Rig":
-        """Return a rig of its own, as :func:`copy.deepcopy` does: no noise or scenario is shared."""
+        """Return a rig of its own, as :func:`copy.deepcopy` does: they share nothing."""
         return deepcopy(self)
 
     def __getstate__(self) -> dict[str, object]:
@@ -343,7 +352,7 @@ class Rig:
     def __setstate__(self, state: dict[str, object]) -> None:
         """Compile again."""
         vars(self).update(state)
-        self._specialise(self._spool, self._motion)
+        self._specialise()
 
     @property
     def parameters(self) -> RigParameters:
@@ -379,14 +388,21 @@ class Rig:
         700000.0
         """
         self._check_stroke(parameters)
-        before = dict(vars(self))
-        self._take(parameters)
-        try:
+        before = self._plant
+        with self._all_or_nothing():
+            self._take(parameters)
             self._motion = with_states_of(self._plant, self._motion)
-            self._remember_anew(before["_plant"])
+            self._remember_anew(before)
             self._apply(self._voltage, self._motion, self._spool, self._commands, 0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        """Leave the rig as it was where the block ends by an exception."""
+        before = dict(vars(self))
+        try:
+            yield
         except BaseException:
             vars(self).update(before)
             raise
@@ -402,7 +418,7 @@ class Rig:
             self._spool = with_spool(self._spool, spool)
         else:
             self._commands = Commands(self._voltage)
-        self._specialise(self._spool, self._motion)
+        self._specialise()
 
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
@@ -475,14 +491,13 @@ class Rig:
             given = self._player.at_start(given)
             plant = Plant.of(given)
         motion = starting_motion(plant, given, position, pressures, temperatures)
-        closed = plant.valve.closed_voltage
-        memory = memory_of(plant, motion, closed)
-        if given is not self._parameters:
-            kinds = kinds_of(self._plant)
+        closed, kinds = plant.valve.closed_voltage, kinds_of(self._plant)
+        with self._all_or_nothing():
             self._take(given)
+            self._motion, self._spool = motion, memory_of(plant, motion, closed)
             if kinds_of(plant) != kinds:
-                self._specialise(memory, motion)
-        self._apply(closed, motion, memory, Commands(closed), 0)
+                self._specialise()
+            self._apply(closed, motion, self._spool, Commands(closed), 0)
         self._nanoseconds = 0
         if self._player is not None:
             self._player.restart()

@@ -9,6 +9,7 @@
 """A scenario as it happens to one rig: what has been changed, and what is due."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 from rodless_base.parameters import ParameterError
 from rodless_sim.parameters import RigParameters
@@ -39,6 +40,16 @@ class ScenarioPlayer:
         for entry in self._at_start:
             parameters = parameters.with_values(entry.changes)
         return parameters
+
+    def ahead(self, parameters: RigParameters) -> Iterator[RigParameters]:
+        """Yield what ``parameters`` become with each entry, from now on and after a new start."""
+        # What a rig refuses is said when it comes.
+        with suppress(ParameterError, ScenarioError):
+            yield from self._scenario.stages(parameters)
+        with suppress(ParameterError, ScenarioError):
+            start = self.at_start(parameters)
+            yield start
+            yield from self._scenario.stages(start)
 
     def restart(self) -> None:
         """Take what is due at 0 for played, and nothing else."""

@@ -37,8 +37,18 @@ from rodless_base.ros.given import given_parameters
 
 Set = TypeVar("Set", bound=ParameterSet)
 
-# In the reason of a refusal that ends by itself.
-NOT_YET = "not yet"
+# The reason of a refusal that ends by itself begins with this.
+_NOT_YET = "not yet: "
+
+
+class NotYetError(ParameterError):
+    """A change that can be made in a while: whoever asks is told, and may ask again."""
+
+
+def is_not_yet(reason: str) -> bool:
+    """Whether a change was refused for a :class:`NotYetError`."""
+    return reason.startswith(_NOT_YET)
+
 
 # Returns the whole set of another kind that changes ask for, given what is in force; else None.
 Successor = Callable[[Set, Mapping[str, object]], Set | None]
@@ -263,6 +273,8 @@ class RosParameters(Generic[Set]):
         try:
             values = self._next or self.values.with_values(self._ours(parameters))
             self._apply(values)
+        except NotYetError as error:
+            return SetParametersResult(successful=False, reason=f"{_NOT_YET}{error}")
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self.values = values

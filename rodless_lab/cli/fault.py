@@ -76,7 +76,7 @@ def _change(text: str) -> tuple[str, str | None]:
 def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Namespace) -> int:
     # They import ROS, and the compiler.
     from rodless_lab.session.set_parameters import (  # noqa: PLC0415
-        change_parameters,
+        change_once_ready,
         parameter_values,
     )
     from rodless_sim.faults import cleared  # noqa: PLC0415
@@ -93,7 +93,7 @@ def _work(rig: "RunningRig", given: dict[str, str | None], options: argparse.Nam
         names = ", ".join(name.removeprefix(PREFIX) for name in given)
         print(f"not active, so nothing to clear: {names}" if names else "no fault is active")
         return 0
-    for change in change_parameters(rig, changes, options.timeout, say_compiling):
+    for change in change_once_ready(rig, changes, options.timeout, say_compiling):
         print(f"{change.name}: {value_text(change.old)} → {value_text(change.new)}")
     return 0
 

@@ -71,9 +71,9 @@ def _change(text: str) -> tuple[str, str]:
 def _set(rig: "RunningRig", given: dict[str, str], timeout: float) -> int:
     # They import ROS.
     from rodless_lab.session.running_rig import CONTROLLER  # noqa: PLC0415
-    from rodless_lab.session.set_parameters import change_parameters, failed_law  # noqa: PLC0415
+    from rodless_lab.session.set_parameters import change_once_ready, failed_law  # noqa: PLC0415
 
-    changes = change_parameters(rig, given, timeout, say_compiling)
+    changes = change_once_ready(rig, given, timeout, say_compiling)
     for change in changes:
         print(f"{change.node} {change.name}: {value_text(change.old)} → {value_text(change.new)}")
     failure = failed_law(rig) if any(change.node == CONTROLLER for change in changes) else None

@@ -153,7 +153,9 @@ class Controls(LiveSession):
         if not isinstance(values, Mapping):
             raise TypeError(f"{shown(values)} refused, must be values by name: {{name: value}}")
         with self._waiting():
-            self._observer.once_ready(lambda: self._observer.set_parameters(node, values))
+            self._observer.once_ready(
+                lambda: self._observer.set_parameters(node, values), self._timeout
+            )
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
         """Return the values of a node's parameters; raises RefusedError for unknown names."""

@@ -27,7 +27,7 @@ from rclpy.task import Future
 
 from rodless_base.closing import Closing
 from rodless_base.ros.message_info import with_info
-from rodless_base.ros.parameters import NOT_YET
+from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_lab.session.domain import full_namespace, named_domain
@@ -50,8 +50,7 @@ SPIN_SECONDS = 0.05
 # made again: a server that has not found the client yet cannot answer it.
 ANSWER_SECONDS = 10.0
 
-# How long a plant may compile at the most, and how often it is asked again meanwhile, wall-clock s.
-COMPILING_SECONDS = 300.0
+# How often a node is asked again that takes a change only later, wall-clock s.
 ASK_AGAIN_SECONDS = 0.5
 
 _environment_lock = threading.Lock()
@@ -222,7 +221,8 @@ class Observer(Closing):
         try:
             self.wait(client.services_are_ready, f"the parameter services of {node}", timeout)
         except WaitTimeoutError as error:
-            here = sorted({*self.node.get_node_names()} - {self.node.get_name()})
+            own = self.node.get_fully_qualified_name()
+            here = sorted({*self.node.get_fully_qualified_node_names()} - {own})
             raise WaitTimeoutError(f"{error}; nodes here: {', '.join(here) or 'none'}") from error
         return client
 
@@ -268,25 +268,28 @@ class Observer(Closing):
             timeout,
         ).result
         if not result.successful:
-            refusal = NotYetError if f": {NOT_YET}, " in result.reason else RefusedError
+            refusal = NotYetError if is_not_yet(result.reason) else RefusedError
             raise refusal(result.reason)
 
     def once_ready(
-        self, change: Callable[[], Found], tell: Callable[[], object] = lambda: None
+        self,
+        change: Callable[[], Found],
+        timeout: float,
+        tell: Callable[[], object] = lambda: None,
     ) -> Found:
         """Return what ``change()`` returns, asking again as long as a node takes it only later.
 
-        ``tell`` is called once if that takes a while. Raises :class:`NotYetError` where it takes
-        longer than any compiling.
+        ``tell`` is called once if that takes a while. Raises :class:`WaitTimeoutError` where it
+        takes longer than ``timeout`` s.
         """
-        deadline = time.monotonic() + COMPILING_SECONDS
+        begun = time.monotonic()
         told = False
         while True:
             try:
                 return change()
-            except NotYetError:
-                if time.monotonic() > deadline:
-                    raise
+            except NotYetError as error:
+                if time.monotonic() > begun + timeout:
+                    raise WaitTimeoutError(f"timed out after {timeout:g} s: {error}") from error
             if not told:
                 tell()
                 told = True
@@ -295,7 +298,7 @@ class Observer(Closing):
     def _pause(self, seconds: float) -> None:
         """Run callbacks for a while."""
         until = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() >= until, "")
+        self.wait(lambda: time.monotonic() >= until, "", 2.0 * seconds)
 
     # Diagnostics
 

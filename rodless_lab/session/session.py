@@ -53,49 +53,13 @@ def _follow(scenario: str | Path | None) -> dict[str, str]:
     return {} if scenario is None else scenario_parameter(scenario)
 
 
-def _check_options(
-    mode: object,
-    duration: object,
-    timeout: object,
-    plant: object,
-    controller: object,
-    environment: object,
-    check: object,
-) -> None:
-    """Raise ValueError for an option of a session that is of no kind it can have."""
-    own = controller is not None and not isinstance(controller, Mapping)
-    by_name = "must be parameters by name: {name: value}"
-    for good, name, given, wanted in (
-        (mode in get_args(Mode), "mode", mode, f"must be one of {get_args(Mode)}"),
-        (
-            is_number(duration) and 0.0 <= duration < math.inf,
-            "duration",
-            duration,
-            "must be a number of s, or 0",
-        ),
-        (
-            is_number(timeout) and 0.0 < timeout < math.inf,
-            "timeout",
-            timeout,
-            "must be a positive number of s",
-        ),
-        (plant is None or isinstance(plant, Mapping), "plant", plant, by_name),
-        (
-            not own or (controller and not isinstance(controller, str)),
-            "controller",
-            controller,
-            'must be parameters by name, or a command line as a list: ["ros2", "run", ...]',
-        ),
-        (
-            environment is None or _are_texts(environment),
-            "environment",
-            environment,
-            'must be texts by name: {"ROS_DOMAIN_ID": "7"}',
-        ),
-        (callable(check), "check", check, "must be a function without arguments"),
-    ):
-        if not good:
-            raise ValueError(f"{name} {shown(given)} refused, {wanted}")
+def _refuse_unless(good: bool, name: str, given: object, wanted: str) -> None:
+    if not good:
+        raise ValueError(f"{name} {shown(given)} refused, {wanted}")
+
+
+def _is_command_line(given: object) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, str | bytes) and bool(given)
 
 
 def _are_texts(given: object) -> bool:
@@ -158,7 +122,27 @@ class RigSession(PlantTime, Controls, Faults):
         scenario that is none, and FileNotFoundError for a preset that does not exist.
         """
         super().__init__()
-        _check_options(mode, duration, timeout, plant, controller, environment, check)
+        kinds = get_args(Mode)
+        by_name = "must be parameters by name: {name: value}"
+        _refuse_unless(mode in kinds, "mode", mode, f"must be one of {kinds}")
+        lasts = is_number(duration) and 0.0 <= duration < math.inf
+        _refuse_unless(lasts, "duration", duration, "must be a number of s, or 0")
+        waits = is_number(timeout) and 0.0 < timeout < math.inf
+        _refuse_unless(waits, "timeout", timeout, "must be a positive number of s")
+        _refuse_unless(plant is None or isinstance(plant, Mapping), "plant", plant, by_name)
+        _refuse_unless(
+            controller is None or isinstance(controller, Mapping) or _is_command_line(controller),
+            "controller",
+            controller,
+            'must be parameters by name, or a command line as a list: ["ros2", "run", ...]',
+        )
+        _refuse_unless(
+            environment is None or _are_texts(environment),
+            "environment",
+            environment,
+            'must be texts by name: {"ROS_DOMAIN_ID": "7"}',
+        )
+        _refuse_unless(callable(check), "check", check, "must be a function without arguments")
         self._mode = mode
         self._duration = duration
         self._telemetry = telemetry

@@ -43,6 +43,9 @@ REPORT_TIMEOUT = 5.0
 # For a controller to load another law, in wall-clock s.
 LAW_TIMEOUT = 30.0
 
+# For another process to compile what the plant needs, in wall-clock s: slow beside much else.
+COMPILING_TIMEOUT = 1800.0
+
 
 @dataclass(frozen=True)
 class Change:
@@ -58,22 +61,15 @@ class RigNotYetError(RigError, NotYetError):
     """A change that the plant takes only in a while; nothing has changed."""
 
 
-def change_parameters(
-    rig: RunningRig,
-    given: Mapping[str, str],
-    timeout: float,
-    waiting: Callable[[], object] | None = None,
-) -> list[Change]:
+def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float) -> list[Change]:
     """Set parameters to the values that the texts ``given`` stand for; return what has changed.
 
     A name may have the node before it, ``plant:NAME``. Everything is checked before anything is
     sent; then each node takes its share as one change. If the second node refuses its own for a
     reason that only it knows, the first gets its old values back after running with the new ones
     for a few milliseconds. The nodes have ``timeout`` (wall-clock s) to be found, and again for
-    each answer. Where the plant has to compile equations for them first, this calls ``waiting`` and
-    waits for that, or without it raises :class:`RigNotYetError`.
-
-    Raises :class:`RigError` for a rig that is not there, a name that no node or more
+    each answer. Raises :class:`RigNotYetError` where the plant has to compile first, and
+    :class:`RigError` for a rig that is not there, a name that no node or more
     than one has, a parameter given twice, a value that cannot be, with the node's own reason where
     it refuses, and where a node does not answer; the text then says what has changed.
     """
@@ -92,20 +88,22 @@ def change_parameters(
     rig.check_alone()
     if "controller.law" in given:
         timeout = max(timeout, LAW_TIMEOUT)
-
-    def attempt() -> None:
-        with rig.uninterrupted():
-            _set_all(rig, values, old, timeout)
-
-    if waiting is None:
-        attempt()
-    else:
-        rig.observer.once_ready(attempt, waiting)
+    with rig.uninterrupted():
+        _set_all(rig, values, old, timeout)
     return [
         Change(node, name, old[node][name], share[name])
         for node, share in values.items()
         for name in share
     ]
+
+
+def change_once_ready(
+    rig: RunningRig, given: Mapping[str, str], timeout: float, tell: Callable[[], object]
+) -> list[Change]:
+    """:func:`change_parameters`, after ``tell`` and a wait where the plant has to compile first."""
+    return rig.observer.once_ready(
+        lambda: change_parameters(rig, given, timeout), COMPILING_TIMEOUT, tell
+    )
 
 
 def parameter_values(rig: RunningRig, wanted: Sequence[str], timeout: float) -> dict[str, object]:

@@ -18,10 +18,9 @@ from rodless_base.parameters import ParameterError
 from rodless_sim.node.command import CommandInput
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.state import State
-from rodless_sim.rig import Rig, kinds_of
-from rodless_sim.scenario import AnyScenario, Scenario, ScenarioError, as_scenario
+from rodless_sim.rig import Rig
+from rodless_sim.scenario import AnyScenario, ScenarioError
 
 # Takes each sample: what the instruments read, and the true state, which they do not show whole.
 Publish = Callable[[Measurement, State], None]
@@ -52,27 +51,14 @@ class Engine:
         self._failure: str | None = None
         self._period = parameters.number("time.period")
         self._duration = round(parameters.number("time.duration") * NANOSECONDS_PER_SECOND)
-        played = as_scenario(scenario)
-        self.rig = Rig(parameters, played)
+        self.rig = Rig(parameters, scenario)
         # What fails here is said when it is stepped.
         with suppress(SimulationError, ScenarioError):
             self.rig.advance(self.rig.state.voltage, self._period)
         self.rig.read()
         self.rig.reset()
-        if played is not None:
-            self._compile(played)
         self.command = CommandInput(*_command_settings(self.rig.parameters))
         self._follow()
-
-    def _compile(self, scenario: Scenario) -> None:
-        """Have the equations of all that is to come, before time runs."""
-        kinds = {kinds_of(self.rig.plant)}
-        for values in scenario.stages(self.rig.parameters):
-            kind = kinds_of(Plant.of(values))
-            if kind not in kinds:
-                kinds.add(kind)
-                with suppress(SimulationError):
-                    Rig(values).advance(0.0, self._period)
 
     def change(self, changes: Mapping[str, object]) -> None:
         """Change parameters by name; the state stays as it is.

@@ -8,94 +8,118 @@
 
 """What a running plant does about equations that it has not had before: they compile elsewhere."""
 
-import json
 import subprocess
-import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from rodless_base.kernels import keeps
 from rodless_base.one_line import in_one_line
 from rodless_base.parameters import ParameterError
-from rodless_base.ros.parameters import NOT_YET
-from rodless_sim import precompile
+from rodless_base.ros.parameters import NotYetError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.motion import advance_at_voltage
-from rodless_sim.physics.plant import Plant
-from rodless_sim.rig import Rig, kinds_of
+from rodless_sim.precompile import compile_changes, compile_elsewhere
+from rodless_sim.rig import SWITCHES, Rig, equations_are_kept
+
+# Which of the SWITCHES are on.
+Switched = tuple[bool, ...]
+
+
+class Compiling(NamedTuple):
+    """What another process compiles: for which parameters, and which sets of them."""
+
+    process: "subprocess.Popen[str]"
+    names: str
+    wanted: Sequence[RigParameters]
 
 
 class Equations:
     """Sees to it that a change of parameters does not wait for the compiler.
 
-    Compiling takes up to a minute, in which a plant would stand still. So it refuses the change,
-    has another process compile, and takes it when that is done.
+    Compiling takes a minute, in which a plant would stand still. So the change is refused, another
+    process compiles, and what is compiled is loaded while the plant goes on.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
         """Nothing runs yet; ``say`` is told what becomes of it."""
         self._say = say
-        self._process: subprocess.Popen[str] | None = None
-        # Of what the process compiles: names, and the kind of plant.
-        self._names = ""
-        self._kinds: tuple[bool, ...] = ()
-        # Kinds that were compiled there: what is not found then is compiled in place.
-        self._tried: set[tuple[bool, ...]] = set()
+        self._compiling: Compiling | None = None
+        # Why another process could not do it, until somebody has been told.
+        self._failure = ""
+        # What the plant need not wait for, and what it has to wait for after a failure.
+        self._done: set[Switched] = set()
+
+    def load(self, before: RigParameters, values: Iterable[RigParameters]) -> None:
+        """Load, or compile, what a rig needs to change from one set to any of these ``values``."""
+        self._done.add(_switched(before))
+        self._load(before, self._new(values))
+
+    def _load(self, before: RigParameters, new: Iterable[RigParameters]) -> None:
+        compile_changes(before, new)
+        self._done.update(map(_switched, new))
+
+    def _new(self, values: Iterable[RigParameters]) -> Sequence[RigParameters]:
+        """Return one set of each kind that is not done."""
+        kinds = {_switched(one): one for one in values}
+        return [one for kind, one in kinds.items() if kind not in self._done]
 
     def require(self, rig: Rig, changes: Mapping[str, object]) -> None:
-        """Raise ParameterError where ``rig`` would have to compile for these ``changes``.
+        """Load what ``rig`` needs for these ``changes``; raises NotYetError until it is compiled.
 
-        It has to where nothing is kept of what another process compiles.
+        Where nothing is kept of what another process compiles, it is compiled here. Raises
+        ParameterError where no other process can do it.
         """
-        values = rig.parameters.with_values(changes)
-        kinds = kinds_of(Plant.of(values))
-        under_way = self._process is not None and kinds == self._kinds
-        if not under_way and (
-            kinds in self._tried or rig.has_equations_for(values) or not keeps(advance_at_voltage)
-        ):
+        names = ", ".join(name for name in changes if name in SWITCHES)
+        if not names:
             return
-        names = ", ".join(changes)
-        if self._process is None:
-            try:
-                self._process = _compiling(rig.parameters, values)
-            except OSError as error:
-                self._say(f"{names}: compiled here, and the plant waits for it: {error}")
-                return
-            self._names, self._kinds = names, kinds
-        raise ParameterError(
-            f"{names}: {NOT_YET}, the plant's equations for {self._names} are being compiled, "
-            "which takes about a minute, once on a machine; set it again then"
-        )
+        new = self._new(rig.ahead(rig.parameters.with_values(changes)))
+        lacking = [values for values in new if not equations_are_kept(values)]
+        if lacking and keeps(advance_at_voltage):
+            if self._compiling is None:
+                self._start(names, rig.parameters, lacking)
+            raise NotYetError(
+                f"{names} wants other equations of the plant, which another process compiles in "
+                "about a minute, once on a machine; set it again then"
+            )
+        failure, self._failure = self._failure, ""
+        if failure:
+            raise ParameterError(
+                f"{names}: refused, another process could not compile the plant's equations for it "
+                f"({failure}); set again, it makes the plant stand still for about a minute"
+            )
+        self._load(rig.parameters, new)
+
+    def _start(self, names: str, before: RigParameters, wanted: Sequence[RigParameters]) -> None:
+        try:
+            process = compile_elsewhere(before, wanted)
+        except OSError as error:
+            raise ParameterError(
+                f"{names}: refused, no process can be started to compile the plant's equations "
+                f"for it: {error.strerror}; free some memory and set it again"
+            ) from error
+        self._compiling = Compiling(process, names, wanted)
+        self._say(f"{names}: compiling the plant's equations for it in another process")
 
     def poll(self) -> None:
         """Look whether compiling is over."""
-        process = self._process
-        if process is None or process.poll() is None:
+        if self._compiling is None or self._compiling.process.poll() is None:
             return
+        (process, names, wanted), self._compiling = self._compiling, None
         _, said = process.communicate()
-        self._process = None
-        self._tried.add(self._kinds)
-        if process.returncode == 0:
-            self._say(f"{self._names}: compiled, and can be set now")
+        if all(map(equations_are_kept, wanted)):
+            self._say(f"{names}: compiled, and can be set now")
             return
+        self._done.update(map(_switched, wanted))
         *_, last = said.splitlines() or [f"exit code {process.returncode}"]
-        self._say(f"{self._names}: can be set now, but not compiled: {in_one_line(last)}")
+        self._failure = in_one_line(last)
+        self._say(f"{names}: not compiled: {self._failure}")
 
     def close(self) -> None:
         """End the other process."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.communicate()
+        if self._compiling is not None:
+            self._compiling.process.kill()
+            self._compiling.process.communicate()
 
 
-def _compiling(before: RigParameters, after: RigParameters) -> subprocess.Popen[str]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", precompile.__name__],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    # It stays open: where it ends, so does the process.
-    assert process.stdin is not None
-    print(json.dumps([dict(before), dict(after)]), file=process.stdin, flush=True)
-    return process
+def _switched(parameters: RigParameters) -> Switched:
+    return tuple(parameters.number(name) > 0.0 for name in SWITCHES)

@@ -55,6 +55,8 @@ class PlantNode:
             values, self._publish, values.text("time.scenario") or None, self._publishers.configure
         )
         self._equations = Equations(self.node.get_logger().info)
+        # Those of a scenario, too, before time runs.
+        self._equations.load(values, self._engine.rig.ahead(values))
         self._present, self._played = values, 0
         self._failure: str | None = None
         self._commands = self.node.create_subscription(

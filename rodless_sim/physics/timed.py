@@ -545,7 +545,10 @@ def memory_of(plant: Plant, motion: AnyMotion, voltage: float, time: float = 0.0
 
 
 def memory_like(plant: Plant) -> AnySpool:
-    """Return a memory of the types of :func:`memory_of`; what is in it means nothing."""
+    """Return a memory of the types of :func:`memory_of`; what is in it means nothing.
+
+    That calls compiled functions, which a new kind of plant does not have yet.
+    """
     spool = starting_spool(plant.drive, 0.0)
     if plant.ripple == ():
         return spool

@@ -9,6 +9,8 @@
 
 """Equations that a rig has not had before: known to be missing, and compiled ahead of time."""
 
+import copy
+import errno
 import os
 import subprocess
 import sys
@@ -19,10 +21,13 @@ import numba
 import pytest
 
 from rodless_base.parameters import ParameterError
+from rodless_base.ros.parameters import NotYetError
 from rodless_sim import Rig, RigParameters, Scenario
+from rodless_sim.node import equations
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.timed import memory_like, memory_of
-from rodless_sim.rig import kinds_of, with_states_of
+from rodless_sim.precompile import compile_changes, compile_elsewhere
+from rodless_sim.rig import SWITCHES, equations_are_kept, kinds_of, with_states_of
 
 # Of what gives a rig other equations, what can change while it runs.
 OPTIONS: tuple[dict[str, object], ...] = (
@@ -51,7 +56,7 @@ def test_the_type_of_a_memory_is_known_before_anything_is_compiled(kind: dict[st
 
 
 def test_no_other_option_changes_the_equations_while_a_rig_runs() -> None:
-    """Of all parameters that may change, at their largest: those of OPTIONS alone."""
+    """Of all parameters that may change, at their largest: the switches alone."""
     base = RigParameters()
     found = set()
     for name, declared in base.DECLARATIONS.items():
@@ -61,17 +66,16 @@ def test_no_other_option_changes_the_equations_while_a_rig_runs() -> None:
                 rig = base.with_values({name: value})
                 if kinds_of(Plant.of(rig)) != kinds_of(Plant.of(base)):
                     found.add(name)
-    assert found == {name for option in OPTIONS for name in option}
+    assert found == set(SWITCHES)
 
 
 @pytest.mark.parametrize("option", OPTIONS, ids=lambda option: next(iter(option)))
-def test_a_rig_knows_that_it_has_its_equations(option: dict[str, object]) -> None:
-    """What a rig has been configured for is there, for another rig too."""
+def test_what_a_rig_has_compiled_is_known(option: dict[str, object]) -> None:
+    """What a rig has been configured for is there, for every rig."""
     rig, values = Rig(), RigParameters(option)
     rig.configure(values)
-    assert rig.has_equations_for(values)
-    assert rig.has_equations_for(RigParameters())
-    assert Rig().has_equations_for(values)
+    assert equations_are_kept(values)
+    assert equations_are_kept(RigParameters())
 
 
 @pytest.mark.parametrize("option", OPTIONS, ids=lambda option: next(iter(option)))
@@ -86,48 +90,183 @@ def test_a_reset_takes_the_equations_of_the_start_again(option: dict[str, object
     assert [other.advance(6.0, PERIOD) for _ in range(49)] == first[:49]
 
 
+@pytest.mark.parametrize("option", OPTIONS, ids=lambda option: next(iter(option)))
+def test_a_reset_that_is_interrupted_leaves_the_rig_as_it_was(
+    option: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C while it takes its equations: the run goes on as that of a copy does."""
+    rig = Rig(scenario=Scenario([(0.05, option)]))
+    for _ in range(60):
+        rig.advance(6.0, PERIOD)
+    twin = copy.copy(rig)
+
+    def interrupt(*_arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("rodless_sim.rig.specialise", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            rig.reset()
+    assert rig.parameters == twin.parameters
+    assert rig.played == twin.played
+    assert [rig.advance(6.0, PERIOD) for _ in range(20)] == [
+        twin.advance(6.0, PERIOD) for _ in range(20)
+    ]
+
+
 IN_A_NEW_PROCESS = """
+from rodless_base.kernel_cache import KernelCache
 from rodless_sim import RigParameters, Scenario
 from rodless_sim.node.engine import Engine
-from rodless_sim.physics.motion import advance_at_voltage
+from rodless_sim.node.equations import Equations
 
-engine = Engine(
-    RigParameters(),
-    lambda seen, state: None,
-    Scenario(
-        [
-            (0.01, {"supply.droop": 1e4}),
-            (0.02, {"supply.droop": 0.0, "supply.ripple_amplitude": 1e3}),
-        ]
-    ),
-)
-there = set(advance_at_voltage.overloads)
-assert len(there) == 3, there
+loaded = []
+load = KernelCache.load_overload
+
+def noted(cache, *arguments):
+    loaded.append(cache)
+    return load(cache, *arguments)
+
+KernelCache.load_overload = noted
+equations = Equations(print)
+"""
+
+SCENARIO = """
+parameters = RigParameters()
+scenario = Scenario([(0.01, {"supply.droop": 1e4}), (0.02, {"supply.droop": 0.0})])
+engine = Engine(parameters, lambda seen, state: None, scenario)
+equations.load(parameters, engine.rig.ahead(parameters))
+assert loaded
+loaded.clear()
 for _ in range(30):
     engine.step()
 assert len(engine.rig.played) == 2 and not engine.failure
-assert set(advance_at_voltage.overloads) == there
+engine.reset()
+"""
+
+LIVE = """
+engine = Engine(RigParameters(), lambda seen, state: None)
+equations.load(engine.rig.parameters, [])
+for changes in ({"supply.droop": 1e4}, {"supply.droop": 0.0, "supply.ripple_amplitude": 1e3}):
+    loaded.clear()
+    equations.require(engine.rig, changes)
+    assert loaded
+    loaded.clear()
+    engine.change(changes)
+    engine.step()
+    assert not loaded, changes
+engine.reset()
+"""
+
+# Ripple alone is what a reset makes of it.
+LIVE_BEFORE_A_RESET = """
+scenario = Scenario([(0.01, {"supply.droop": 1e4})])
+engine = Engine(RigParameters(), lambda seen, state: None, scenario)
+equations.load(engine.rig.parameters, engine.rig.ahead(engine.rig.parameters))
+for _ in range(20):
+    engine.step()
+equations.require(engine.rig, {"supply.ripple_amplitude": 1e3})
+loaded.clear()
+engine.change({"supply.ripple_amplitude": 1e3})
+engine.step()
+engine.reset()
+engine.step()
 """
 
 
-def test_a_plant_has_the_equations_of_its_scenario_before_time_runs() -> None:
-    """In a process of its own: nothing is loaded or compiled on the way."""
-    subprocess.run([sys.executable, "-c", IN_A_NEW_PROCESS], check=True, timeout=300)
+@pytest.mark.usefixtures("compiled")
+@pytest.mark.parametrize("what", [SCENARIO, LIVE, LIVE_BEFORE_A_RESET])
+def test_a_plant_in_motion_loads_nothing(what: str) -> None:
+    """All that a scenario or a change wants is there before: in a process of its own."""
+    code = f"{IN_A_NEW_PROCESS}{what}assert not loaded\n"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+
+
+@pytest.fixture
+def compiled() -> None:
+    """Compile what the new processes load."""
+    compile_changes(RigParameters(), map(RigParameters, OPTIONS))
+
+
+def ended(code: str) -> "subprocess.Popen[str]":
+    """A process that has ended by ``code``."""
+    process = subprocess.Popen(
+        [sys.executable, "-I", "-S", "-c", code],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    process.wait()
+    return process
+
+
+def test_what_cannot_be_compiled_elsewhere_is_said_and_refused_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whatever the other process says: nothing is kept. Then the plant does it itself."""
+    monkeypatch.setattr(equations, "equations_are_kept", lambda _: False)
+    monkeypatch.setattr(
+        equations, "compile_elsewhere", lambda *_: ended("raise SystemExit('no room')")
+    )
+    said: list[str] = []
+    tried, rig, droop = equations.Equations(said.append), Rig(), {"supply.droop": 1e4}
+    tried.load(rig.parameters, [])
+    for changes in (droop, {"supply.ripple_amplitude": 1e3}):
+        with pytest.raises(NotYetError, match=rf"^{next(iter(changes))} wants other equations"):
+            tried.require(rig, changes)
+    tried.poll()
+    assert said[1:] == ["supply.droop: not compiled: no room"]
+    with pytest.raises(ParameterError, match=r"could not compile .* \(no room\); set again") as one:
+        tried.require(rig, droop)
+    assert not isinstance(one.value, NotYetError)
+    tried.require(rig, droop)
+    tried.require(rig, {"supply.pressure": 6e5})
+
+
+def test_without_another_process_the_change_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a reason, and not as a failure of the plant."""
+
+    def none(*_arguments: object) -> None:
+        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr(equations, "equations_are_kept", lambda _: False)
+    monkeypatch.setattr(equations, "compile_elsewhere", none)
+    tried = equations.Equations(lambda _: None)
+    with pytest.raises(ParameterError, match=r"^supply\.droop: refused, no process .*unavailable"):
+        tried.require(Rig(), {"supply.droop": 1e4})
+
+
+def test_the_other_process_has_the_modules_of_this_one(tmp_path: Path) -> None:
+    """Where they are is part of where compiled code is kept: not those where the plant runs."""
+    (tmp_path / "rodless_sim").mkdir()
+    (tmp_path / "rodless_sim" / "__init__.py").write_text("raise SystemExit('another one')")
+    code = """
+from rodless_sim import RigParameters
+from rodless_sim.precompile import compile_elsewhere
+print(compile_elsewhere(RigParameters(), []).communicate()[1])
+"""
+    without = {k: v for k, v in os.environ.items() if k != "PYTHONSAFEPATH"}
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", code],
+        cwd=tmp_path,
+        env=without,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    assert done.stdout == "\n"
 
 
 @pytest.mark.slow
-def test_compiling_for_others_ends_with_who_wants_it(tmp_path: Path) -> None:
+def test_compiling_for_others_ends_with_who_wants_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Long before it is done, once its standard input ends."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "rodless_sim.precompile"],
-        stdin=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env={**os.environ, "XDG_CACHE_HOME": str(tmp_path)},
-        text=True,
-    ) as process:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with compile_elsewhere(RigParameters(), map(RigParameters, OPTIONS)) as process:
         assert process.stdin is not None
         assert process.stderr is not None
-        print('[{}, {"supply.droop": 1e4}]', file=process.stdin, flush=True)
         assert process.stderr.readline().startswith("compiling")
         process.stdin.close()
         assert process.wait(60) == 1

@@ -12,12 +12,15 @@
 import time
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from sensor_msgs.msg import JointState
 
 from rodless_lab.harness import RigSession
-from rodless_lab.session.errors import NotYetError
+from rodless_lab.session.errors import NotYetError, WaitTimeoutError
+from rodless_lab.session.observer import Observer
 
 DROOP = {"supply.droop": 1e4}
 RIPPLE = {"supply.ripple_amplitude": 1e3}
@@ -39,10 +42,10 @@ def test_the_plant_goes_on_and_takes_the_change_once_it_is_compiled(tmp_path: Pa
         heard: list[float] = []
         rig.observer.subscribe(JointState, "joint_states", lambda _: heard.append(time.monotonic()))
         rig.wait_until(lambda: heard, "samples")
-        with pytest.raises(NotYetError, match=r"^supply\.droop: not yet, .* for supply\.droop are"):
+        with pytest.raises(NotYetError, match=r"^not yet: supply\.droop wants other equations"):
             rig.observer.set_parameters("plant", DROOP)
         assert rig.parameters("plant", list(DROOP)) == {"supply.droop": 0.0}
-        with pytest.raises(NotYetError, match=r"^supply\.ripple.*: not yet, .* supply\.droop are"):
+        with pytest.raises(NotYetError, match=r"^not yet: supply\.ripple_amplitude wants"):
             rig.observer.set_parameters("plant", RIPPLE)
         refused = time.monotonic()
         rig.set_parameters("plant", DROOP)
@@ -52,3 +55,24 @@ def test_the_plant_goes_on_and_takes_the_change_once_it_is_compiled(tmp_path: Pa
         assert "supply.droop: compiled, and can be set now" in rig.outputs["plant"]
     gaps = [after - before for before, after in pairwise(heard)]
     assert max(gaps) < 0.25 * compiling
+
+
+def test_a_change_is_asked_for_until_it_is_taken() -> None:
+    """Whoever waits is told once; what takes too long is named, with its cause."""
+    answers: list[object] = [NotYetError("not yet: a"), NotYetError("not yet: b"), "taken"]
+    told: list[str] = []
+    pauses: list[float] = []
+
+    def change() -> object:
+        answer = answers.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    waiting = cast(Observer, SimpleNamespace(_pause=pauses.append))
+    assert Observer.once_ready(waiting, change, 60.0, lambda: told.append("once")) == "taken"
+    assert told == ["once"]
+    assert len(pauses) == 2
+    answers[:] = [NotYetError("not yet: c")]
+    with pytest.raises(WaitTimeoutError, match=r"timed out after -1 s: not yet: c"):
+        Observer.once_ready(waiting, change, -1.0)

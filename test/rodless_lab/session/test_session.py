@@ -258,6 +258,7 @@ def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
         ({"timeout": None}, "timeout None refused, must be a positive number of s"),
         ({"controller": "ros2 run x"}, "controller 'ros2 run x' refused, must be parameters by"),
         ({"controller": []}, r"controller \[\] refused, must be parameters by name"),
+        ({"controller": 3}, "controller 3 refused, must be parameters by name"),
         ({"bag": ""}, "'' refused, no file has this path"),
         ({"plant": ["a"]}, r"plant \['a'\] refused, must be parameters by name: {name: value}"),
         ({"environment": {"A": 1}}, "environment {'A': 1} refused, must be texts by name"),
