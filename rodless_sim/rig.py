@@ -21,6 +21,7 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.kernels import is_kept, specialise
 from rodless_base.measurement import Measurement
+from rodless_base.memory import refuse_more_than_there_is
 from rodless_base.one_line import described, shown
 from rodless_base.parameters import ParameterError
 from rodless_sim.commands import Commands
@@ -60,6 +61,12 @@ from rodless_sim.trace import (
     trace,
 )
 from rodless_sim.trace import shown as shown_of
+
+# Of a trace beside those that are integrated: time, voltage, force, twice the command.
+FURTHER_COLUMNS = 5
+
+# Rows are integrated, and then columns are made of them.
+COPIES = 2
 
 # Flows at much more than this (Pa) overflow.
 LARGEST_PRESSURE = 1e150
@@ -375,7 +382,8 @@ class Rig:
         TypeError
             For what is no :class:`RigParameters`; the rig stays as it was.
         ParameterError
-            For a stroke that ends before the carriage; the rig stays as it was.
+            For a stroke that ends before the carriage, and for what :meth:`reset` could not have
+            once it has taken back what a scenario has changed; the rig stays as it was.
         SimulationError
             Where the state is none that a rig of these parameters has; the rig stays as it was.
 
@@ -388,6 +396,7 @@ class Rig:
         700000.0
         """
         self._check_stroke(parameters)
+        self._check_way_back(parameters)
         before = self._plant
         with self._all_or_nothing():
             self._take(parameters)
@@ -419,6 +428,18 @@ class Rig:
         else:
             self._commands = Commands(self._voltage)
         self._specialise()
+
+    def _check_way_back(self, parameters: RigParameters) -> None:
+        """Raise ParameterError where a reset could not take back what the scenario changes."""
+        if self._player is None:
+            return
+        try:
+            self._player.at_start(parameters)
+        except ParameterError as error:
+            raise ParameterError(
+                f"refused, as a reset takes the scenario's changes back, and then: {error}; change "
+                "those parameters with it"
+            ) from error
 
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
@@ -684,8 +705,9 @@ def simulate(
 
     """
     plant = Plant.of(rig_parameters(parameters))
-    commands = applied_voltages(voltages)
     span = nanoseconds(period, "period")
+    _refuse_too_many(voltages, plant)
+    commands = applied_voltages(voltages)
     if scenario is not None or ValveFault.of(parameters).present:
         rig = Rig(parameters, scenario)
         rig.reset(position, pressures, temperatures)
@@ -703,6 +725,18 @@ def simulate(
     if fault:
         raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state, spool)
     return trace(plant, span, np.append(commands, commands[-1]), rows)
+
+
+def _refuse_too_many(voltages: object, plant: Plant) -> None:
+    """Raise ValueError where a trace of so many voltages has no room in memory."""
+    count = int(getattr(voltages, "size", 0)) or (
+        len(voltages) if isinstance(voltages, Sequence) else 0
+    )
+    refuse_more_than_there_is(
+        8 * COPIES * (len(columns_of(plant)) + FURTHER_COLUMNS) * count,
+        f"{count} voltages refused: their samples",
+        "apply fewer at a time",
+    )
 
 
 def _stepped(rig: Rig, commands: npt.NDArray[np.float64], span: int) -> Trace:

@@ -22,12 +22,14 @@ class ScenarioPlayer:
 
     def __init__(self, scenario: Scenario, parameters: RigParameters) -> None:
         """Begin with these parameters; raises ScenarioError where their rig refuses an entry."""
-        scenario.check(parameters)
+        # By name in the entries, and what follows from those.
+        changed = {name for entry in scenario.entries for name in entry.changes}
+        for stage in scenario.stages(parameters):
+            changed.update(stage.differences(parameters))
+        self._before = {name: parameters[name] for name in changed}
         self._scenario = scenario
         self._at_start = [entry for entry in scenario.entries if entry.stamp == 0]
         self.restart()
-        changed = {name for entry in scenario.entries for name in entry.changes}
-        self._before = {name: parameters[name] for name in changed}
 
     @property
     def played(self) -> tuple[Entry, ...]:

@@ -17,6 +17,7 @@ from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 
+from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
 
 # A terminal sends Ctrl-C to the workers too; it is this process that ends them.
@@ -72,11 +73,16 @@ def read_verdicts(path: Path) -> list[Verdict]:
     """
     if not path.exists():
         return []
-    with path.open(newline="", encoding="utf-8") as file:
-        header, *rows = list(csv.reader(file)) or [[]]
-    if tuple(header) != Verdict._fields:
-        raise ValueError(f"{path}: not a campaign of this version; give another --output")
-    return [_verdict(row) for row in rows if len(row) == len(header)]
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            header, *rows = list(csv.reader(file)) or [[]]
+        if tuple(header) != Verdict._fields:
+            raise ValueError("other columns")
+        return [_verdict(row) for row in rows if len(row) == len(header)]
+    except (ValueError, csv.Error) as error:
+        raise ValueError(
+            f"{path}: not a campaign of this version ({described(error)}); give another --output"
+        ) from error
 
 
 def _verdict(row: list[str]) -> Verdict:

@@ -10,9 +10,12 @@
 
 from rodless_lab.cli.service_verb import ServiceVerb
 
+# The controller first: with the last set-point it would drive on from the start.
+RESET = {"controller/reset": None, "plant/reset": None}
+
 main = ServiceVerb(
     "reset",
     "Return the plant to its start, plant time 0, and let the controller forget the "
     "run so far, a failed control law too. The carriage holds where it is until a new set-point.",
-    {"plant/reset": None, "controller/reset": None},
+    RESET,
 )

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 class ServiceVerb:
     """A verb, what it does in a sentence, and the services it calls.
 
-    ``services`` are named ``node/service``, and after the first are called only where the node is
-    there; true or false is what a service is told that switches something, None stands for one that
-    is told nothing.
+    ``services`` are named ``node/service``; those of the controller beside some of the plant are
+    called only where it is there. True or false is what a service is told that switches something,
+    None stands for one that is told nothing.
     """
 
     name: str

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterValue
 from rclpy.context import Context
@@ -26,6 +27,7 @@ from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from rodless_base.closing import Closing
+from rodless_base.one_line import shown
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
@@ -258,10 +260,9 @@ class Observer(Closing):
         answer comes: whether it has changed is unknown then.
         """
         client = self.parameter_client(node, timeout)
-        parameters = [
-            Parameter(name, value=list(value) if isinstance(value, tuple) else value)
-            for name, value in values.items()
-        ]
+        parameters = [ros_parameter(name, value) for name, value in values.items()]
+        if not parameters:
+            return
         result = self.result(
             lambda: client.set_parameters_atomically(parameters),
             f"{node} to take parameters",
@@ -344,6 +345,21 @@ class Observer(Closing):
             self.diagnostics[status.name] = Diagnostic(
                 status.level, status.message, values, time.monotonic()
             )
+
+
+def ros_parameter(name: object, value: object) -> Parameter:
+    """Return a parameter as rclpy has it; raises TypeError for what no parameter can be."""
+    if not isinstance(name, str):
+        raise TypeError(f"{shown(name)} refused, must be the name of a parameter")
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    try:
+        return Parameter(name, value=list(value) if isinstance(value, tuple) else value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError(
+            f"{name}: {shown(value)} refused, must be a number, a text, true or false, or a list "
+            "of one of these"
+        ) from error
 
 
 def python_value(value: ParameterValue) -> object:

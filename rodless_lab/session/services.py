@@ -13,7 +13,7 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_lab.session.running_rig import OTHER_NODE_TIMEOUT, RigError, RunningRig
+from rodless_lab.session.running_rig import OTHER_NODE_TIMEOUT, PLANT, RigError, RunningRig
 
 
 def ask_each(
@@ -21,14 +21,14 @@ def ask_each(
 ) -> Iterator[tuple[str, str]]:
     """Call services by ``node/service``; yield each with its answer.
 
-    A value is what the service is told, None for one that is told nothing. The node of the first
-    has ``timeout`` (wall-clock s) to be found; those of others are left out where they are not
-    there. Raises :class:`RigError` where the first is not there, a node has a namesake or refuses,
-    and WaitTimeoutError where one does not answer.
+    A value is what the service is told, None for one that is told nothing. The plant, or where it
+    is told nothing the controller, has ``timeout`` (wall-clock s) to be found; the other is left
+    out where it is not there. Raises :class:`RigError` where the first is not there, a node has a
+    namesake or refuses, and WaitTimeoutError where one does not answer.
     """
-    first, *others = (service.partition("/")[0] for service in services)
-    rig.wait_for_node(first, timeout)
-    rig.wait_for(lambda: all(map(rig.is_known, others)), OTHER_NODE_TIMEOUT)
+    nodes = [service.partition("/")[0] for service in services]
+    rig.wait_for_node(PLANT if PLANT in nodes else nodes[0], timeout)
+    rig.wait_for(lambda: all(map(rig.is_known, nodes)), OTHER_NODE_TIMEOUT)
     rig.check_alone()
     for service, value in services.items():
         if rig.is_known(service.partition("/")[0]):

@@ -9,6 +9,7 @@
 """A rig under test: the nodes in a domain of their own, and everything a test does with them."""
 
 import math
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -25,6 +26,7 @@ from rodless_base.real_number import is_number
 from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_control.controller_parameters import DEFAULT_LAW
 from rodless_control.laws import LAWS, law_class
+from rodless_lab.bags.ros.record import check_topic_name
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
@@ -142,6 +144,12 @@ class RigSession(PlantTime, Controls, Faults):
             environment,
             'must be texts by name: {"ROS_DOMAIN_ID": "7"}',
         )
+        for name, own in (("time.mode", mode), ("time.duration", duration)):
+            given = (plant or {}).get(name, own)
+            option = f"{name.removeprefix('time.')}={own!r}"
+            _refuse_unless(given == own, name, given, f"the session has {option}: give it there")
+        for topic in bag_topics:
+            check_topic_name(topic)
         _refuse_unless(callable(check), "check", check, "must be a function without arguments")
         self._mode = mode
         self._duration = duration
@@ -190,6 +198,7 @@ class RigSession(PlantTime, Controls, Faults):
         if self._inside:
             raise HarnessError("this session runs already; make another RigSession beside it")
         self._inside = True
+        self._process = os.getpid()
         with ExitStack() as stack:
             stack.callback(self._end)
             self._start(stack)
@@ -225,6 +234,8 @@ class RigSession(PlantTime, Controls, Faults):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        if os.getpid() != self._process:
+            return  # forked inside the block; who opened the session ends it
         with self._stack:
             if error is None:
                 self._processes.check()

@@ -163,7 +163,7 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
     if not owners:
         there = [name for has in asked.values() for name in has]
         if CONTROLLER in asked and (other := of_other_law(bare, there)):
-            raise RigError(f"{bare}: {other}")
+            raise RigError(f"{bare}: {other}; set that first")
         near = difflib.get_close_matches(bare, there, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         absent = "".join(f"; the {node} was not found" for node in NODES if node not in names)

@@ -128,7 +128,8 @@ class Requests:
 
     async def reset(self) -> None:
         """Return the rig to its start."""
-        await self._call({"plant/reset": None, "controller/reset": None})
+        # The controller first: with the last set-point it would drive on from the start.
+        await self._call({"controller/reset": None, "plant/reset": None})
 
     async def enable(self, enabled: bool) -> None:
         """Let the controller control, or close the valve and keep it closed."""

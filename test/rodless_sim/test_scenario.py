@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from rodless_base.parameter_file import preset_directory
+from rodless_base.parameters import ParameterError
 from rodless_sim import Rig, RigParameters, Scenario, ScenarioError, simulate
 from rodless_sim.node.engine import Engine
 from rodless_sim.scenario import MOST_ENTRIES, scenario_file, shipped_scenario
@@ -205,6 +206,57 @@ def test_an_entry_that_the_state_does_not_allow_stops_the_run() -> None:
     assert str(engine.failure).startswith("shorter: entry 1: cylinder.stroke")
     engine.reset()
     assert engine.failure is None
+
+
+@pytest.mark.parametrize(
+    ("entry", "live", "reason"),
+    [
+        (
+            {"friction.forward.static": 50.0},
+            {"friction.forward.coulomb": 40.0},
+            r"friction\.forward\.static: 29 N refused, below friction\.forward\.coulomb \(40 N\)",
+        ),
+        (
+            {"cylinder.initial_position": 0.01},
+            {"cylinder.stroke": 0.05},
+            r"cylinder\.initial_position: 0\.1 m refused",
+        ),
+    ],
+)
+def test_no_change_takes_the_way_back_to_the_start_away(
+    entry: dict[str, object], live: dict[str, object], reason: str
+) -> None:
+    """What fits what the scenario has made, but not what a reset returns to, is refused."""
+    rig = Rig(RigParameters({"cylinder.initial_position": 0.1}), Scenario([(0.01, entry)]))
+    rig.reset(0.02)
+    for _ in range(20):
+        rig.advance(5.08, PERIOD)
+    state, parameters = rig.state, rig.parameters
+    with pytest.raises(ParameterError, match=f"^refused, as a reset takes .* then: {reason}"):
+        rig.configure(parameters.with_values(live))
+    assert (rig.state, rig.parameters) == (state, parameters)
+    rig.reset()
+
+
+@pytest.mark.parametrize(
+    ("base", "entry"),
+    [
+        ({"cylinder.moving_mass": 2.0}, {"cylinder.model": "CY3R25-300"}),
+        ({"friction.forward.static": 35.0}, {"cylinder.model": "CY3R25-300"}),
+        ({"cylinder.model": "other", "cylinder.stroke": 0.3}, {"cylinder.model": "CY3R25-200"}),
+        ({"air.critical_ratio": 0.5285}, {"air.isentropic_index": 1.3}),
+    ],
+)
+def test_a_reset_takes_back_what_followed_from_an_entry(
+    base: dict[str, object], entry: dict[str, object]
+) -> None:
+    """A model brings a mass and more of its own: the second run is the first to the last bit."""
+    rig = Rig(RigParameters(base), Scenario([(0.01, entry)]))
+    first = [rig.advance(6.5, PERIOD) for _ in range(20)]
+    assert rig.parameters != RigParameters(base)
+    rig.reset()
+    assert rig.parameters == RigParameters(base)
+    assert [rig.advance(6.5, PERIOD) for _ in range(20)] == first
 
 
 def test_a_name_that_is_no_text_is_shown_in_a_short_line() -> None:

@@ -41,13 +41,14 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert told[-1] == 4
 
 
-def test_a_file_of_something_else_is_refused_and_kept(tmp_path: Path) -> None:
+@pytest.mark.parametrize("content", [b"time,position\n0,0\n", b"\xff\xfe\x00"])
+def test_a_file_of_something_else_is_refused_and_kept(tmp_path: Path, content: bytes) -> None:
     """One line that names the file; nothing is written into it."""
     path = tmp_path / "run.csv"
-    path.write_text("time,position\n0,0\n")
-    with pytest.raises(ValueError, match=r"run\.csv: not a campaign"):
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"run\.csv: not a campaign .* give another --output"):
         campaign(path, 1, lambda _: None, lambda: False)
-    assert path.read_text() == "time,position\n0,0\n"
+    assert path.read_bytes() == content
 
 
 def test_the_summary_by_hand() -> None:

@@ -14,9 +14,11 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from running import StartProcess, StartRig, until_it_says
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 
 from rodless_base.ros.diagnostics import NAMESAKES
+from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_lab.session.observer import Diagnostic, Observer
 from rodless_lab.session.processes import SessionProcesses
 
@@ -84,6 +86,21 @@ def test_a_move_that_is_disabled_on_its_way_says_why_it_does_not_settle(
     assert run(rodless, "enable")[0] == 0
 
 
+def test_a_reset_leaves_the_carriage_where_it_starts(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """Whatever set-point it followed: no move from the start, and none later."""
+    for _ in range(3):
+        assert run(rodless, "move", "100")[0] == 0
+        samples = observer.collect(JointState, "/rig/joint_states")
+        assert run(rodless, "reset")[0] == 0
+        observer.more(samples, round(0.5 / PERIOD))
+        stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
+        # The start is where time runs backwards.
+        start = next(k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1])
+        assert max(abs(sample.position[0]) for sample in samples[start:]) < 1e-4
+
+
 def test_a_reset_begins_anew(
     rodless: StartProcess, start_rig: StartRig, observer: Observer
 ) -> None:
@@ -108,7 +125,7 @@ def test_a_reset_begins_anew(
         )
         over = "plant/pause: stands still: time.duration is over; ~/reset begins anew\n"
         assert run(rodless, "resume", namespace="/short") == (0, over)
-        done = f"plant/reset: done\ncontroller/reset: {HOLDS}\n"
+        done = f"controller/reset: {HOLDS}\nplant/reset: done\n"
         assert run(rodless, "reset", namespace="/short") == (0, done)
 
 
@@ -159,7 +176,7 @@ def test_two_rigs_of_one_name_are_refused_by_name(
         "supply.pressure": 621325.0
     }
     # Two plants on one topic wind up the integral of both controllers.
-    assert run(rodless, "reset") == (0, f"plant/reset: done\ncontroller/reset: {HOLDS}\n")
+    assert run(rodless, "reset") == (0, f"controller/reset: {HOLDS}\nplant/reset: done\n")
 
 
 def test_a_reader_who_leaves_ends_neither_verb_nor_rig(

@@ -203,6 +203,18 @@ def test_a_reset_begins_a_new_run(rig_session: StartSession, mode: str) -> None:
         rig.samples(2)
 
 
+def test_a_fork_inside_the_block_ends_nothing(rig_session: StartSession) -> None:
+    """Another process that leaves the block leaves the rig to the one that has started it."""
+    rig = rig_session("lockstep", duration=0.2)
+    child = os.fork()
+    if child == 0:
+        rig.__exit__(None, None, None)
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+    rig.run()
+    assert rig.samples().time[-1] == pytest.approx(0.2)
+
+
 def test_parameters_change_together_or_not_at_all(rig_session: StartSession) -> None:
     """A refused change raises the node's own words and leaves every value as it was."""
     rig = rig_session()
@@ -263,6 +275,15 @@ def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
         ({"plant": ["a"]}, r"plant \['a'\] refused, must be parameters by name: {name: value}"),
         ({"environment": {"A": 1}}, "environment {'A': 1} refused, must be texts by name"),
         ({"environment": "A=1"}, "environment 'A=1' refused, must be texts by name"),
+        (
+            {"mode": "lockstep", "plant": {"time.mode": "realtime"}},
+            "time.mode 'realtime' refused, the session has mode='lockstep': give it there",
+        ),
+        (
+            {"plant": {"time.duration": 2.0}},
+            "time.duration 2.0 refused, the session has duration=0.0: give it there",
+        ),
+        ({"bag": "bag", "bag_topics": ["x y"]}, "'x y' is no topic name"),
         ({"check": 3}, "check 3 refused, must be a function without arguments"),
     ],
     ids=str,
@@ -346,7 +367,16 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
         rig.parameters("plant", "supply.pressure")
     with pytest.raises(TypeError, match=r"^\['a'\] refused, must be values by name"):
         rig.set_parameters("plant", ["a"])  # type: ignore[arg-type]
-    with pytest.raises(WaitTimeoutError, match=r"services of plnt; nodes here: controller, plant"):
+    with pytest.raises(TypeError, match=r"^5 refused, must be the name of a parameter"):
+        rig.set_parameters("plant", {5: 6})  # type: ignore[dict-item]
+    with pytest.raises(
+        TypeError, match=r"^supply\.pressure: \{\} refused, must be a number, a text"
+    ):
+        rig.set_parameters("plant", {"supply.pressure": {}})
+    rig.set_parameters("plant", {"supply.pressure": np.float32(6e5)})
+    rig.set_parameters("plant", {})
+    assert rig.parameters("plant", ["supply.pressure"]) == {"supply.pressure": 6e5}
+    with pytest.raises(WaitTimeoutError, match=r"of plnt; nodes here: /controller, /plant"):
         rig.observer.set_parameters("plnt", {"supply.pressure": 6e5}, timeout=1.0)
 
 

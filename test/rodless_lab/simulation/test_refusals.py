@@ -126,6 +126,9 @@ def test_whole_numbers_make_points() -> None:
 
 def test_a_run_longer_than_the_memory_is_refused_with_its_size() -> None:
     """Before a byte of it is taken."""
+    endless = np.broadcast_to(5.5, 10**11)
+    with pytest.raises(ValueError, match=r"^100000000000 voltages refused: .* GB of memory"):
+        simulate(RigParameters(), endless, 1e-3)
     with pytest.raises(ValueError, match=r"^duration 1e\+09 s .* take .* GB of memory") as refusal:
         run(PidParameters(), HOLD, 1e9)
     assert "shorten it, or lengthen the period" in str(refusal.value)

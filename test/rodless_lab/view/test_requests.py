@@ -127,7 +127,7 @@ def test_services_are_those_of_the_verbs(requests: Requests, rig: Rig) -> None:
     assert rig.asked == [
         ({"plant/pause": True}, 1),
         ({"plant/step": None}, 10),
-        ({"plant/reset": None, "controller/reset": None}, 1),
+        ({"controller/reset": None, "plant/reset": None}, 1),
         ({"controller/enable": False}, 1),
     ]
 
