@@ -73,7 +73,7 @@ class Equations:
         if not names:
             return
         new = self._new(rig.ahead(rig.parameters.with_values(changes)))
-        lacking = [values for values in new if not equations_are_kept(values)]
+        lacking = [values for values in new if not self._is_compiled(values)]
         if lacking and keeps(advance_at_voltage):
             if self._compiling is None:
                 self._start(names, rig.parameters, lacking)
@@ -88,6 +88,13 @@ class Equations:
                 f"({failure}); set again, it makes the plant stand still for about a minute"
             )
         self._load(rig.parameters, new)
+
+    def _is_compiled(self, values: RigParameters) -> bool:
+        """Whether another process has all that such a rig needs, what is kept last included."""
+        under_way = self._compiling is not None and _switched(values) in map(
+            _switched, self._compiling.wanted
+        )
+        return not under_way and equations_are_kept(values)
 
     def _start(self, names: str, before: RigParameters, wanted: Sequence[RigParameters]) -> None:
         try:
