@@ -45,6 +45,7 @@ def compile_changes(before: RigParameters, changed: Iterable[RigParameters]) -> 
         # What such a rig cannot do is said when it is to do it.
         with suppress(SimulationError):
             rig = Rig(before)
+            rig.reset(position=0.0)  # within every stroke
             rig.configure(values)
             rig.advance(rig.state.voltage, 1e-3)
             rig.read()

@@ -182,6 +182,13 @@ def test_a_plant_in_motion_loads_nothing(what: str) -> None:
     subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
 
 
+def test_compiling_ahead_does_not_care_where_the_carriage_starts() -> None:
+    """A shorter stroke beside the option: the rig that is compiled for is not that of the run."""
+    before = RigParameters({"cylinder.initial_position": 0.1})
+    changes = {"cylinder.initial_position": 0.04, "cylinder.stroke": 0.05, "supply.droop": 1e4}
+    compile_changes(before, [before.with_values(changes)])
+
+
 @pytest.fixture
 def compiled() -> None:
     """Compile what the new processes load."""
