@@ -376,7 +376,7 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
     rig.set_parameters("plant", {"supply.pressure": np.float32(6e5)})
     rig.set_parameters("plant", {})
     assert rig.parameters("plant", ["supply.pressure"]) == {"supply.pressure": 6e5}
-    with pytest.raises(WaitTimeoutError, match=r"of plnt; nodes here: /controller, /plant"):
+    with pytest.raises(WaitTimeoutError, match=r"of plnt; nodes here: .*/controller.*/plant"):
         rig.observer.set_parameters("plnt", {"supply.pressure": 6e5}, timeout=1.0)
 
 
