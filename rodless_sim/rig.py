@@ -514,7 +514,8 @@ class Rig:
         motion = starting_motion(plant, given, position, pressures, temperatures)
         closed, kinds = plant.valve.closed_voltage, kinds_of(self._plant)
         with self._all_or_nothing():
-            self._take(given)
+            if given is not self._parameters:
+                self._take(given)
             self._motion, self._spool = motion, memory_of(plant, motion, closed)
             if kinds_of(plant) != kinds:
                 self._specialise()
@@ -729,9 +730,10 @@ def simulate(
 
 def _refuse_too_many(voltages: object, plant: Plant) -> None:
     """Raise ValueError where a trace of so many voltages has no room in memory."""
-    count = int(getattr(voltages, "size", 0)) or (
-        len(voltages) if isinstance(voltages, Sequence) else 0
-    )
+    try:
+        count = len(voltages)  # type: ignore[arg-type]
+    except TypeError:  # one, or nothing that can be applied
+        return
     refuse_more_than_there_is(
         8 * COPIES * (len(columns_of(plant)) + FURTHER_COLUMNS) * count,
         f"{count} voltages refused: their samples",

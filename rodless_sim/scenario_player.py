@@ -46,9 +46,9 @@ class ScenarioPlayer:
     def ahead(self, parameters: RigParameters) -> Iterator[RigParameters]:
         """Yield what ``parameters`` become with each entry, from now on and after a new start."""
         # What a rig refuses is said when it comes.
-        with suppress(ParameterError, ScenarioError):
+        with suppress(ParameterError):
             yield from self._scenario.stages(parameters)
-        with suppress(ParameterError, ScenarioError):
+        with suppress(ParameterError):
             start = self.at_start(parameters)
             yield start
             yield from self._scenario.stages(start)

@@ -9,9 +9,7 @@
 """`rodless reset`: return a running rig to its start."""
 
 from rodless_lab.cli.service_verb import ServiceVerb
-
-# The controller first: with the last set-point it would drive on from the start.
-RESET = {"controller/reset": None, "plant/reset": None}
+from rodless_lab.session.reset import RESET
 
 main = ServiceVerb(
     "reset",

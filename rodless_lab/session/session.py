@@ -198,7 +198,7 @@ class RigSession(PlantTime, Controls, Faults):
         if self._inside:
             raise HarnessError("this session runs already; make another RigSession beside it")
         self._inside = True
-        self._process = os.getpid()
+        self._opened_by = os.getpid()
         with ExitStack() as stack:
             stack.callback(self._end)
             self._start(stack)
@@ -234,7 +234,7 @@ class RigSession(PlantTime, Controls, Faults):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if os.getpid() != self._process:
+        if os.getpid() != self._opened_by:
             return  # forked inside the block; who opened the session ends it
         with self._stack:
             if error is None:

@@ -16,6 +16,7 @@ from typing import Protocol
 
 from rodless_base.one_line import shown
 from rodless_lab.bags.default_bag import default_bag
+from rodless_lab.session.reset import RESET
 from rodless_lab.view import inputs
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.panels import REFERENCES, TIMED
@@ -128,8 +129,7 @@ class Requests:
 
     async def reset(self) -> None:
         """Return the rig to its start."""
-        # The controller first: with the last set-point it would drive on from the start.
-        await self._call({"controller/reset": None, "plant/reset": None})
+        await self._call(RESET)
 
     async def enable(self, enabled: bool) -> None:
         """Let the controller control, or close the valve and keep it closed."""
