@@ -8,8 +8,11 @@
 
 """What counts as a number where one is wanted."""
 
+import operator
 from numbers import Real
-from typing import TypeGuard
+from typing import SupportsIndex, TypeGuard
+
+from rodless_base.one_line import shown
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -28,3 +31,11 @@ def is_number(value: object) -> TypeGuard[float]:
     except TypeError:
         return False
     return True
+
+
+def whole_number(value: SupportsIndex, name: str) -> int:
+    """Return the whole number that ``value`` is; raises TypeError with the ``name`` for others."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} {shown(value)} refused, must be a whole number") from None

@@ -249,6 +249,8 @@ class CompiledLaw(Law):
 
         Raises ParameterError, and TypeError where ``TERMS`` are not the command's.
         """
+        if not hasattr(type(self), "KERNELS"):
+            raise TypeError(f"{type(self).__name__} has no KERNELS: give a subclass of it")
         super().__init__(parameters)
         checked_terms(type(self))
         self.gains = self.KERNELS.gains_of(self.parameters)

@@ -12,13 +12,32 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
+
+Array = npt.NDArray[np.float64]
 
 # Speed (m/s) up to which a trajectory counts as ending at rest; that of the standard controller.
 REST = float(np.finfo(np.float32).eps)
+
+# From the control points of a quintic Bernstein polynomial to its coefficients of the powers 0 to
+# 5, a row for each point: what an end's position, velocity and acceleration set is apart so.
+POWERS_OF_CONTROL = np.array(
+    [
+        [
+            math.comb(5, power) * math.comb(power, point) * (-1) ** (power - point)
+            for power in range(6)
+        ]
+        for point in range(6)
+    ],
+    dtype=float,
+)
+
+# Powers whose share of the rest is smaller have only rounding in them.
+NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -52,8 +71,14 @@ class Trajectory:
         check_waypoints(points)
         self.points = tuple(points)
         self._times = [point.time for point in points]
-        self._segments = [_segment(a, b) for a, b in pairwise(points)]
-        self._slopes = [segment.deriv() for segment in self._segments]
+        # All segments at once: a long trajectory must not keep a controller from its next sample.
+        table = _table(points)
+        self._durations = np.diff(table[:, 0])
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._hulls = _control_points(table)
+            self._segments = self._hulls @ POWERS_OF_CONTROL
+            self._slopes = self._segments[:, 1:] * np.arange(1, 6)
+            _check_size(self._slopes / self._durations[:, np.newaxis])
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return position (m) and velocity (m/s) at ``time`` (s)."""
@@ -62,17 +87,22 @@ class Trajectory:
             return self.points[0].position, 0.0
         if place == len(self._segments):
             return self.points[-1].position, 0.0
-        elapsed = time - self._times[place]
-        return float(self._segments[place](elapsed)), float(self._slopes[place](elapsed))
+        duration = float(self._durations[place])
+        passed = (time - self._times[place]) / duration
+        position = float(polyval(passed, self._segments[place]))
+        return position, float(polyval(passed, self._slopes[place])) / duration
 
     def extremes(self) -> tuple[float, float]:
         """Return the least and the greatest position on the way, in m."""
         reached = [point.position for point in self.points]
-        for segment, slope, begin, end in zip(
-            self._segments, self._slopes, self._times, self._times[1:], strict=False
-        ):
-            turns = [float(root.real) for root in slope.roots() if abs(root.imag) < 1e-9]
-            reached += [float(segment(turn)) for turn in turns if 0.0 < turn < end - begin]
+        least, greatest = min(reached), max(reached)
+        # A segment lies within the hull of its control points: few may leave what is known.
+        beyond = (self._hulls.min(axis=1) < least) | (self._hulls.max(axis=1) > greatest)
+        for place in np.flatnonzero(beyond):
+            slope = Polynomial(self._slopes[place])
+            roots = slope.trim(NOTHING * np.abs(slope.coef).max()).roots()
+            turns = roots.real[(abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real < 1.0)]
+            reached += polyval(turns, self._segments[place]).tolist()
         return min(reached), max(reached)
 
 
@@ -96,27 +126,47 @@ def check_waypoints(points: Sequence[Waypoint]) -> None:
         raise ValueError(f"the last point has velocity {velocity:g} m/s, must be 0")
 
 
-def _segment(a: Waypoint, b: Waypoint) -> Polynomial:
-    """Return the position (m) between two points, by the time since the first (s)."""
-    duration, distance = b.time - a.time, b.position - a.position
-    if a.velocity is None or b.velocity is None:
-        return Polynomial([a.position, distance / duration])
-    # What is left of the distance, velocity and acceleration at the end, as powers of duration.
-    if a.acceleration is None or b.acceleration is None:
-        rest = distance - a.velocity * duration
-        turn = (b.velocity - a.velocity) * duration
-        terms = [3.0 * rest - turn, turn - 2.0 * rest]
-        head = [a.position, a.velocity]
-    else:
-        half = 0.5 * a.acceleration
-        rest = distance - duration * (a.velocity + half * duration)
-        turn = (b.velocity - a.velocity - a.acceleration * duration) * duration
-        bend = (b.acceleration - a.acceleration) * duration**2
-        terms = [
-            10.0 * rest - 4.0 * turn + 0.5 * bend,
-            -15.0 * rest + 7.0 * turn - bend,
-            6.0 * rest - 3.0 * turn + 0.5 * bend,
-        ]
-        head = [a.position, a.velocity, half]
-    first = len(head)
-    return Polynomial([*head, *(c / duration**k for k, c in enumerate(terms, first))])
+def _check_size(speeds: Array) -> None:
+    """Raise ValueError where a segment's coefficients, shape (n - 1, 5), are beyond numbers."""
+    beyond = np.flatnonzero(~np.isfinite(speeds).all(axis=1))
+    if len(beyond):
+        number = int(beyond[0]) + 1
+        raise ValueError(
+            f"points {number} and {number + 1}: their distance, velocities or accelerations are "
+            "too large for the time between them"
+        )
+
+
+def _table(points: Sequence[Waypoint]) -> Array:
+    """Return times, positions, velocities and accelerations, shape (n, 4); nan where not asked."""
+    rows = [(point.time, point.position, point.velocity, point.acceleration) for point in points]
+    return np.array(rows, dtype=float)
+
+
+def _control_points(table: Array) -> Array:
+    """Return those (m) of the quintic between each two rows of ``table``, shape (n - 1, 6).
+
+    Velocities and accelerations that are not asked for are those of a line, or of a cubic.
+    """
+    duration = np.diff(table[:, 0])
+    start, end = table[:-1, 1], table[1:, 1]
+    distance = end - start
+    # As m in a segment's duration.
+    leaves, arrives = table[:-1, 2] * duration, table[1:, 2] * duration
+    straight = np.isnan(leaves) | np.isnan(arrives)
+    leaves, arrives = np.where(straight, distance, leaves), np.where(straight, distance, arrives)
+    gains, loses = table[:-1, 3] * duration**2, table[1:, 3] * duration**2
+    cubic = straight | np.isnan(gains) | np.isnan(loses)
+    gains = np.where(cubic, 6.0 * distance - 4.0 * leaves - 2.0 * arrives, gains)
+    loses = np.where(cubic, 2.0 * leaves + 4.0 * arrives - 6.0 * distance, loses)
+    return np.stack(
+        [
+            start,
+            start + leaves / 5.0,
+            start + 2.0 * leaves / 5.0 + gains / 20.0,
+            end - 2.0 * arrives / 5.0 + loses / 20.0,
+            end - arrives / 5.0,
+            end,
+        ],
+        axis=1,
+    )

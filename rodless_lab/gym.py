@@ -32,7 +32,7 @@ from rodless_lab.simulation.draw import draw
 from rodless_sim import Rig, RigParameters, SimulationError
 from rodless_sim.rig import applied_voltages
 from rodless_sim.single_number import single_number
-from rodless_sim.timing import nanoseconds, sample_times
+from rodless_sim.timing import nanoseconds, sample_times, step_nanoseconds
 
 try:
     import gymnasium
@@ -122,7 +122,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
                 f"reward {shown(reward)} refused: must be a function of error (m) and jump (V)"
             )
         self._reward = reward
-        span = nanoseconds(period, "period")
+        span = step_nanoseconds(period, "period")
         self._period = span * SECONDS_PER_NANOSECOND
         self._times = sample_times(sample_count(nanoseconds(duration), span), span)
         bounds = np.array([limits for _, *limits in OBSERVATION])

@@ -51,7 +51,7 @@ from rodless_sim.physics.timed import copied, memory_like, memory_of
 from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
-from rodless_sim.timing import nanoseconds
+from rodless_sim.timing import step_nanoseconds
 from rodless_sim.trace import (
     Trace,
     columns_of,
@@ -544,7 +544,7 @@ class Rig:
         Raises
         ------
         ValueError
-            For a voltage that is not finite or a duration that is not positive.
+            For a voltage that is not finite, a duration that is not positive, one over an hour.
         SimulationError
             Where the motion leaves what a rig can do; the rig stays as it was before.
         ScenarioError
@@ -553,7 +553,7 @@ class Rig:
 
         """
         applied = self._valve_fault.voltage(applied_voltage(voltage), self._voltage)
-        span = nanoseconds(duration)
+        span = step_nanoseconds(duration)
         self._apply(applied, self._motion, self._spool, self._commands, span)
         self._nanoseconds += span
         if self._player is not None:
@@ -706,7 +706,7 @@ def simulate(
 
     """
     plant = Plant.of(rig_parameters(parameters))
-    span = nanoseconds(period, "period")
+    span = step_nanoseconds(period, "period")
     _refuse_too_many(voltages, plant)
     commands = applied_voltages(voltages)
     if scenario is not None or ValveFault.of(parameters).present:

@@ -112,6 +112,9 @@ PARAMETERS = declare(
 # Times in ns are 64-bit integers: 292 years.
 LONGEST_SPAN = 2**63 - 1
 
+# In s: seconds of a computer, for a rig with all options.
+LONGEST_STEP = 3600
+
 
 def nanoseconds(duration: float, name: str = "duration") -> int:
     """Return ``duration`` (s) in whole nanoseconds.
@@ -125,6 +128,21 @@ def nanoseconds(duration: float, name: str = "duration") -> int:
             f"{name} {shown(duration)} s refused: must be a positive number, from 1 ns to 292 years"
         )
     return round(span)
+
+
+def step_nanoseconds(duration: float, name: str = "duration") -> int:
+    """Return the ``duration`` (s) of one integrated step in whole nanoseconds.
+
+    Raises as :func:`nanoseconds`, and ValueError for more than an hour: compiled, a step is one
+    call, which hears neither Ctrl-C nor anything else until it is done.
+    """
+    span = nanoseconds(duration, name)
+    if span > LONGEST_STEP * NANOSECONDS_PER_SECOND:
+        raise ValueError(
+            f"{name} {shown(duration)} s refused: one step lasts at most {LONGEST_STEP} s; take "
+            "several"
+        )
+    return span
 
 
 def sample_times(count: int, period: int) -> npt.NDArray[np.float64]:

@@ -9,6 +9,7 @@
 """A run of the rig as arrays, computed in one compiled loop."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -112,6 +113,13 @@ class Trace(Columns):
             missing, unknown = set(names) - columns.keys(), columns.keys() - set(names)
             raise TypeError(f"columns missing: {sorted(missing)}, unknown: {sorted(unknown)}")
         vars(self).update((name, read_only(columns[name])) for name in names)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take back what :mod:`pickle` and :mod:`copy` had: arrays that were read-only."""
+        vars(self).update(
+            (name, read_only(value) if isinstance(value, np.ndarray) else value)
+            for name, value in state.items()
+        )
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{name}: a trace cannot be changed")

@@ -16,6 +16,7 @@ from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
+from rodless_lab.cli.number import whole
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitation
 
 
@@ -53,7 +54,7 @@ def _parser() -> Parser:
     parser.add_argument("subject", choices=sorted(EXCITATIONS))
     parser.add_argument(
         "--recorders",
-        type=int,
+        type=whole,
         default=0,
         metavar="N",
         help="recorders to wait for (%(default)d), so that the first command is in their bags",

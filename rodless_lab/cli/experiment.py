@@ -44,13 +44,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
             print_rows(performed[0])
         report, summary = write_report(folder, performed)
     except ValueError as error:
-        print(f"\n{error}", file=sys.stderr)
+        print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"\n{cannot_be_written(error.filename or folder, error)}", file=sys.stderr)
+        print(cannot_be_written(error.filename or folder, error), file=sys.stderr)
         return 2
     except RuntimeError as error:
-        print(f"\n{error}", file=sys.stderr)
+        print(error, file=sys.stderr)
         return 1
     print(f"report: {report}, summary: {summary}, pictures as PNG, PDF and CSV beside them")
     holds = all(row.holds for one in performed for row in one.result.comparisons)
@@ -99,7 +99,11 @@ def perform(names: Sequence[str], options: Options) -> list[Performed]:
         where = " (no moving rig: in process)" if still else ""
         print(f"[{count}/{len(names)}] {name}{where} ... ", end="", flush=True)
         start = time.monotonic()
-        performed.append(Performed(experiment, experiment.run(options)))
+        try:
+            performed.append(Performed(experiment, experiment.run(options)))
+        except BaseException:
+            print()
+            raise
         rows = performed[-1].result.comparisons
         print(f"{time.monotonic() - start:.1f} s, {verdict(rows)}", flush=True)
     return performed

@@ -29,6 +29,17 @@ DIGITS = 18
 
 def positive_whole(text: str) -> int:
     """Return the positive whole number that ``text`` is; raises ArgumentTypeError."""
-    if not (text.isascii() and text.isdecimal() and len(text) <= DIGITS and int(text) > 0):
+    if not _is_whole(text) or int(text) == 0:
         raise argparse.ArgumentTypeError(f"{shown(text)} is not a positive whole number")
     return int(text)
+
+
+def whole(text: str) -> int:
+    """Return the whole number from 0 on that ``text`` is; raises ArgumentTypeError."""
+    if not _is_whole(text):
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number from 0 on")
+    return int(text)
+
+
+def _is_whole(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and len(text) <= DIGITS

@@ -16,7 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.one_line import shown
-from rodless_base.real_number import is_number
+from rodless_base.real_number import is_number, whole_number
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
@@ -119,8 +119,10 @@ class PlantTime(LiveSession):
     def samples(self, run: int = -1) -> Samples:
         """Return what has come of a run of the plant: 0 the first, -1 the last; resets part runs.
 
-        Raises LostSampleError if samples were lost and IndexError for a run that there is not.
+        Raises LostSampleError if samples were lost, IndexError for a run that there is not, and
+        TypeError for what is no whole number.
         """
+        run = whole_number(run, "run")
         runs = range(self._received.runs)
         if not -len(runs) <= run < len(runs):
             raise IndexError(f"run {run}: there are {len(runs)}, from 0 to {len(runs) - 1}")
@@ -140,8 +142,11 @@ class PlantTime(LiveSession):
         """Let a paused plant advance by ``count`` samples; return the last.
 
         In lock-step each step waits for the answer to the sample before. Raises RefusedError
-        where the plant is not paused.
+        where the plant is not paused, ValueError for less than one, TypeError for what is no
+        whole number.
         """
+        if (count := whole_number(count, "count")) < 1:
+            raise ValueError(f"count {count} refused, must be 1 or more")
         if not self._paused:
             raise RefusedError("step: pause the plant first")
         for _ in range(count):

@@ -54,7 +54,7 @@ from rodless_sim.physics.timed import memory_of
 from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.scenario import AnyScenario
-from rodless_sim.timing import nanoseconds, sample_times
+from rodless_sim.timing import nanoseconds, sample_times, step_nanoseconds
 from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
@@ -121,11 +121,17 @@ class ClosedLoopTrace(Trace):
 
     def __getstate__(self) -> dict[str, object]:
         """Return what :mod:`pickle` and :mod:`copy` can have."""
-        return {**vars(self), "terms": dict(self.terms)}
+        return {
+            **self._own_columns(),
+            "true_position": self.true_position,
+            "terms": dict(self.terms),
+        }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take it back."""
-        vars(self).update({**state, "terms": MappingProxyType(state["terms"])})
+        terms = state.pop("terms")
+        super().__setstate__(state)
+        vars(self).update(vars(self.with_terms(terms)))
 
     def columns(self) -> dict[str, Array]:
         """Return the arrays by name, the law's terms last."""
@@ -393,7 +399,7 @@ class Loop:
 
     def __init__(self, law: AnyLaw, reference: Reference, duration: float, period: float) -> None:
         """Prepare the loop; raises as :func:`closed_loop`."""
-        self._span = nanoseconds(period, "period")
+        self._span = step_nanoseconds(period, "period")
         whole = nanoseconds(duration)
         count = sample_count(whole, self._span)
         self.law = as_law(law)

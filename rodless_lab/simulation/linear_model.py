@@ -22,6 +22,7 @@ from rodless_base.extras import missing_extra
 from rodless_base.one_line import shown
 from rodless_sim.physics.state import Motion
 from rodless_sim.single_number import single_number
+from rodless_sim.trace import read_only
 
 Array = npt.NDArray[np.float64]
 
@@ -43,7 +44,7 @@ class LinearModel:
     Attributes
     ----------
     A, B, C, D
-        The matrices, shapes (n, n), (n, m), (p, n) and (p, m), in SI units.
+        The matrices, shapes (n, n), (n, m), (p, n) and (p, m), in SI units, read-only.
     states, inputs, outputs
         Name, unit and meaning of each of the n states, m inputs and p outputs.
     point
@@ -69,6 +70,16 @@ class LinearModel:
     inputs: tuple[Quantity, ...]
     outputs: tuple[Quantity, ...]
     point: OperatingPoint
+
+    def __post_init__(self) -> None:
+        """Make the matrices read-only: what is computed of the model is computed of them."""
+        for name in ("A", "B", "C", "D"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take back what :mod:`pickle` and :mod:`copy` had."""
+        vars(self).update(state)
+        self.__post_init__()
 
     @property
     def poles(self) -> npt.NDArray[np.complex128]:

@@ -78,7 +78,7 @@ def run_metrics(run: ClosedLoopTrace, since: float = 0.0) -> RunMetrics:
     Raises
     ------
     ValueError
-        For a run that ends before ``since``.
+        For a ``since`` that is before the run or after it.
     TypeError
         For a ``run`` that is none, or a ``since`` that is no number.
 
@@ -113,8 +113,10 @@ def metrics_of(
     begins with the voltage (V) and ends with the true position (m). Raises as :func:`run_metrics`.
     """
     begin = single_number(since, "since", "seconds")
-    if not begin <= times[-1]:
-        raise ValueError(f"since {begin:g} s refused: the run ends at {times[-1]:g} s")
+    if not times[0] <= begin <= times[-1]:
+        raise ValueError(
+            f"since {begin:g} s refused: the run is from {times[0]:g} to {times[-1]:g} s"
+        )
     period = float(times[1] - times[0])
     first = int(np.searchsorted(times, begin))
     last = min(round(LAST / period), len(times) - 1) + 1

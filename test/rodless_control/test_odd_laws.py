@@ -32,6 +32,7 @@ from rodless_control import (
 from rodless_control.controller import FunctionLaw, LawError, checked_answer
 from rodless_control.laws import law_with
 from rodless_control.loop import ControlLoop
+from rodless_lab.simulation.closed_loop import as_law
 from rodless_sim import RigParameters
 
 LAWS = """
@@ -340,3 +341,10 @@ def test_a_function_that_takes_both_is_a_law() -> None:
     """By position, with or without defaults, bound to an object or not."""
     for function in (lambda _m, _r: 5.0, lambda *_both: 5.0, lambda _m, _r, scale=5.0: scale):
         assert FunctionLaw(function).update(Measurement(0, 0.1), ReferencePoint(0.1), 0.0) == 5.0
+
+
+def test_the_base_of_compiled_laws_is_no_law() -> None:
+    """It has no functions of its own; the line says what to give."""
+    for take in (CompiledLaw, lambda: as_law(CompiledLaw)):
+        with pytest.raises(TypeError, match=r"^CompiledLaw has no KERNELS: give a subclass of it$"):
+            take()

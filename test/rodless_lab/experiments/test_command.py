@@ -101,7 +101,9 @@ def test_options_are_checked_before_anything_runs(
     for name, one in catalogue.EXPERIMENTS.items():
         monkeypatch.setitem(catalogue.EXPERIMENTS, name, replace(one, run=ran.append))
     assert main(["all", "--output", str(tmp_path / "out"), *options], Stop()) == 2
-    assert said in capsys.readouterr().err
+    printed = capsys.readouterr()
+    assert said in printed.err
+    assert (printed.out, printed.err.count("\n")) == ("", 1)
     assert ran == []
     assert not (tmp_path / "out").exists()
 

@@ -99,6 +99,17 @@ def test_every_subject_has_voltages_and_a_measured_coverage() -> None:
     assert set(subjects.SUBJECTS) == set(EXCITATIONS) == set(coverage.SUBJECTS)
 
 
+@pytest.mark.parametrize("count", ["-1", "1.5", "x", "9" * 19])
+def test_drive_waits_for_a_number_of_recorders(
+    count: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2 and the value; nothing is driven."""
+    with pytest.raises(SystemExit) as refused:
+        drive.main(["chambers", f"--recorders={count}"], Quiet())
+    assert refused.value.code == 2
+    assert f"'{count}' is not a whole number from 0 on" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", [identify, drive], ids=["identify", "drive"])
 def test_an_unknown_subject_is_refused(
     command: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -363,6 +363,14 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
             rig.run_until(condition)  # type: ignore[arg-type]
     with pytest.raises(IndexError, match="run 5: there are 1, from 0 to 0"):
         rig.samples(5)
+    for odd in ("x", 1.5, None):
+        with pytest.raises(TypeError, match=r"^run .* refused, must be a whole number$"):
+            rig.samples(odd)  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=r"^count .* refused, must be a whole number$"):
+            rig.step(odd)  # type: ignore[arg-type]
+    for count in (0, -1):
+        with pytest.raises(ValueError, match=rf"^count {count} refused, must be 1 or more$"):
+            rig.step(count)
     with pytest.raises(TypeError, match=r"refused, must be a list of names: \['supply.pressure'\]"):
         rig.parameters("plant", "supply.pressure")
     with pytest.raises(TypeError, match=r"^\['a'\] refused, must be values by name"):

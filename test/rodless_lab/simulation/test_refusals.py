@@ -12,6 +12,7 @@ import copy
 import math
 import pickle
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +20,9 @@ import pytest
 from rodless_base import memory
 from rodless_control import Law, Measurement, PidParameters, ReferencePoint, references
 from rodless_control.references import Reference
-from rodless_lab import closed_loop
+from rodless_lab import closed_loop, linearise
 from rodless_lab.simulation.closed_loop import AnyLaw
-from rodless_sim import RigParameters, Trace, simulate
+from rodless_sim import Rig, RigParameters, Trace, simulate
 
 HOLD = references.constant(0.01)
 
@@ -173,7 +174,7 @@ def test_terms_of_a_law_that_cannot_be_columns_are_refused() -> None:
 
 
 def test_a_run_can_be_pickled_and_copied() -> None:
-    """To the last bit, with its terms, which stay read-only."""
+    """To the last bit, with its terms; all of it stays read-only."""
     given = closed_loop(RigParameters(), PidParameters(), HOLD, 0.05, 1e-3)
     for found in (pickle.loads(pickle.dumps(given)), copy.copy(given), copy.deepcopy(given)):
         assert type(found) is type(given)
@@ -183,6 +184,45 @@ def test_a_run_can_be_pickled_and_copied() -> None:
             assert np.array_equal(found.columns()[name], values), name
         with pytest.raises(TypeError):
             found.terms["p"] = given.position
+        for values in (*found.columns().values(), *found.terms.values(), found.true_position):
+            assert not values.flags.writeable
+
+
+@pytest.mark.parametrize(
+    "again", [copy.copy, copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))]
+)
+def test_what_was_computed_cannot_be_written(again: Callable[[Any], Any]) -> None:
+    """Neither a trace nor a linear model, nor their copies."""
+    run = again(simulate(RigParameters(), [6.0] * 3, 1e-3))
+    for name, values in run.columns().items():
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0.0
+        with pytest.raises(AttributeError, match="cannot be changed"):
+            setattr(run, name, values)
+    given = linearise(RigParameters(), position=0.1, voltage=6.0)
+    model = again(given)
+    for name in ("A", "B", "C", "D"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(model, name)[0, 0] = 1.0
+    assert np.array_equal(model.poles, given.poles)
+
+
+@pytest.mark.parametrize(
+    "take",
+    [
+        lambda step: simulate(RigParameters(), [5.0, 5.0], step),
+        lambda step: closed_loop(RigParameters(), PidParameters(), HOLD, 4.0 * step, step),
+        lambda step: Rig(RigParameters()).advance(5.0, step),
+    ],
+    ids=["simulate", "closed_loop", "advance"],
+)
+def test_one_step_lasts_an_hour_at_most(take: Callable[[float], object]) -> None:
+    """It is one compiled call, which hears no Ctrl-C; several steps are refused for memory only."""
+    for step in (3601.0, 1e9):
+        with pytest.raises(ValueError, match=r" s refused: one step lasts at most 3600 s; take"):
+            take(step)
+    closed = simulate(RigParameters({"cylinder.locked": True}), [5.08], 3600.0)
+    assert closed.time[-1] == 3600.0
 
 
 @pytest.mark.parametrize("small", ["velocity", "acceleration", "jerk"])

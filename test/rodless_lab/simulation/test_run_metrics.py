@@ -94,8 +94,10 @@ def test_peak_and_rms_count_from_the_time_given() -> None:
     assert found.peak_error == pytest.approx(1e-3)
     assert found.rms_error == pytest.approx(1e-3)
     assert run_metrics(made(reference, position)).peak_error == 0.05
-    with pytest.raises(ValueError, match=r"^since 5 s refused: the run ends at 4 s$"):
+    with pytest.raises(ValueError, match=r"^since 5 s refused: the run is from 0 to 4 s$"):
         run_metrics(made(reference, position), since=5.0)
+    with pytest.raises(ValueError, match=r"^since -1 s refused: the run is from 0 to 4 s$"):
+        run_metrics(made(reference, position), since=-1.0)
 
 
 def test_a_limit_cycle_is_seen_in_the_last_second() -> None:
