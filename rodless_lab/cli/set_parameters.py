@@ -75,7 +75,8 @@ def _set(rig: "RunningRig", given: dict[str, str], timeout: float) -> int:
 
     changes = change_once_ready(rig, given, timeout, say_compiling)
     for change in changes:
-        print(f"{change.node} {change.name}: {value_text(change.old)} → {value_text(change.new)}")
+        old = "none" if change.old is None else value_text(change.old)
+        print(f"{change.node} {change.name}: {old} → {value_text(change.new)}")
     failure = failed_law(rig) if any(change.node == CONTROLLER for change in changes) else None
     if failure is not None:
         print(f"{CONTROLLER}: {failure}; the new values are in force", file=sys.stderr)

@@ -46,8 +46,13 @@ def _set_of(node: str, values: Mapping[str, object]) -> type[ParameterSet] | Non
     if node == PLANT:
         return RigParameters
     assert node == CONTROLLER
+    return controller_set(values.get("controller.law"))
+
+
+def controller_set(law: object) -> type[ControllerParameters] | None:
+    """Return the class of a controller's parameters by its law, None where it is not known here."""
     try:
-        return ControllerParameters.for_law(str(values.get("controller.law")))
+        return ControllerParameters.for_law(str(law))
     except ParameterError:
         # A law that only the node's own environment has.
         return None

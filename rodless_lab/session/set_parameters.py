@@ -16,11 +16,15 @@ from dataclasses import dataclass
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterType
+from rclpy.parameter import Parameter as RosParameter
 
 from rodless_base.one_line import shown
-from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
+from rodless_base.parameter_file import is_of_rclpy
+from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER, Parameter
+from rodless_base.ros.parameters import ros_value
 from rodless_control.laws import LAWS, of_other_law
-from rodless_lab.session.dry_run import check_change
+from rodless_control.parameters import LAW
+from rodless_lab.session.dry_run import check_change, controller_set
 from rodless_lab.session.errors import (
     HarnessError,
     NotYetError,
@@ -53,7 +57,7 @@ class Change:
 
     node: str
     name: str
-    old: object
+    old: object  # None where the law before had no such parameter
     new: object
 
 
@@ -64,7 +68,8 @@ class RigNotYetError(RigError, NotYetError):
 def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float) -> list[Change]:
     """Set parameters to the values that the texts ``given`` stand for; return what has changed.
 
-    A name may have the node before it, ``plant:NAME``. Everything is checked before anything is
+    A name may have the node before it, ``plant:NAME``; with another law come that law's own
+    parameters. Everything is checked before anything is
     sent; then each node takes its share as one change. If the second node refuses its own for a
     reason that only it knows, the first gets its old values back after running with the new ones
     for a few milliseconds. The nodes have ``timeout`` (wall-clock s) to be found, and again for
@@ -73,7 +78,9 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
     than one has, a parameter given twice, a value that cannot be, with the node's own reason where
     it refuses, and where a node does not answer; the text then says what has changed.
     """
-    names = {node: rig.observer.parameter_names(node) for node in _found(rig, timeout)}
+    present = {node: rig.observer.parameter_names(node) for node in _found(rig, timeout)}
+    coming = _of_coming_law(given) if CONTROLLER in present else {}
+    names = {**present, CONTROLLER: _with_law(present[CONTROLLER], coming)} if coming else present
     shares: dict[str, dict[str, str]] = {}
     for name, text in given.items():
         node, bare = _owner(name, names)
@@ -81,17 +88,17 @@ def change_parameters(rig: RunningRig, given: Mapping[str, str], timeout: float)
             raise RigError(f"{bare}: given twice for the {node}")
         shares[node][bare] = text
     # The plant first: only it refuses for reasons that cannot be checked before.
-    values = {node: _typed(rig, node, shares[node]) for node in NODES if node in shares}
-    old = {node: rig.observer.get_parameters(node, names[node]) for node in values}
+    values = {node: _typed(rig, node, shares[node], coming) for node in NODES if node in shares}
+    old = {node: rig.observer.get_parameters(node, present[node]) for node in values}
     for node, share in values.items():
         check_change(node, old[node], share)
     rig.check_alone()
-    if "controller.law" in given:
+    if LAW in shares.get(CONTROLLER, {}):
         timeout = max(timeout, LAW_TIMEOUT)
     with rig.uninterrupted():
         _set_all(rig, values, old, timeout)
     return [
-        Change(node, name, old[node][name], share[name])
+        Change(node, name, old[node].get(name), share[name])
         for node, share in values.items()
         for name in share
     ]
@@ -150,6 +157,18 @@ def _found(rig: RunningRig, timeout: float) -> list[str]:
     return [node for node in NODES if rig.is_known(node)]
 
 
+def _of_coming_law(given: Mapping[str, str]) -> Mapping[str, Parameter]:
+    """Return what the controller declares with the law that is ``given``; nothing for no law."""
+    law = given.get(LAW, given.get(f"{CONTROLLER}:{LAW}"))
+    kind = None if law is None else controller_set(law)
+    return {} if kind is None else kind.DECLARATIONS
+
+
+def _with_law(present: Iterable[str], coming: Iterable[str]) -> list[str]:
+    """Return the names that a controller of ``present`` names has once a law has come."""
+    return [*filter(is_of_rclpy, present), *coming]
+
+
 def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
     """Return the one node that has a parameter, and its name there."""
     wanted, _, bare = name.rpartition(":")
@@ -171,9 +190,18 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
     return owners[0], bare
 
 
-def _typed(rig: RunningRig, node: str, texts: Mapping[str, str]) -> dict[str, object]:
-    types = rig.parameter_types(node, list(texts))
+def _typed(
+    rig: RunningRig, node: str, texts: Mapping[str, str], coming: Mapping[str, Parameter]
+) -> dict[str, object]:
+    """Return what ``texts`` stand for; what only a ``coming`` law has is of its default's type."""
+    types = rig.parameter_types(node, [name for name in texts if name not in coming])
+    types |= {name: _type_of(one) for name, one in coming.items()} if node == CONTROLLER else {}
     return {name: typed_value(name, text, types[name]) for name, text in texts.items()}
+
+
+def _type_of(declared: Parameter) -> int:
+    default = ros_value(declared.default)
+    return int(RosParameter.Type.from_parameter_value(default).value)
 
 
 def typed_value(name: str, text: str, kind: int) -> object:

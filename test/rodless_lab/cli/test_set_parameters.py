@@ -154,6 +154,36 @@ def test_a_refusal_that_only_the_node_can_give_takes_the_other_back(
     assert run(rodless, "reference.maximum=0.16")[0] == 0
 
 
+def test_a_law_comes_with_its_gains_in_one_command(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """Another law and what only that has, and back; what the law would not have changes nothing."""
+    code, output = run(rodless, "state_feedback.velocity_gain=3", "controller.law=state_feedback")
+    assert code == 0, output
+    assert "controller controller.law: pid → state_feedback\n" in output
+    assert "controller state_feedback.velocity_gain: none → 3.0\n" in output
+    found = observer.get_parameters(
+        "/right/controller", ["controller.law", "state_feedback.velocity_gain"]
+    )
+    assert found == {"controller.law": "state_feedback", "state_feedback.velocity_gain": 3.0}
+    for change, words in {
+        "controller.kp=x": "'x' refused, must be a number",
+        "controller.kp=-1": "controller.kp: -1.0 refused",
+        "state_feedback.velocity_gain=4": "belongs to the law state_feedback",
+        "supply.pressure=1": "supply.pressure",
+    }.items():
+        code, output = run(rodless, "controller.law=pid", change)
+        assert (code, len(output.splitlines())) == (2, 1), output
+        assert words in output
+        assert observer.get_parameters("/right/controller", list(found)) == found
+    code, output = run(rodless, "controller:controller.law=pid", "controller.kp=650")
+    assert code == 0, output
+    assert observer.get_parameters("/right/controller", ["controller.law", "controller.kp"]) == {
+        "controller.law": "pid",
+        "controller.kp": 650.0,
+    }
+
+
 def test_a_law_that_fails_with_the_new_values_is_reported(
     rodless: StartProcess, start_process: StartProcess, tmp_path: Path
 ) -> None:
