@@ -136,6 +136,11 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--raw", action="store_true", help="publish the voltages of the instruments, too"
     )
+    parser.add_argument(
+        "--no-clock",
+        action="store_true",
+        help="leave /clock to another rig: this one tells its time on the clock of its namespace",
+    )
     parser.add_argument("--lockstep", action="store_true", help="one period for each command")
     parser.add_argument("--without-controller", action="store_true", help="the plant alone")
     parser.add_argument("--one-process", action="store_true", help="both nodes in one process")
@@ -204,6 +209,8 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
             plant[f"sensors.publish_{name}"] = True
     if options.scenario is not None:
         plant |= scenario_parameter(options.scenario)
+    if options.no_clock:
+        plant["time.publish_clock"] = False
     if options.lockstep:
         plant["time.mode"] = "lockstep"
     controller: dict[str, object] = {}

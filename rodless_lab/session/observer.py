@@ -33,7 +33,12 @@ from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_lab.session.domain import full_namespace, named_domain
-from rodless_lab.session.errors import NotYetError, RefusedError, WaitTimeoutError
+from rodless_lab.session.errors import (
+    HarnessError,
+    NotYetError,
+    RefusedError,
+    WaitTimeoutError,
+)
 from rodless_lab.session.network import make_room_for_nodes
 
 Found = TypeVar("Found")
@@ -104,6 +109,7 @@ class Observer(Closing):
             )
         self._executor = make_executor(self.context)
         self._executor.add_node(self.node)
+        self._spinning = threading.Lock()
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
         self._diagnostics: dict[str, Diagnostic] | None = None
@@ -127,8 +133,19 @@ class Observer(Closing):
     # Waiting
 
     def spin(self, timeout: float = SPIN_SECONDS) -> None:
-        """Run the callbacks of what has come, or wait up to ``timeout`` s for something to come."""
-        self._executor.spin_once(timeout)
+        """Run the callbacks of what has come, or wait up to ``timeout`` s for something to come.
+
+        Raises HarnessError while that runs already: in another thread, or from a callback.
+        """
+        if not self._spinning.acquire(blocking=False):
+            raise HarnessError(
+                "messages are waited for already: one thread at a time can use a session, and none "
+                "of its callbacks can wait; give another thread a session of its own, or take turns"
+            )
+        try:
+            self._executor.spin_once(timeout)
+        finally:
+            self._spinning.release()
 
     def wait(
         self, condition: Callable[[], Found], what: str, timeout: float | None = None

@@ -74,7 +74,8 @@ class ClockPublishers:
             return None
         return (
             f"{count} publishers on {self._ros_clock}, time jumps for who listens: set "
-            "time.publish_clock to false (publish_clock:=false) on all rigs but one"
+            "time.publish_clock to false (publish_clock:=false, rodless rig --no-clock) on all "
+            "rigs but one"
         )
 
     def _nobody(self) -> str | None:

@@ -28,7 +28,7 @@ def test_two_rigs_are_told_of_when_both_publish_clock_and_when_nobody_does(
     observer: Observer, start_node: StartProcess
 ) -> None:
     """A warning in the log, once, and in the diagnostics as long as it lasts."""
-    said = "set time.publish_clock to false (publish_clock:=false) on all rigs but one"
+    said = "set time.publish_clock to false (publish_clock:=false, rodless rig --no-clock) on all"
     with start_node("plant", PERIOD, namespace="one") as one:
         assert said not in observer.diagnostic("/one/plant").message
         with start_node("plant", PERIOD, namespace="two"):

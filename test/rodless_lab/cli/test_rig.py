@@ -28,17 +28,17 @@ STOP_SECONDS = 4.0
 def test_options_reach_the_nodes_and_ctrl_c_ends_them(
     rodless: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:
-    """Preset, sensors, cylinder, file and supply are in force; SIGINT ends all with 0."""
+    """Preset, sensors, cylinder, clock, file and supply are in force; SIGINT ends all with 0."""
     file = tmp_path / "mine.yaml"
     file.write_text("/**/plant:\n  ros__parameters:\n    cylinder.moving_mass: 1.5\n")
     options = (
         "rig --preset calibrated --sensors data-sheet --supply-pressure 600000 "
-        "--cylinder CY3R32-500"
+        "--cylinder CY3R32-500 --no-clock"
     )
     form = RigParameters.preset("calibrated")["friction.form"]
     expected = {**DATA_SHEET, "supply.pressure": 6e5, "friction.form": form}
     expected["cylinder.moving_mass"] = 1.5
-    expected |= {"cylinder.bore": 0.032, "cylinder.stroke": 0.5}
+    expected |= {"cylinder.bore": 0.032, "cylinder.stroke": 0.5, "time.publish_clock": False}
     assert form != RigParameters()["friction.form"]
     with rodless(*options.split(), "--namespace", "left", "--parameters", str(file)) as rig:
         assert observer.get_parameters("/left/plant", expected) == expected

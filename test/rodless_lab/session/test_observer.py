@@ -8,6 +8,7 @@
 
 """The observer against nodes of the test's own: what it waits for, asks, and is refused."""
 
+import threading
 import time
 from collections.abc import Iterator
 
@@ -19,7 +20,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from rodless_lab.session import observer as module
-from rodless_lab.session.errors import RefusedError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.observer import Observer
 
 
@@ -43,6 +44,27 @@ def test_a_wait_returns_what_it_found_or_says_what_it_waited_for(observer: Obser
     with pytest.raises(WaitTimeoutError, match=r"timed out after 0\.2 s waiting for the moon"):
         observer.wait(lambda: False, "the moon", 0.2)
     assert 0.2 <= time.monotonic() - start < 10.0
+
+
+def test_what_waits_already_cannot_wait_again(observer: Observer, node: Node) -> None:
+    """Neither from a callback nor in another thread: the line says so, and the first waits on."""
+    said: list[str] = []
+
+    def wait_too() -> None:
+        with pytest.raises(HarnessError, match=r"^messages are waited for already: ") as refusal:
+            observer.wait(lambda: False, "nothing")
+        said.append(str(refusal.value))
+
+    def wait_in_both() -> None:
+        thread = threading.Thread(target=wait_too)
+        thread.start()
+        thread.join()
+        wait_too()
+
+    timer = node.create_timer(0.01, wait_in_both)
+    observer.wait(lambda: len(said) >= 4, "two callbacks, each with a thread")
+    node.destroy_timer(timer)
+    assert "\n" not in said[0]
 
 
 def test_a_check_ends_a_wait(domain: dict[str, str]) -> None:
