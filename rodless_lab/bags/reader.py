@@ -115,6 +115,20 @@ class TopicMessages(Columns):
         """Return the units of the columns: seconds; a field's own is not recorded."""
         return {name: "s" if name in ("time", "stamp") else "" for name in self.columns()}
 
+    def at(self, places: Sequence[int]) -> "TopicMessages":
+        """Return the messages at ``places``."""
+        if len(places) == len(self):
+            return self
+        found = TopicMessages(
+            self.topic,
+            self.log_time[list(places)],
+            self.publish_time[list(places)],
+            [self.payloads[place] for place in places],
+        )
+        # They need not be read again.
+        vars(found)["messages"] = [self.messages[place] for place in places]
+        return found
+
     def restarts(self) -> list[int]:
         """Return the places where log time goes backwards, as a reset of the plant makes it."""
         return [int(place) + 1 for place in np.flatnonzero(np.diff(self.log_time) < 0)]

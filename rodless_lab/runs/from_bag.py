@@ -10,19 +10,19 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SPOOL
-from rodless_base.frames import joint_among
 from rodless_base.one_line import shown
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.commands import Commands, SampleTimes, held_from
+from rodless_lab.runs.joints import JointMessages, joint_messages, joint_values
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.runs.missing_samples import missing_samples
 
@@ -74,7 +74,8 @@ def read_run_and_setpoint(
 ) -> tuple[MeasuredRun, Setpoint | None]:
     """Read a run as :func:`read_run` does, and its set-points if they were recorded."""
     with _naming(path):
-        return run_in(read_bag(path), namespace.rstrip("/"))
+        found = recording_in(read_bag(path), namespace.rstrip("/"))
+        return found.run, found.setpoint
 
 
 @contextmanager
@@ -88,25 +89,44 @@ def _naming(path: str | Path) -> Iterator[None]:
         raise RunError(text if named else f"{path}: {text}") from error
 
 
-def run_in(bag: Bag, namespace: str) -> tuple[MeasuredRun, Setpoint | None]:
+@dataclass(frozen=True)
+class Recording:
+    """A run in a bag; its times count from ``begin`` (s), a time as the bag's stamps have it.
+
+    ``sent`` tells when what has no stamp was sent.
+    """
+
+    run: MeasuredRun
+    setpoint: Setpoint | None
+    begin: float
+    sent: SampleTimes
+
+
+def recording_in(bag: Bag, namespace: str) -> Recording:
     """Return what :func:`read_run_and_setpoint` reads; raises RunError and BagError."""
-    joint = _recorded(bag, namespace, JOINT_STATES)
-    time = _stamps(joint)
-    position = _checked(joint, _of_joint(joint, "position", CARRIAGE), time)
+    carriage = _carriage(bag, namespace)
+    joint = carriage.messages
+    time = stamps_of(joint)
+    position = _checked(joint, joint_values(carriage, "position"), time)
     pressures = []
     for topic in PRESSURES.values():
         messages = _recorded(bag, namespace, topic)
-        own = _stamps(messages)
+        own = stamps_of(messages)
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
     sent = SampleTimes(joint, time)
     voltage, doubt = _voltage(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
-    run = replace(run, doubt=doubt, missing=_missing(bag, namespace, float(run.time[0])))
+    begin = float(run.time[0])
+    run = replace(run, doubt=doubt, missing=_missing(bag, namespace, begin))
     setpoint = None
     if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
         when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), sent)
-        setpoint = Setpoint(when - run.time[0], wanted)
-    return replace(run, time=run.time - run.time[0]), setpoint
+        setpoint = Setpoint(when - begin, wanted)
+    return Recording(replace(run, time=run.time - begin), setpoint, begin, sent)
+
+
+def _carriage(bag: Bag, namespace: str) -> JointMessages:
+    return joint_messages(_recorded(bag, namespace, JOINT_STATES), CARRIAGE)
 
 
 def _missing(bag: Bag, namespace: str, begin: float) -> str:
@@ -114,8 +134,9 @@ def _missing(bag: Bag, namespace: str, begin: float) -> str:
 
     Times count from ``begin`` (s, a stamp), as those of the run do.
     """
-    topics = (JOINT_STATES, *PRESSURES.values(), VALVE_STATE)
+    topics = (*PRESSURES.values(), VALVE_STATE)
     recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
+    recorded.insert(0, _carriage(bag, namespace).messages)
     lost = missing_samples({found.topic.name: found.stamp - begin for found in recorded})
     return lost and (
         f"{bag.path}: {lost}; a replay departs where the valve's were lost: record with "
@@ -155,8 +176,8 @@ def read_commands(path: str | Path, namespace: str = "") -> Commands:
 
 
 def _commands(bag: Bag, namespace: str) -> Commands:
-    joint = _recorded(bag, namespace, JOINT_STATES)
-    sent = SampleTimes(joint, _stamps(joint))
+    joint = _carriage(bag, namespace).messages
+    sent = SampleTimes(joint, stamps_of(joint))
     messages = _recorded(bag, namespace, VALVE_VOLTAGE)
     time, voltage = sent.plant_time(messages), _field(messages, "data")
     held = _held(bag, namespace) or (np.empty(0), np.empty(0))
@@ -178,9 +199,9 @@ def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
     name = f"{namespace}/{VALVE_STATE}"
     if name not in bag or len(bag[name]) < 2:
         return None
-    messages = bag[name]
-    time = _stamps(messages)
-    voltage = _checked(messages, _of_joint(messages, "effort", SPOOL), time)
+    spool = joint_messages(bag[name], SPOOL)
+    time = stamps_of(spool.messages)
+    voltage = _checked(spool.messages, joint_values(spool, "effort"), time)
     return time[:-1], voltage[1:]
 
 
@@ -213,7 +234,7 @@ def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
     return messages
 
 
-def _stamps(messages: TopicMessages) -> Array:
+def stamps_of(messages: TopicMessages) -> Array:
     """Stamps in s; log times where the publisher left the stamps at zero."""
     stamps = messages.stamp if messages.stamp.any() else messages.time
     _refuse_backwards(messages, stamps)
@@ -235,20 +256,6 @@ def _field(messages: TopicMessages, name: str) -> Array:
     if name not in fields:
         raise RunError(f"{messages.topic.name}: {messages.topic.type_name} has no {name}")
     return np.asarray(fields[name], dtype=np.float64)
-
-
-def _of_joint(messages: TopicMessages, field: str, joint: str) -> Array:
-    """Return a field of ``joint``, whatever its prefix, or of the only joint."""
-    values = _field(messages, field)
-    names = list(getattr(messages.messages[0], "name", []))
-    if values.ndim != 2 or not values.shape[1]:
-        raise RunError(f"{messages.topic.name}: its messages carry no {field}")
-    found = joint_among(joint, names[: values.shape[1]])
-    if found is not None:
-        return np.asarray(values[:, names.index(found)])
-    if values.shape[1] == 1:
-        return np.asarray(values[:, 0])
-    raise RunError(f"{messages.topic.name}: no joint {joint!r} among {', '.join(names)}")
 
 
 def _checked(messages: TopicMessages, values: Array, time: Array) -> Array:

@@ -18,12 +18,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CARRIAGE, PISTON, SPOOL
-from rodless_base.frames import joint_among
 from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
-from rodless_lab.runs.from_bag import run_in
+from rodless_lab.runs.from_bag import Recording, recording_in, stamps_of
+from rodless_lab.runs.joints import messages_of
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.samples import COLUMNS, Row
@@ -77,14 +77,12 @@ def open_tape(path: Path) -> Tape:
     try:
         bag = read_bag(path)
         namespace = rig_namespace(bag)
-        run, setpoint = run_in(bag, namespace)
+        found = recording_in(bag, namespace)
     except (BagError, RunError) as error:
         text = str(error)
         raise ViewError(text if path.name in text else f"{path.name}: {text}") from error
-    # Times of the run count from its first sample.
-    stamps = bag[f"{namespace}/{JOINT_STATES}"].stamp
-    first = float(stamps[-1]) - float(run.time[-1]) if len(stamps) else 0.0
-    joints = partial(_of_joint, bag, namespace, run.time, first)
+    run = found.run
+    joints = partial(_of_joint, bag, namespace, found)
     velocity = joints(JOINT_STATES, CARRIAGE, "velocity")
     by_position = np.gradient(run.position, run.time)
     columns = {
@@ -95,12 +93,12 @@ def open_tape(path: Path) -> Tape:
         "pressure_b": run.pressure_b,
         "supply_pressure": run.supply_pressure,
         "voltage": run.voltage,
-        "reference": _reference(bag, namespace, run, setpoint, first),
+        "reference": _reference(bag, namespace, found),
         "spool": spool_voltage(joints(VALVE_STATE, SPOOL, "position")),
         "piston_position": joints(JOINT_STATES, PISTON, "position"),
         "piston_velocity": joints(JOINT_STATES, PISTON, "velocity"),
     }
-    return Tape(path.name, run, setpoint, np.vstack([columns[name] for name in COLUMNS]))
+    return Tape(path.name, run, found.setpoint, np.vstack([columns[name] for name in COLUMNS]))
 
 
 def rig_namespace(bag: Bag) -> str:
@@ -113,35 +111,27 @@ def rig_namespace(bag: Bag) -> str:
 
 
 def _of_joint(
-    bag: Bag, namespace: str, time: Array, first: float, topic: str, joint: str, field: str
+    bag: Bag, namespace: str, found: Recording, topic: str, joint: str, field: str
 ) -> Array:
-    """Return a joint's position, velocity or effort at ``time``; NaN where none was recorded."""
-    missing = np.full(time.shape, np.nan)
+    """Return a joint's position, velocity or effort over the run; NaN where none was recorded."""
     name = f"{namespace}/{topic}"
-    if name not in bag or not len(bag[name]):
-        return missing
-    messages = bag[name]
-    values = messages.fields.get(field)
-    names = list(getattr(messages.messages[0], "name", []))
-    found = joint_among(joint, names)
-    if found is None or values is None or values.ndim != 2 or len(names) != values.shape[1]:
-        return missing
+    carried = messages_of(bag[name], joint) if name in bag and len(bag[name]) else None
+    if carried is None:
+        return np.full(found.run.time.shape, np.nan)
     # Of the sample before: between stuck and slipping there is no velocity in the middle.
-    recorded = np.asarray(values[:, names.index(found)], float)
-    return _held(messages.stamp - first, recorded, time)
+    when = stamps_of(carried.messages) - found.begin
+    return _held(when, carried.values(field), found.run.time)
 
 
-def _reference(
-    bag: Bag, namespace: str, run: MeasuredRun, setpoint: Setpoint | None, first: float
-) -> Array:
+def _reference(bag: Bag, namespace: str, found: Recording) -> Array:
     """Reference (m) as recorded, else the set-points; NaN before the first."""
     topic = f"{namespace}/{REFERENCE}"
     if topic in bag and len(bag[topic]):
-        messages = bag[topic]
-        return _held(messages.time - first, np.asarray(messages.fields["data"]), run.time)
-    if setpoint is not None and len(setpoint.time):
-        return _held(setpoint.time, setpoint.position, run.time)
-    return np.full(run.time.shape, np.nan)
+        when = found.sent.plant_time(bag[topic]) - found.begin
+        return _held(when, np.asarray(bag[topic].fields["data"]), found.run.time)
+    if found.setpoint is not None and len(found.setpoint.time):
+        return _held(found.setpoint.time, found.setpoint.position, found.run.time)
+    return np.full(found.run.time.shape, np.nan)
 
 
 def _held(when: Array, values: Array, time: Array) -> Array:
