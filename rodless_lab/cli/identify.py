@@ -20,6 +20,7 @@ from rodless_base.start import Stop
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
+from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.subjects import (
     SUBJECTS,
     UNVALIDATED,
@@ -28,7 +29,7 @@ from rodless_lab.identification.subjects import (
 )
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
-from rodless_sim import ParameterError
+from rodless_sim import ParameterError, RigParameters
 
 MISFIT = 3
 
@@ -56,8 +57,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
 def _identify(options: argparse.Namespace) -> int:
     parameters = assumed_parameters(options.base, options.sensors)
     run = read_run(options.bag, options.namespace)
-    run.check_absolute()
-    second = _second_run(options)
+    second = _second_run(options, parameters)
     found = SUBJECTS[options.subject](run, parameters)
     verdict, picture = found.verdict, options.output.with_suffix(".png")
     informed = any(finding.value is not None for finding in found.findings)
@@ -88,7 +88,7 @@ def _identify(options: argparse.Namespace) -> int:
     return MISFIT
 
 
-def _second_run(options: argparse.Namespace) -> MeasuredRun | None:
+def _second_run(options: argparse.Namespace, parameters: RigParameters) -> MeasuredRun | None:
     """Read the run to predict, if there is to be one."""
     if options.validate is None:
         return None
@@ -99,7 +99,7 @@ def _second_run(options: argparse.Namespace) -> MeasuredRun | None:
         )
     with _named(options.validate):
         second = read_run(options.validate, options.namespace)
-        second.check_absolute()
+        check_run(second, parameters)
     return second
 
 

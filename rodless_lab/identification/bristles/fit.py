@@ -35,6 +35,7 @@ from rodless_lab.identification.bristles.problem import (
 )
 from rodless_lab.identification.estimate import Estimate, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.verdict import Verdict, power, span_checks
 from rodless_lab.runs.measured_run import (
     FEWEST_SAMPLES,
@@ -137,6 +138,8 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
     ------
     UninformativeRunError
         Where the pressures hardly push.
+    RunError
+        For a run that is of no such rig.
     ParameterError
         For a carriage that is locked, or held to its piston by magnets.
 
@@ -152,6 +155,7 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
     300000.0
     """
     _refuse(parameters)
+    check_run(run, parameters)
     change = float(np.ptp(Problem(run, parameters).force))
     if change < LEAST_FORCE:
         raise UninformativeRunError(

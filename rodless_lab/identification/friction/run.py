@@ -21,7 +21,12 @@ from rodless_lab.identification.friction.fit import LIMITS, DirectionFit, Fricti
 from rodless_lab.identification.friction.form import FrictionForm
 from rodless_lab.identification.friction.rest import Give, give_at_rest, verdict_of
 from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stick_slip_events
-from rodless_lab.identification.friction.uniform_motion import UniformPart, uniform_parts
+from rodless_lab.identification.friction.uniform_motion import (
+    WINDOW,
+    UniformPart,
+    uniform_parts,
+)
+from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
@@ -151,6 +156,8 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     ------
     UninformativeRunError
         For a run without uniform motion.
+    RunError
+        For a run that is of no such rig.
 
     Examples
     --------
@@ -163,6 +170,7 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     >>> fit.forward.viscous.covers(rig.number("friction.forward.viscous"))
     True
     """
+    check_run(run, parameters, WINDOW)
     return fit_points(friction_points(run, parameters), parameters)
 
 

@@ -19,6 +19,7 @@ from scipy import linalg, optimize
 from rodless_base.parameters import ParameterError
 from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
+from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.pressures.problem import Problem, Unknown
 from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_START, spool_start
 from rodless_lab.identification.verdict import Verdict, span_checks
@@ -153,9 +154,12 @@ def solve(
 ) -> Solution:
     """Minimise the residuals; raises as :func:`fit_pressures`.
 
+    Raises RunError, too, for a run that is of no such rig.
+
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
     ``known`` have the sizes given, whatever ``parameters`` say.
     """
+    check_run(run, parameters)
     plant = Plant.of(parameters)
     rippling = parameters.number("supply.ripple_amplitude") > 0.0
     if plant.tubes or rippling or (plant.full and plant.full.supply.acting):

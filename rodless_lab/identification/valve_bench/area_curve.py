@@ -21,6 +21,7 @@ from rodless_lab.identification.estimate import (
     judged,
     symmetric,
 )
+from rodless_lab.identification.valve_bench.points import checked_points
 from rodless_lab.identification.verdict import Verdict, whiteness
 from rodless_sim.physics.valve import scaled_amplitudes
 
@@ -145,7 +146,7 @@ def fit_area_curve(
     Raises
     ------
     ValueError
-        For fewer than ten points.
+        For fewer than ten points, and for what are no finite numbers.
 
     Examples
     --------
@@ -155,10 +156,9 @@ def fit_area_curve(
     >>> bool(np.allclose(fit_area_curve(voltages, three_sines(paper, voltages)).values, paper))
     True
     """
-    voltage = np.asarray(voltages, dtype=np.float64)
-    area = np.asarray(areas, dtype=np.float64) * 1e6
-    if len(voltage) < 10 or voltage.shape != area.shape:
-        raise ValueError(f"three sines need ten points of voltage and area, got {voltage.size}")
+    columns = {"voltages": voltages, "areas": areas}
+    voltage, area = checked_points(columns, 10, "a curve of three sines")
+    area = area * 1e6
     starts = _starts(voltage, area) if start is None else [_fitted(start)]
     found = min((_refined(begin, voltage, area) for begin in starts), key=lambda fit: fit[1])[0]
     if start is None:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_lab.identification.estimate import Estimate, covariance, symmetric
+from rodless_lab.identification.valve_bench.points import checked_points
 from rodless_lab.identification.verdict import Verdict, whiteness
 from rodless_sim.physics.air import choked_nozzle_function
 
@@ -75,7 +76,8 @@ def fit_flow_coefficient(
 
     The argument is the distance from the closed position, the same to either side. ``weights``
     are reciprocal standard errors up to a common factor: near the closed position C_v divides two
-    small numbers. Raises ValueError for fewer points than coefficients.
+    small numbers. Raises ValueError for fewer points than coefficients, and for what are no finite
+    numbers.
 
     Examples
     --------
@@ -84,11 +86,11 @@ def fit_flow_coefficient(
     >>> round(curve.values[0], 6), round(curve.values[1], 6)
     (1.1, -0.01)
     """
-    distance = np.abs(np.asarray(deflections, dtype=np.float64))
-    values = np.asarray(coefficients, dtype=np.float64)
-    weight = np.ones(len(distance)) if weights is None else np.asarray(weights, dtype=np.float64)
-    if len(distance) <= DEGREE or distance.shape != values.shape:
-        raise ValueError(f"a polynomial of degree {DEGREE} needs more than {DEGREE} points")
+    columns = {"deflections": deflections, "coefficients": coefficients}
+    columns["weights"] = np.ones(np.size(deflections)) if weights is None else weights
+    curve = f"a polynomial of degree {DEGREE}"
+    distance, values, weight = checked_points(columns, DEGREE + 1, curve)
+    distance = np.abs(distance)
     base = np.vander(distance, DEGREE + 1, increasing=True) * weight[:, None]
     found, *_ = np.linalg.lstsq(base, values * weight, rcond=None)
     freedom = len(distance) - DEGREE - 1

@@ -11,6 +11,8 @@
 import errno
 import math
 import os
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +20,11 @@ import pytest
 from quiet_stop import Quiet
 
 from rodless_lab.cli import compare, identify
-from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.identification.bristles.fit import identify_bristles
+from rodless_lab.identification.friction.run import identify_friction
+from rodless_lab.identification.pressures.chambers import identify_chambers
+from rodless_lab.runs.measured_run import MeasuredRun, RunError
+from rodless_sim import RigParameters
 
 
 def a_run(samples: int = 400) -> MeasuredRun:
@@ -182,6 +188,69 @@ def test_run_that_says_nothing_of_the_chambers(
     assert identify.main([subject, str(bag), "-o", str(output)], Quiet()) == 1
     assert "the pressures change by only 0 Pa" in capsys.readouterr().err
     assert not output.exists()
+
+
+SPOILT: dict[str, tuple[Callable[[int, float], float], str, str]] = {
+    "mm": (
+        lambda _, x: 1e3 * x,
+        "/joint_states",
+        "position: sample 0, at 0 s, is 100 m, the stroke is",
+    ),
+    "a spike of the position": (
+        lambda k, x: 5.0 if k == 7 else x,
+        "/joint_states",
+        "position: sample 7, at 0.007 s, is 5 m, the stroke is 0.2 m; positions are in m",
+    ),
+    "a spike of the pressure": (
+        lambda k, p: 1e12 if k == 3 else p,
+        "/chamber_a/pressure",
+        "pressure_a: sample 3, at 0.003 s, is 1e+12 Pa, no chamber comes to more than 2.4e+06 Pa",
+    ),
+    "a spike beyond all": (
+        lambda k, p: 1e30 if k == 0 else p,
+        "/chamber_b/pressure",
+        "pressure_b: sample 0, at 0 s, is 1e+30 Pa",
+    ),
+    "kPa for Pa": (lambda _, p: 1e3 * p, "/supply/pressure", "a supply has 1.2e+06 Pa at most"),
+}
+
+
+@pytest.mark.parametrize("subject", ["friction", "chambers", "bristles", "spool"])
+@pytest.mark.parametrize("kind", SPOILT)
+def test_what_is_of_no_such_rig_is_refused(
+    tmp_path: Path, write_bag, capsys, subject: str, kind: str
+) -> None:
+    """Other units, and readings that no rig can have: sample, value and bound are named."""
+    spoil, where, said = SPOILT[kind]
+    bag = write_bag(
+        tmp_path / "bag",
+        a_run(),
+        spoil=lambda topic, k, time, good: (time, spoil(k, good) if topic == where else good),
+    )
+    message = refused(bag, tmp_path, capsys, subject)
+    assert said in message
+    assert message.count("\n") == 1
+
+
+def test_a_run_shorter_than_what_is_looked_at(tmp_path: Path, write_bag, capsys) -> None:
+    """0.2 s have no window of 0.25 s of uniform motion: code 1, no file; nor has a slow clock."""
+    bag, output = write_bag(tmp_path / "bag", a_run(200)), tmp_path / "found.yaml"
+    assert identify.main(["friction", str(bag), "-o", str(output)], Quiet()) == 1
+    assert "0.2 s of samples, at least 0.25 s are needed" in capsys.readouterr().err
+    assert not output.exists()
+    slow = a_run(100)
+    slow = replace(slow, time=slow.time * 100.0)
+    message = refused(write_bag(tmp_path / "slow", slow), tmp_path, capsys)
+    assert "a sample every 0.1 s refused, 5 in 0.25 s are needed" in message
+
+
+@pytest.mark.parametrize("identify_it", [identify_chambers, identify_bristles, identify_friction])
+@pytest.mark.parametrize("unit", [1e-300, 1e-6, 1e4, 1e200])
+def test_a_run_on_another_clock(identify_it: Callable[..., object], unit: float) -> None:
+    """Milliseconds, hours and nonsense in place of s: the period is named."""
+    run = a_run()
+    with pytest.raises(RunError, match=r"^a sample every .* s refused, must be from 1e-06 to 1 s;"):
+        identify_it(replace(run, time=run.time * unit), RigParameters())
 
 
 def test_unknown_base(tmp_path: Path, write_bag, capsys) -> None:

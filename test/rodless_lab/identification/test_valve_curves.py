@@ -8,6 +8,8 @@
 
 """Area and flow coefficient from measured flow, eqs. (4), (5), (23), (25)."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -67,8 +69,25 @@ def test_noisy_areas_give_the_curve_and_admit_what_they_leave_open() -> None:
 
 def test_too_few_points_for_nine_coefficients() -> None:
     """Nine coefficients from nine points would be a fit to noise."""
-    with pytest.raises(ValueError, match="ten points"):
+    with pytest.raises(ValueError, match=r"^9 points refused, a curve of three sines needs 10 or"):
         fit_area_curve(VOLTAGES[:9], AREAS[:9])
+
+
+@pytest.mark.parametrize("fit", [fit_area_curve, fit_flow_coefficient])
+def test_points_that_are_none_are_named(fit: Callable[..., object]) -> None:
+    """NaN, columns of two lengths, texts and tables: one line with name and place."""
+    good = np.linspace(0.1, 4.9, 50)
+    for first, second, said in (
+        (good, np.full(50, np.nan), r"^\w+: value 0 is nan, must be finite$"),
+        (np.where(good > 4.0, np.inf, good), good, r"^\w+: value 40 is inf, must be finite$"),
+        (good, good[:40], r"^\w+: 40 values for 50 \w+$"),
+        (good, np.ones((50, 1)), r"^\w+: of shape \(50, 1\), must be one after the other, \(n,\)$"),
+        (good, ["much"] * 50, r"^\w+: .* refused: "),
+        (3.0, 3.0, r"^\w+: of shape \(\), must be"),
+    ):
+        with pytest.raises(ValueError, match=said) as refusal:
+            fit(first, second)
+        assert "\n" not in str(refusal.value)
 
 
 def test_flow_coefficient_by_hand() -> None:

@@ -1,0 +1,76 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Whether a run can be of the rig that is taken as known: in its units, and within its bounds."""
+
+import numpy as np
+
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
+from rodless_sim import RigParameters
+
+SUPPLY = "supply.pressure"
+STROKE = "cylinder.stroke"
+
+# How far beyond the stroke a carriage may be read (share of the stroke): what sensors are off by.
+BEYOND = 0.05
+
+# How many times the highest supply that a rig can have is read in no chamber: a carriage that
+# bounces compresses by less.
+COMPRESSED = 2.0
+
+# Samples of a window that is looked at, at the least.
+FEWEST = 5
+
+# s between samples of any run that shows how a rig moves.
+SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 1.0
+
+
+def check_run(run: MeasuredRun, known: RigParameters, window: float = 0.0) -> None:
+    """Raise RunError, with the first sample that it cannot have, where ``run`` is of no such rig.
+
+    ``known`` is what is taken as known of the rig. A run shorter than a ``window`` (s) that is
+    looked at informs nothing: UninformativeRunError.
+    """
+    if not SHORTEST_PERIOD <= run.period <= LONGEST_PERIOD:
+        raise RunError(
+            f"a sample every {run.period:.3g} s refused, must be from {SHORTEST_PERIOD:g} to "
+            f"{LONGEST_PERIOD:g} s; time is in s"
+        )
+    if window and run.period > window / FEWEST:
+        raise RunError(
+            f"a sample every {run.period:.3g} s refused, {FEWEST} in {window:g} s are needed"
+        )
+    if run.period * len(run.time) < window * (1.0 - 1e-9):
+        raise UninformativeRunError(
+            f"{run.period * len(run.time):.3g} s of samples, at least {window:g} s are needed: "
+            "record a run of `rodless drive`"
+        )
+    run.check_absolute()
+    stroke = known.number(STROKE)
+    _check(
+        run,
+        "position",
+        (-BEYOND * stroke, (1.0 + BEYOND) * stroke),
+        f"m, the stroke is {stroke:g} m; positions are in m from the end of chamber A, and another "
+        f"cylinder needs a base with its {STROKE}",
+    )
+    highest = RigParameters.DECLARATIONS[SUPPLY].maximum
+    _check(run, "supply_pressure", (0.0, highest), f"Pa, a supply has {highest:g} Pa at most")
+    most = COMPRESSED * highest
+    for name in ("pressure_a", "pressure_b"):
+        _check(run, name, (0.0, most), f"Pa, no chamber comes to more than {most:g} Pa")
+
+
+def _check(run: MeasuredRun, name: str, limits: tuple[float, float], words: str) -> None:
+    values = getattr(run, name)
+    beyond = np.flatnonzero((values < limits[0]) | (values > limits[1]))
+    if len(beyond):
+        place = int(beyond[0])
+        raise RunError(
+            f"{name}: sample {place}, at {run.time[place]:.6g} s, is {values[place]:.6g} {words}"
+        )
