@@ -203,6 +203,11 @@ def _storage(file: Path) -> str:
     return suffix if suffix in _STORAGES else ""
 
 
+def is_mcap(file: Path) -> bool:
+    """Whether a storage file is MCAP, compressed or not."""
+    return _storage(file) == ".mcap"
+
+
 def is_plain(file: Path) -> bool:
     """Whether a storage file is MCAP and not compressed as a whole, as recordings here are."""
     return file.suffix == ".mcap"
@@ -221,6 +226,21 @@ def listed_messages(bag: Path) -> int | None:
             path = bag / METADATA_FILE
             raise BagError(f"{path}: message_count is {count!r:.40}, not a number of messages")
         return count
+
+
+def listed_counts(bag: Path) -> Mapping[str, int] | None:
+    """Return how many messages of each topic the description says there are, as listed_messages."""
+    with _reading(bag):
+        if not (bag / METADATA_FILE).is_file():
+            return None
+        entries = _listed(bag, "topics_with_message_count")
+        try:
+            return {
+                str(one["topic_metadata"]["name"]): int(one["message_count"]) for one in entries
+            }
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            path = bag / METADATA_FILE
+            raise BagError(f"{path}: topics_with_message_count is no list of counts") from error
 
 
 @contextmanager

@@ -20,7 +20,15 @@ import numpy.typing as npt
 from rodless_base.columns import Columns
 from rodless_base.file_path import file_path
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, storage_files
+from rodless_lab.bags.metadata import (
+    METADATA_FILE,
+    BagError,
+    BagTopic,
+    is_mcap,
+    is_plain,
+    listed_counts,
+    storage_files,
+)
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
@@ -211,6 +219,7 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     files = storage_files(bag)
     for file in files:
         read_storage(file, contents)
+    contents.fault = contents.fault or _other_counts(bag, files, contents)
     if contents.fault and not recover:
         count = sum(len(one.payloads) for one in contents.recorded.values())
         way = "rodless recover" if all(map(is_plain, files)) else "read_bag(..., recover=True)"
@@ -218,6 +227,16 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
         raise BagError(f"{path}: {contents.fault}{rest}")
     by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
     return Bag(bag, by_topic, complete=not contents.fault)
+
+
+def _other_counts(bag: Path, files: Sequence[Path], contents: Storage) -> str:
+    """Say where SQLite has other messages than the description: it has no sums that tell damage."""
+    listed = None if all(map(is_mcap, files)) else listed_counts(bag)
+    for name, count in (listed or {}).items():
+        found = len(contents.recorded[name].payloads) if name in contents.recorded else 0
+        if found != count:
+            return f"{name} has {found} messages, {METADATA_FILE} says {count}: it is damaged"
+    return ""
 
 
 def _of_topic(recorded: Recorded) -> TopicMessages:

@@ -28,7 +28,10 @@ def sqlite_messages(file: Path) -> Iterator[tuple[BagTopic, int, int, bytes]]:
     try:
         with Reader(file) as reader:
             topics = {one.id: BagTopic(one.topic, one.msgtype) for one in reader.connections}
-            for connection, time, data in reader.messages():
+            for count, (connection, time, data) in enumerate(reader.messages()):
+                # SQLite keeps what it finds in a damaged row, of whatever type.
+                if type(time) is not int or not isinstance(data, bytes | memoryview):
+                    raise BagError(f"message {count} has no time or content")
                 yield topics[connection.id], time, time, bytes(data)
     except Exception as error:  # whatever a decoder trips over
         fault = str(error).partition("\n")[0]

@@ -9,7 +9,9 @@
 """Bags of rosbag2 in every storage and compression, written by an independent program."""
 
 import shutil
+import sqlite3
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +25,7 @@ from rodless_lab.bags.metadata import METADATA_FILE, BagError
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import recover_bag
 from rodless_lab.runs.from_bag import read_run
-from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.runs.measured_run import MeasuredRun, RunError
 
 TYPES = {
     "/joint_states": "sensor_msgs/msg/JointState",
@@ -117,7 +119,9 @@ def test_a_split_bag_is_read_as_one(
     names = [next(file.name for file in bag.iterdir() if file.suffix != ".yaml") for bag in bags]
     shutil.move(bags[1] / names[1], bags[0])
     description = yaml.safe_load((bags[0] / METADATA_FILE).read_text())
-    description["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    about = description["rosbag2_bagfile_information"]
+    about["relative_file_paths"] = names
+    about["topics_with_message_count"][0]["message_count"] = len(sent)
     (bags[0] / METADATA_FILE).write_text(yaml.safe_dump(description))
     assert contents(bags[0]) == {"/joint_states": sent}
 
@@ -127,6 +131,33 @@ def test_one_file_of_a_bag_is_read_by_itself(sample_bag, tmp_path: Path) -> None
     sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
     bag = write(tmp_path / "bag", sent)
     assert contents(next(bag.glob("*.db3"))) == sent
+
+
+# What a flipped bit makes of a row: SQLite keeps no sums, and any type in any column.
+DAMAGE = {
+    "UPDATE messages SET timestamp = 'x' WHERE id = 5": "message \\d+ has no time or content",
+    "UPDATE messages SET timestamp = 1.5 WHERE id = 5": "message \\d+ has no time or content",
+    "UPDATE messages SET data = 7 WHERE id = 5": "message \\d+ has no time or content",
+    "DELETE FROM messages WHERE id = 5": "/joint_states has 299 messages, metadata.yaml says 300",
+    "UPDATE messages SET topic_id = 3 - topic_id WHERE id = 5": "metadata.yaml says",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_row_of_sqlite_is_told(sample_bag, tmp_path: Path, damage: str) -> None:
+    """In one line, whatever reads the bag; nothing of it passes as whole."""
+    sent = {topic: sample_bag.messages[topic] for topic in ("/joint_states", "/valve/voltage")}
+    bag = write(tmp_path / "bag", sent)
+    assert read_bag(bag).complete
+    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:
+        file.execute(damage)
+    for read in (read_bag, read_run):
+        with pytest.raises(ValueError, match=DAMAGE[damage]) as refusal:
+            read(bag)
+        assert isinstance(refusal.value, BagError | RunError)
+        assert "\n" not in str(refusal.value)
+    if "metadata" in DAMAGE[damage]:
+        assert not read_bag(bag, recover=True).complete
 
 
 def test_paths_of_an_older_rosbag2_are_found(sample_bag, tmp_path: Path) -> None:
