@@ -11,12 +11,15 @@
 import fcntl
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.one_line import in_one_line
 from rodless_lab.studies.errors import StudyError
+
+Found = TypeVar("Found")
 
 
 def locked(folder: Path, what: str) -> int:
@@ -63,20 +66,26 @@ def _different(found: str, wanted: str) -> str:
     return in_one_line(", ".join(keys)) or "its text alone"
 
 
-def known_lines(journal: Path) -> list[Any]:
-    """Return what the whole lines of a journal hold; what comes after them is cut off."""
+def known_lines(journal: Path, read: Callable[[Any], Found]) -> list[Found]:
+    """Return what ``read`` makes of the lines of a journal.
+
+    Half a line at its end is cut off. Raises StudyError for another line that is damaged: one that
+    is no JSON, or of which ``read`` raises ValueError, TypeError or KeyError.
+    """
     if not journal.exists():
         return []
     found, good = [], 0
     with journal.open("rb") as file:
-        for line in file:
+        for number, line in enumerate(file, 1):
             # A process that was killed may have left half a line.
             if not line.endswith(b"\n"):
                 break
             try:
-                found.append(json.loads(line))
-            except ValueError:
-                break
+                found.append(read(json.loads(line)))
+            except (ValueError, TypeError, KeyError, RecursionError) as error:
+                raise StudyError(
+                    f"{journal}: line {number} is damaged; give another --output, or remove it"
+                ) from error
             good += len(line)
     os.truncate(journal, good)
     return found

@@ -22,6 +22,7 @@ from typing import Any
 from rodless_base.atomic_write import atomic_write
 from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
+from rodless_base.real_number import is_number
 from rodless_lab.simulation.design import is_whole
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.journal import add_line, claim, known_lines, locked
@@ -106,11 +107,25 @@ class Store:
         if self._file(part).exists():
             journal.unlink(missing_ok=True)
             return None
-        known: dict[int, dict[str, Any]] = {row["row"]: row for row in known_lines(journal)}
+        known: dict[int, dict[str, Any]] = {
+            row["row"]: row for row in known_lines(journal, lambda row: self._checked(row, part))
+        }
         if len(known) == len(self._rows_of(part)):
             self._finish(part, known)
             return None
         return known
+
+    def _checked(self, row: dict[str, Any], part: int) -> dict[str, Any]:
+        """Return a ``row`` of a journal; raises ValueError, TypeError or KeyError for none."""
+        numbers = [value for value in row["metrics"] if value is not None]
+        kinds = {"row": int, "failure": str, "traces": dict}
+        if not all(type(row[name]) is kind for name, kind in kinds.items()):
+            raise TypeError("other fields than a row has")
+        if row["row"] not in self._rows_of(part) or not all(map(is_number, numbers)):
+            raise ValueError("other numbers than a row has")
+        if len(row["metrics"]) != len(RunMetrics._fields):
+            raise ValueError("other figures than a row has")
+        return row
 
     def _rows_of(self, part: int) -> range:
         return range(part * self._size, min((part + 1) * self._size, len(self._study)))

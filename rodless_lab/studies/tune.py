@@ -19,6 +19,7 @@ taken.
 """
 
 import json
+import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,6 +30,7 @@ import numpy.typing as npt
 from scipy.optimize import Bounds, differential_evolution
 
 from rodless_base.parameters import ParameterError
+from rodless_base.real_number import is_number
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.simulation.quantile import quantile
 from rodless_lab.studies.base import Base
@@ -126,18 +128,14 @@ class Journal:
         self._only = locked(folder, "another search")
         try:
             claim(folder, TASK, task_text(task), "the search of another task")
-            self.known = {
-                tuple(shares): Candidate(tuple(shares), score, figures)
-                for shares, score, figures in known_lines(self._path)
-            }
-            self.finals = {tuple(shares): score for shares, score in known_lines(self._finals)}
-        except BaseException as error:
+            count = len(task.ranges)
+            candidates = known_lines(self._path, lambda line: _candidate(count, *line))
+            finals = known_lines(self._finals, lambda line: _candidate(count, *[*line, {}]))
+            self.known = {one.shares: one for one in candidates}
+            self.finals = {one.shares: one.score for one in finals}
+        except BaseException:
             self.close()
-            if isinstance(error, StudyError) or not isinstance(error, TypeError | ValueError):
-                raise
-            raise StudyError(
-                f"{folder}: {JOURNAL} or {FINALS} is damaged; give another --output, or remove it"
-            ) from error
+            raise
 
     def close(self) -> None:
         """Let others have the folder."""
@@ -152,6 +150,17 @@ class Journal:
         """Keep how a finalist scores on the rigs of the finals."""
         add_line(self._finals, (one.shares, score))
         self.finals[one.shares] = score
+
+
+def _candidate(count: int, shares: list[float], score: float, figures: object) -> Candidate:
+    """Return the candidate that a line holds; raises ValueError and TypeError for another."""
+    if not isinstance(figures, dict):
+        raise TypeError(f"{figures!r} are no figures")
+    if len(shares) != count or not all(map(is_number, (*shares, score, *figures.values()))):
+        raise ValueError("other numbers than a candidate has")
+    if not all(0.0 <= share <= 1.0 for share in shares) or math.isnan(score):
+        raise ValueError("shares are from 0 to 1, and a score is a number")
+    return Candidate(tuple(shares), score, figures)
 
 
 def task_text(task: TuningTask) -> str:

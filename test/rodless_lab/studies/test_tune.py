@@ -9,6 +9,7 @@
 """Tuning: a search that finds what is better, goes on where it was, and refuses what cannot be."""
 
 import json
+import math
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -257,13 +258,41 @@ def test_the_values_in_force_are_tried_to_the_last_digit(name: str) -> None:
 
 
 def test_a_damaged_journal_is_refused_and_the_folder_is_free_again(tmp_path: Path) -> None:
-    """A whole line of another shape: one line says so, each time."""
+    """A line of another shape, wherever it stands: it is named, each time, and nothing is lost."""
     task = read_task(written(tmp_path))
+    count = len(task.ranges)
+    search(task, tmp_path / "out", stopped=partial(next, iter([False] * 5), True))
+    journal = tmp_path / "out" / "candidates.jsonl"
+    lines = journal.read_text(encoding="utf-8").splitlines()
+    shares, _, figures = json.loads(lines[2])
+    for bad in (
+        "[1]",
+        "{}",
+        "[" * 100_000,
+        lines[2][:40],
+        json.dumps([shares, "abc", figures]),
+        json.dumps([shares, None, figures]),
+        json.dumps([shares, math.nan, figures]),
+        json.dumps([shares, True, figures]),
+        json.dumps([shares[:-1], 1.0, figures]),
+        json.dumps([[2.0] * count, 1.0, figures]),
+        json.dumps([shares, 1.0, [1.0]]),
+        json.dumps([shares, 1.0, {"mean_error": "0"}]),
+    ):
+        text = "\n".join([*lines[:2], bad, *lines[3:], ""])
+        journal.write_text(text, encoding="utf-8")
+        for _ in range(2):
+            with pytest.raises(
+                StudyError, match=r"candidates\.jsonl: line 3 is damaged; give"
+            ) as no:
+                Journal(tmp_path / "out", task)
+            assert "\n" not in str(no.value)
+        assert journal.read_text(encoding="utf-8") == text
+    journal.write_text("\n".join([*lines, ""]), encoding="utf-8")
     Journal(tmp_path / "out", task).close()
-    (tmp_path / "out" / "candidates.jsonl").write_text("[1]\n", encoding="utf-8")
-    for _ in range(2):
-        with pytest.raises(StudyError, match="is damaged; give another --output, or remove it"):
-            Journal(tmp_path / "out", task)
+    (tmp_path / "out" / "finalists.jsonl").write_text(json.dumps([shares, "0"]) + "\n")
+    with pytest.raises(StudyError, match=r"finalists\.jsonl: line 1 is damaged; give another"):
+        Journal(tmp_path / "out", task)
 
 
 def test_a_search_that_ends_with_its_generations_has_not_converged(tmp_path: Path) -> None:
