@@ -36,7 +36,7 @@ from rodless_lab.identification.bristles.problem import (
 from rodless_lab.identification.estimate import Estimate, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.plausible import check_run
-from rodless_lab.identification.verdict import Verdict, power, span_checks
+from rodless_lab.identification.verdict import Check, Verdict, power, span_checks
 from rodless_lab.runs.measured_run import (
     FEWEST_SAMPLES,
     MeasuredRun,
@@ -83,6 +83,11 @@ MARGIN = 1.2
 # How far the damping may be off (share of σ₁ + B, which act together) as the force is smoothed:
 # kinks that smoothing rounds are not among the draws.
 DAMPING_ACCURACY = 0.02
+
+# Of a reading's noise a right model leaves 1.04 at most (100 hidden rigs): its parameters take up
+# what the noise of the pressures does. A carriage that may break away or not at the next reading
+# scatters by hundreds of that in the draws, which explain anything then.
+MOST_LEFT = 1.2
 
 # Draws of what the sensors leave of a model that fits, and their seed: a verdict is repeatable.
 DRAWS = 100
@@ -186,10 +191,24 @@ def _fitted(least: _Least) -> BristleFit:
     """Say what a solution is worth."""
     problem, solution = least.problem, _solved(least)
     compared = [("scatter of the position", solution.residuals, solution.explained)]
+    checks = [
+        *span_checks(compared, problem.spacing, "m", problem.noise),
+        _of_noise(solution.residuals, problem.noise),
+    ]
     return BristleFit(
-        _estimates(solution),
-        problem.modelled(solution.values),
-        Verdict(tuple(span_checks(compared, problem.spacing, "m", problem.noise))),
+        _estimates(solution), problem.modelled(solution.values), Verdict(tuple(checks))
+    )
+
+
+def _of_noise(residuals: Array, noise: float) -> Check:
+    """Compare the size of the residuals, over the ``noise`` (m) of a reading, with MOST_LEFT."""
+    left = math.sqrt(float(power(residuals, 1)))
+    return Check(
+        "scatter of the position over a reading's noise",
+        left * noise,
+        noise,
+        "m",
+        0.0 if left > MOST_LEFT else 1.0,
     )
 
 
