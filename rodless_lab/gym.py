@@ -23,6 +23,7 @@ import numpy.typing as npt
 from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER_NANOSECOND
 from rodless_base.extras import missing_extra
 from rodless_base.measurement import Measurement
+from rodless_base.memory import refuse_more_than_there_is
 from rodless_base.one_line import function_name, shown, traced
 from rodless_control import references
 from rodless_control.references import Reference, sampled
@@ -59,6 +60,9 @@ JUMP = 10.0  # V
 
 # What a motion costs that leaves what a rig can do, which ends the episode.
 FAILURE = -1e3
+
+# Numbers that an episode keeps of each sample: its time, and the reference's two with their copies.
+NUMBERS_PER_SAMPLE = 8
 
 
 def reward(error: float, jump: float) -> float:
@@ -124,7 +128,13 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         self._reward = reward
         span = step_nanoseconds(period, "period")
         self._period = span * SECONDS_PER_NANOSECOND
-        self._times = sample_times(sample_count(nanoseconds(duration), span), span)
+        count = sample_count(nanoseconds(duration), span)
+        refuse_more_than_there_is(
+            8 * NUMBERS_PER_SAMPLE * count,
+            f"duration {shown(duration)} s refused: {count} samples",
+            "shorten it, or lengthen the period",
+        )
+        self._times = sample_times(count, span)
         bounds = np.array([limits for _, *limits in OBSERVATION])
         self.observation_space = Box(bounds[:, 0], bounds[:, 1], dtype=np.float64)
         self.action_space = Box(MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE, (1,), dtype=np.float64)

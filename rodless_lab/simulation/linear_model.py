@@ -8,7 +8,6 @@
 
 """A linear model with names: what :func:`~rodless_lab.simulation.linearise.linearise` returns."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -22,6 +21,7 @@ from rodless_base.extras import missing_extra
 from rodless_base.one_line import shown
 from rodless_sim.physics.state import Motion
 from rodless_sim.single_number import single_number
+from rodless_sim.timing import LONGEST_STEP
 from rodless_sim.trace import read_only
 
 Array = npt.NDArray[np.float64]
@@ -129,11 +129,13 @@ class LinearModel:
     ) -> npt.NDArray[np.complex128]:
         """:meth:`response` of samples ``period`` s apart, each input held until the next.
 
-        Raises ValueError for a period that is not above 0 and finite, too.
+        Raises ValueError for a period that is not above 0, or over an hour, too.
         """
         step = single_number(period, "period", "seconds")
-        if not 0.0 < step < math.inf:
-            raise ValueError(f"period {shown(period)} s refused: must be above 0 and finite")
+        if not 0.0 < step <= LONGEST_STEP:
+            raise ValueError(
+                f"period {shown(period)} s refused: must be above 0, and {LONGEST_STEP} at most"
+            )
         matrices = signal.cont2discrete(self._channel(output, source), step)[:4]
         return _gains(*matrices, np.exp(2j * np.pi * _hertz(frequencies) * step))
 
@@ -192,7 +194,10 @@ def _gains(
 
 def _hertz(frequencies: npt.ArrayLike) -> Array:
     """Return the frequencies as an array; raises ValueError for what are none."""
-    single = frequencies if isinstance(frequencies, Sequence | np.ndarray) else [frequencies]
+    several = isinstance(frequencies, Sequence) and not isinstance(frequencies, str | bytes)
+    if isinstance(frequencies, np.ndarray):
+        several = frequencies.ndim > 0
+    single: Any = frequencies if several else [frequencies]
     try:
         numbers = [single_number(one, "frequency", "hertz") for one in single]
     except TypeError as error:

@@ -19,9 +19,9 @@ from fastapi import FastAPI
 from nicegui import ui
 
 from rodless_base.closing import Closing
-from rodless_base.one_line import in_one_line
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.origins import OwnPagesOnly
+from rodless_lab.view.server_log import one_line_each
 
 # Messages kept for a page whose connection breaks for a moment: 10 s of frames.
 HISTORY = 200
@@ -59,14 +59,13 @@ class Server(Closing):
             timeout_graceful_shutdown=END_TIMEOUT,
         )
         self._server = uvicorn.Server(config)
-        # It logs paths as they were asked for, with what commands a terminal.
-        logging.getLogger("nicegui").addFilter(_spelt_out)
         self._thread = threading.Thread(target=self._run, name="view pages", daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
         # Outside the main thread uvicorn leaves signals alone.
-        asyncio.run(self._server.serve(sockets=[self._socket]))
+        with one_line_each():
+            asyncio.run(self._server.serve(sockets=[self._socket]))
 
     def check(self) -> None:
         """Raise :class:`ViewError` if it serves no more."""
@@ -84,11 +83,6 @@ class Server(Closing):
         self._server.force_exit = True
         self._thread.join(CLOSE_TIMEOUT)
         self._socket.close()
-
-
-def _spelt_out(record: logging.LogRecord) -> bool:
-    record.msg, record.args = in_one_line(record.getMessage()), ()
-    return True
 
 
 def _bound(host: str, port: int) -> socket.socket:

@@ -125,6 +125,14 @@ def test_a_motion_that_leaves_the_rig_ends_the_episode(monkeypatch: pytest.Monke
     assert info["failure"] == "no rig does that"
 
 
+def test_an_episode_without_end_is_refused() -> None:
+    """Before any memory is taken; the line names duration, samples and what there is."""
+    with pytest.raises(
+        ValueError, match=r"^duration 1000000000.0 s refused: 1000000000001 samples"
+    ):
+        RigEnv(duration=1e9)
+
+
 def test_past_its_end_an_episode_says_what_to_do() -> None:
     """A step before the first reset too; after a reset it goes on."""
     env = RigEnv(duration=0.002)

@@ -68,6 +68,20 @@ def test_most_of_the_voltages_push_below_breakaway() -> None:
     assert np.abs(trace.position - 0.06).max() > 3e-3
 
 
+@pytest.mark.parametrize("seed", [10, 11])
+def test_bristles_that_could_go_either_way_explain_nothing(seed: int) -> None:
+    """Friction of another form is not passed by because its own draws scatter by thousands.
+
+    Both were said to fit, with a stiffness 50 times too small, and one 200 intervals off.
+    """
+    run, truth, known = hidden_run(
+        seed, friction__form="saturating", friction__high_speed_viscous=100.0
+    )
+    fit = identify_bristles(run, known)
+    covers = [found.covers(truth[name]) for name, found in fit.estimates.items() if found.informed]
+    assert not fit.verdict.fits or all(covers)
+
+
 def test_ideal_sensors_tell_both() -> None:
     """Of a rig without sensor errors: σ₀ within 0.5 %, σ₁ within 3 % of B, both covered."""
     truth = {STIFFNESS: 3.3e5, DAMPING: 900.0}

@@ -8,6 +8,7 @@
 
 """Linear models against the equations' own derivatives, the rig, and two other libraries."""
 
+import math
 import re
 import sys
 from pathlib import Path
@@ -221,6 +222,12 @@ def test_refusals_name_value_cause_and_way_out() -> None:
         model().response([0.0])
     with pytest.raises(ValueError, match=r"period 0\.0 s refused"):
         model().sampled_response([1.0], 0.0)
+    for period in (3601.0, 1e300, math.inf):
+        with pytest.raises(ValueError, match=r"^period .* s refused: must be above 0, and 3600 at"):
+            model().sampled_response([1.0], period)
+    with pytest.raises(ValueError, match=r"^frequencies refused: frequency b'1' refused"):
+        model().response(b"1")
+    assert model().response(np.array(3.0)) == model().response(3.0)
 
 
 def test_python_control_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,8 +9,13 @@
 
 """What the server of the pages says of requests, which anybody on this machine may send."""
 
+import logging
 import subprocess
 import sys
+
+from rodless_lab.view import server
+from rodless_lab.view.errors import ViewError
+from rodless_lab.view.server_log import one_line_each
 
 REQUEST = """
 import http.client
@@ -31,3 +36,69 @@ def test_a_path_is_logged_without_what_commands_a_terminal() -> None:
     assert done.stdout == b"404\n"
     assert rb"/\x00\x1b[31mred not found" in done.stderr
     assert not set(done.stderr) & (set(range(32)) - {ord("\n")})
+
+
+NONSENSE = """
+import json
+import re
+import time
+import urllib.request
+from websockets.sync.client import connect
+from rodless_lab.view.server import Server
+
+with Server(lambda: None, "127.0.0.1", 0) as server:
+    page = urllib.request.urlopen(server.address, timeout=60).read().decode()
+    host = server.address.removeprefix("http://")
+    (client, *_) = re.findall(r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}", page)
+    path = f"/_nicegui_ws/socket.io/?EIO=4&transport=websocket&client_id={client}"
+    path += "&next_message_id=0&document_id=d&tab_id=t"
+    with connect(f"ws://{host}{path}", origin=server.address, proxy=None) as socket:
+        socket.recv(60)
+        socket.send("40")
+        socket.recv(60)
+        for odd in (None, 1, "x", [], {}, [[]], True, "\\0"):
+            for name in ("handshake", "event", "javascript_response", "ack", "log"):
+                socket.send("42" + json.dumps([name, odd]))
+        for event in ("4", "9", "42[", "45", "451-[]"):
+            socket.send(event)
+            time.sleep(0.1)
+    time.sleep(1.0)
+    print(urllib.request.urlopen(server.address, timeout=60).status)
+"""
+
+
+def test_messages_that_are_none_are_counted_in_one_line() -> None:
+    """Dozens of them make a line or two, no traceback, and the pages go on."""
+    done = subprocess.run(
+        [sys.executable, "-c", NONSENSE], capture_output=True, timeout=240, check=True
+    )
+    assert done.stdout == b"200\n"
+    lines = done.stderr.decode().splitlines()
+    assert any("messages from a socket that were none of a page's, ignored" in one for one in lines)
+    assert len(lines) < 5, done.stderr.decode()
+
+
+def test_an_error_of_our_own_keeps_its_traceback() -> None:
+    """That is a fault to be found; of a library's the kind and the text are enough."""
+    logger = logging.getLogger("asyncio")
+    seen: list[logging.LogRecord] = []
+    handler = logging.Handler()
+    handler.emit = seen.append  # type: ignore[method-assign]
+    logger.addHandler(handler)
+    try:
+        with one_line_each():
+            for fail in (lambda: int("x"), lambda: int("y"), lambda: parsed_bound("x")):
+                try:
+                    fail()
+                except (ValueError, ViewError):
+                    logger.exception("failed\nhere")
+    finally:
+        logger.removeHandler(handler)
+    assert [bool(record.exc_info) for record in seen] == [False, True]
+    assert "ValueError: invalid literal for int() with base 10: 'x'" in seen[0].getMessage()
+    assert seen[1].getMessage() == "failed here"
+
+
+def parsed_bound(port: str) -> None:
+    """Fail within the package."""
+    server._bound(port, 0)

@@ -1,0 +1,75 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What the libraries below the pages log, in one line each."""
+
+import logging
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rodless_base.one_line import described, in_one_line
+
+# Those that log what came over a socket.
+LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server")
+
+# s between two lines on messages that were none.
+PERIOD = 10.0
+
+PACKAGE = str(Path(__file__).parents[1])
+
+
+class OneLineEach(logging.Filter):
+    """Lets one line through for a message that was none, and counts those that come meanwhile.
+
+    What a socket sends may be anything, and the libraries below answer it by tracebacks of their
+    own. An error in this package keeps its traceback: that is a fault to be mended.
+    """
+
+    def __init__(self) -> None:
+        """Begin."""
+        super().__init__()
+        self._said = -PERIOD
+        self._since = 0
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Make the record one line; False for one that only counts."""
+        text = in_one_line(record.getMessage())
+        error = record.exc_info[1] if record.exc_info else None
+        if error is not None and not _is_ours(error):
+            self._since += 1
+            if time.monotonic() - self._said < PERIOD:
+                return False
+            text = (
+                f"{self._since} messages from a socket that were none of a page's, ignored; the "
+                f"last: {type(error).__name__}: {in_one_line(described(error))}"
+            )
+            self._said, self._since = time.monotonic(), 0
+            record.exc_info = record.exc_text = None
+        record.msg, record.args = text, ()
+        return True
+
+
+def _is_ours(error: BaseException) -> bool:
+    frames = traceback.extract_tb(error.__traceback__)
+    return any(frame.filename.startswith(PACKAGE) for frame in frames)
+
+
+@contextmanager
+def one_line_each() -> Iterator[None]:
+    """Filter the libraries' loggers by one :class:`OneLineEach`."""
+    one = OneLineEach()
+    for name in LOGGERS:
+        logging.getLogger(name).addFilter(one)
+    try:
+        yield
+    finally:
+        for name in LOGGERS:
+            logging.getLogger(name).removeFilter(one)
