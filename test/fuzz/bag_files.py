@@ -13,12 +13,15 @@ from pathlib import Path
 
 import rig_bag
 from draw import Draw
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 from target import Change, Target
 
 from rodless_lab import read_bag, read_commands, read_run
-from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.metadata import METADATA_FILE, BagTopic
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.runs.measured_run import run_of_trace
+from rodless_lab.view.playback import open_tape
 from rodless_sim import RigParameters, simulate
 
 TYPES = (
@@ -26,6 +29,18 @@ TYPES = (
     "rosgraph_msgs/msg/Clock", "std_msgs/msg/String", "no_such/msg/Type", "std_msgs/Float64",
     "../x", "", "std_msgs/msg/Float64Array", "os/path/join", "a/b/c/d",
 )  # fmt: skip
+
+
+def _in_sqlite(bag: Path, copy: Path) -> Path:
+    """Write a bag once more, by another program, in the storage that has no checksums."""
+    found, types = read_bag(bag), get_typestore(Stores.ROS2_JAZZY)
+    with Writer(copy, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        for topic in found:
+            messages = found[topic]
+            connection = writer.add_connection(topic, messages.topic.type_name, typestore=types)
+            for time, payload in zip(messages.log_time.tolist(), messages.payloads, strict=True):
+                writer.write(connection, time, payload)
+    return copy
 
 
 class BagFiles(Target):
@@ -40,7 +55,11 @@ class BagFiles(Target):
         super().__init__(folder)
         run = simulate(RigParameters(), [6.0] * 40, 1e-3)
         self._good = rig_bag.write(folder / "good", run_of_trace(run, 6e5), setpoint=(0.0, 0.05))
-        self._files = {file.name: file.read_bytes() for file in sorted(self._good.iterdir())}
+        self._goods = {"mcap": self._good, "sqlite": _in_sqlite(self._good, folder / "sqlite")}
+        self._files = {
+            storage: {file.name: file.read_bytes() for file in sorted(good.iterdir())}
+            for storage, good in self._goods.items()
+        }
         self._topics = {
             topic: (
                 found.topic.type_name,
@@ -54,12 +73,14 @@ class BagFiles(Target):
         """Return changes of the files, or of the messages."""
         recover = ("recover", draw.random() < 0.5)
         if draw.random() < 0.5:
-            return [recover, *(self._of_file(draw) for _ in range(draw.choice((1, 1, 2, 4))))]
+            storage = draw.choice(list(self._goods))
+            changes = (self._of_file(draw, storage) for _ in range(draw.choice((1, 1, 2, 4))))
+            return [recover, ("storage", storage), *changes]
         return [recover, *(self._of_message(draw) for _ in range(draw.choice((1, 1, 2, 4))))]
 
-    def _of_file(self, draw: Draw) -> Change:
-        name = draw.choice(list(self._files))
-        content = self._files[name]
+    def _of_file(self, draw: Draw, storage: str) -> Change:
+        name = draw.choice(list(self._files[storage]))
+        content = self._files[storage][name]
         at = draw.randrange(len(content) + 1)
         size = draw.choice((0, 1, 2, 8, 100, len(content)))
         new = draw.choice((b"", draw.text().encode("utf-8", "surrogatepass"), draw.randbytes(size)))
@@ -85,19 +106,22 @@ class BagFiles(Target):
         if any(change[0] in ("type", "name", "time", "data") for change in changes):
             self._write(changes)
         else:
-            shutil.copytree(self._good, self._bag)
+            sqlite = ("storage", "sqlite") in changes
+            shutil.copytree(self._goods["sqlite" if sqlite else "mcap"], self._bag)
         for _, name, at, size, new in (change for change in changes if change[0] == "file"):
             file = self._bag / name
             content = file.read_bytes()
             file.write_bytes(content[:at] + new + content[at + size :])
         # Without its description where that is as it was: reading that takes most of the time.
         described = any("metadata.yaml" in change for change in changes) or not changes
-        path = self._bag if described else next(self._bag.glob("*.mcap"))
+        (storage,) = (file for file in self._bag.iterdir() if file.name != METADATA_FILE)
+        path = self._bag if described else storage
         bag = read_bag(path, recover=("recover", True) in changes)
         for topic in bag.topics:
             bag[topic].columns()
             bag[topic].units()
         read_commands(path)
+        open_tape(path)
         return read_run(path).columns()
 
     def _write(self, changes: list[Change]) -> None:
