@@ -10,13 +10,12 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from rodless_base.parameters import ParameterError
 from rodless_control.controller import ReferencePoint
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.references import Constant, Move, Moving, Ramp, Reference, Sine, Step
-from rodless_control.trajectory import Trajectory, Waypoint
+from rodless_control.trajectory import LARGEST, SHORTEST, Trajectory, Waypoint
 
 # The values of reference.type that take no set-points.
 FROM_PARAMETERS = ("step", "sine")
@@ -137,6 +136,8 @@ class SetpointFollower:
             raise ParameterError(f"trajectory: refused, {error}") from error
         for position in (low, high):
             self._parameters.check_travel("trajectory", position)
+        if start is not None and not abs(start) <= LARGEST["time"]:
+            raise ParameterError(f"trajectory: refused, its start, {start!r} s, is no time")
         end = points[-1].time if start is None else start + points[-1].time
         if start is not None and self._time is not None and end < self._time:
             raise ParameterError(
@@ -204,15 +205,15 @@ def _joined(
 ) -> Trajectory:
     """Return the trajectory of ``points`` from ``start`` on, joined to ``now`` at ``time``."""
     begin = time if start is None else start
-    absolute = [replace(point, time=begin + point.time) for point in points]
-    first = absolute[0]
-    if first.time <= time:
-        return Trajectory(absolute)
+    first, here = points[0], time - begin
+    if first.time - here < SHORTEST:
+        return Trajectory(points, begin)
     position, velocity = now.sample(time)
-    here = Waypoint(
-        time,
+    fastest = LARGEST["velocity"]
+    joint = Waypoint(
+        here,
         position,
-        None if first.velocity is None else velocity,
+        None if first.velocity is None else min(max(velocity, -fastest), fastest),
         None if first.acceleration is None else 0.0,
     )
-    return Trajectory([here, *absolute])
+    return Trajectory([joint, *points], begin)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 
 Array = npt.NDArray[np.float64]
@@ -36,8 +35,21 @@ POWERS_OF_CONTROL = np.array(
     dtype=float,
 )
 
-# Powers whose share of the rest is smaller have only rounding in them.
-NOTHING = 1e-12
+# From its control points to those of its first and of its second half (de Casteljau).
+FIRST_HALF = np.array(
+    [[math.comb(point, other) / 2**point for point in range(6)] for other in range(6)]
+)
+SECOND_HALF = FIRST_HALF[::-1, ::-1]
+
+# Extremes are found to so much of the positions, in so many halvings at most.
+FINEST = 1e-12
+HALVINGS = 40
+
+# s, by which waypoints are apart at the least: what messages count in.
+SHORTEST = 1e-9
+
+# What is asked for is finite, and so is all that follows from it.
+LARGEST = {"time": 1e12, "position": 1e6, "velocity": 1e6, "acceleration": 1e9}
 
 
 @dataclass(frozen=True)
@@ -63,78 +75,79 @@ class Trajectory:
     (0.05, 0.07500000000000001)
     """
 
-    def __init__(self, points: Sequence[Waypoint]) -> None:
-        """Go through ``points``; raises ValueError where times or values are not as they must be.
+    def __init__(self, points: Sequence[Waypoint], origin: float = 0.0) -> None:
+        """Go through ``points``, whose times count from ``origin`` (s).
 
-        The line names the first bad point, counted from 1.
+        Raises ValueError where times or values are not as they must be; the line names the first
+        bad point, counted from 1.
         """
         check_waypoints(points)
-        self.points = tuple(points)
+        self._origin = origin
         self._times = [point.time for point in points]
+        self._first, self._last = points[0].position, points[-1].position
         # All segments at once: a long trajectory must not keep a controller from its next sample.
         table = _table(points)
         self._durations = np.diff(table[:, 0])
-        with np.errstate(over="ignore", invalid="ignore"):
-            self._hulls = _control_points(table)
-            self._segments = self._hulls @ POWERS_OF_CONTROL
-            self._slopes = self._segments[:, 1:] * np.arange(1, 6)
-            _check_size(self._slopes / self._durations[:, np.newaxis])
+        start = table[:-1, 1, np.newaxis]
+        offsets = _control_points(table)
+        self._hulls = start + offsets
+        # From offsets, so that a segment at rest has no velocity, and not that of rounding.
+        self._segments = offsets @ POWERS_OF_CONTROL
+        self._segments[:, :1] = start
+        self._slopes = self._segments[:, 1:] * np.arange(1, 6)
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return position (m) and velocity (m/s) at ``time`` (s)."""
-        place = bisect_right(self._times, time) - 1
+        elapsed = time - self._origin
+        place = bisect_right(self._times, elapsed) - 1
         if place < 0:
-            return self.points[0].position, 0.0
+            return self._first, 0.0
         if place == len(self._segments):
-            return self.points[-1].position, 0.0
+            return self._last, 0.0
         duration = float(self._durations[place])
-        passed = (time - self._times[place]) / duration
+        passed = (elapsed - self._times[place]) / duration
         position = float(polyval(passed, self._segments[place]))
         return position, float(polyval(passed, self._slopes[place])) / duration
 
     def extremes(self) -> tuple[float, float]:
-        """Return the least and the greatest position on the way, in m."""
-        reached = [point.position for point in self.points]
-        least, greatest = min(reached), max(reached)
-        # A segment lies within the hull of its control points: few may leave what is known.
-        beyond = (self._hulls.min(axis=1) < least) | (self._hulls.max(axis=1) > greatest)
-        for place in np.flatnonzero(beyond):
-            slope = Polynomial(self._slopes[place])
-            roots = slope.trim(NOTHING * np.abs(slope.coef).max()).roots()
-            turns = roots.real[(abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real < 1.0)]
-            reached += polyval(turns, self._segments[place]).tolist()
-        return min(reached), max(reached)
+        """Return the least and the greatest position on the way, in m.
+
+        A piece of a segment lies within the hull of its control points: those that may leave what
+        is known are halved until none does.
+        """
+        least, greatest = min(self._first, self._last), max(self._first, self._last)
+        pieces = self._hulls
+        for _ in range(HALVINGS):
+            least = min(least, float(pieces[:, ::5].min(initial=least)))
+            greatest = max(greatest, float(pieces[:, ::5].max(initial=greatest)))
+            fine = FINEST * max(1.0, abs(least), abs(greatest))
+            beyond = (pieces.min(axis=1) < least - fine) | (pieces.max(axis=1) > greatest + fine)
+            if not beyond.any():
+                break
+            pieces = np.concatenate([pieces[beyond] @ FIRST_HALF, pieces[beyond] @ SECOND_HALF])
+        return least, greatest
 
 
 def check_waypoints(points: Sequence[Waypoint]) -> None:
     """Raise ValueError, in one line, for points that no carriage can go through."""
     if not points:
         raise ValueError("no points")
+    before = -math.inf
     for number, point in enumerate(points, 1):
-        for name in ("time", "position", "velocity", "acceleration"):
+        for name, largest in LARGEST.items():
             value = getattr(point, name)
-            if value is not None and not math.isfinite(value):
-                raise ValueError(f"point {number}: {name} {value!r} is not finite")
-        before = points[number - 2].time if number > 1 else -math.inf
-        if not before < point.time:
+            if value is not None and not abs(value) <= largest:
+                why = f"beyond {largest:g}" if math.isfinite(value) else "not finite"
+                raise ValueError(f"point {number}: {name} {value!r} is {why}")
+        if point.time - before < SHORTEST:
             raise ValueError(
                 f"point {number}: its time, {point.time:g} s, is not after that of the point "
                 f"before, {before:g} s"
             )
+        before = point.time
     velocity = points[-1].velocity or 0.0
     if abs(velocity) > REST:
         raise ValueError(f"the last point has velocity {velocity:g} m/s, must be 0")
-
-
-def _check_size(speeds: Array) -> None:
-    """Raise ValueError where a segment's coefficients, shape (n - 1, 5), are beyond numbers."""
-    beyond = np.flatnonzero(~np.isfinite(speeds).all(axis=1))
-    if len(beyond):
-        number = int(beyond[0]) + 1
-        raise ValueError(
-            f"points {number} and {number + 1}: their distance, velocities or accelerations are "
-            "too large for the time between them"
-        )
 
 
 def _table(points: Sequence[Waypoint]) -> Array:
@@ -144,13 +157,13 @@ def _table(points: Sequence[Waypoint]) -> Array:
 
 
 def _control_points(table: Array) -> Array:
-    """Return those (m) of the quintic between each two rows of ``table``, shape (n - 1, 6).
+    """Return those of the quintic between each two rows of ``table``, shape (n - 1, 6).
+
+    They are m from where the segment begins.
 
     Velocities and accelerations that are not asked for are those of a line, or of a cubic.
     """
-    duration = np.diff(table[:, 0])
-    start, end = table[:-1, 1], table[1:, 1]
-    distance = end - start
+    duration, distance = np.diff(table[:, 0]), np.diff(table[:, 1])
     # As m in a segment's duration.
     leaves, arrives = table[:-1, 2] * duration, table[1:, 2] * duration
     straight = np.isnan(leaves) | np.isnan(arrives)
@@ -161,12 +174,12 @@ def _control_points(table: Array) -> Array:
     loses = np.where(cubic, 2.0 * leaves + 4.0 * arrives - 6.0 * distance, loses)
     return np.stack(
         [
-            start,
-            start + leaves / 5.0,
-            start + 2.0 * leaves / 5.0 + gains / 20.0,
-            end - 2.0 * arrives / 5.0 + loses / 20.0,
-            end - arrives / 5.0,
-            end,
+            np.zeros(distance.shape),
+            leaves / 5.0,
+            2.0 * leaves / 5.0 + gains / 20.0,
+            distance - 2.0 * arrives / 5.0 + loses / 20.0,
+            distance - arrives / 5.0,
+            distance,
         ],
         axis=1,
     )
