@@ -229,18 +229,20 @@ def listed_messages(bag: Path) -> int | None:
 
 
 def listed_counts(bag: Path) -> Mapping[str, int] | None:
-    """Return how many messages of each topic the description says there are, as listed_messages."""
+    """Return how many messages of each topic the description says there are, None if it does not.
+
+    Raises as :func:`listed_messages`.
+    """
     with _reading(bag):
         if not (bag / METADATA_FILE).is_file():
             return None
-        entries = _listed(bag, "topics_with_message_count")
         try:
+            entries = _listed(bag, "topics_with_message_count")
             return {
                 str(one["topic_metadata"]["name"]): int(one["message_count"]) for one in entries
             }
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
-            path = bag / METADATA_FILE
-            raise BagError(f"{path}: topics_with_message_count is no list of counts") from error
+        except (BagError, KeyError, TypeError, ValueError, OverflowError):
+            return None
 
 
 @contextmanager

@@ -235,7 +235,10 @@ def _other_counts(bag: Path, files: Sequence[Path], contents: Storage) -> str:
     for name, count in (listed or {}).items():
         found = len(contents.recorded[name].payloads) if name in contents.recorded else 0
         if found != count:
-            return f"{name} has {found} messages, {METADATA_FILE} says {count}: it is damaged"
+            return (
+                f"{name} has {found} messages, {METADATA_FILE} says {count}: the bag or its "
+                "description is damaged"
+            )
     return ""
 
 

@@ -40,9 +40,10 @@ def _parser() -> Parser:
     parser = Parser(
         prog="rodless set",
         description="Change parameters of a running rig. Each parameter goes to the node that "
-        "declares it. All are checked before any is sent, and each node takes its own at once or "
-        "not at all; if the second node refuses for a reason that only it knows, the first gets "
-        "its old values back after running with the new ones for a few milliseconds.",
+        "declares it; another controller.law brings its own. All are checked before any is sent, "
+        "and each node takes its own at once or not at all; if the second node refuses for a "
+        "reason that only it knows, the first gets its old values back after running with the new "
+        "ones for a few milliseconds.",
         epilog="Example: rodless set supply.pressure=600000 friction.forward.static=35. "
         "Exit code: 0 all changed; 1 the control law fails with the new values, or Ctrl-C; 2 no "
         "such rig, no such parameter, refused or no answer: nothing has changed unless the error "

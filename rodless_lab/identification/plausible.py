@@ -19,8 +19,8 @@ STROKE = "cylinder.stroke"
 # How far beyond the stroke a carriage may be read (share of the stroke): what sensors are off by.
 BEYOND = 0.05
 
-# How many times the highest supply that a rig can have is read in no chamber: a carriage that
-# bounces compresses by less.
+# How many times the highest supply pressure that can be stated is read nowhere: what ripples, a
+# compressor and sensors add is less, and so is what a carriage compresses that bounces.
 COMPRESSED = 2.0
 
 # Samples of a window that is looked at, at the least.
@@ -30,12 +30,34 @@ FEWEST = 5
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 1.0
 
 
-def check_run(run: MeasuredRun, known: RigParameters, window: float = 0.0) -> None:
+def check_run(
+    run: MeasuredRun, known: RigParameters, window: float = 0.0, absolute: bool = True
+) -> None:
     """Raise RunError, with the first sample that it cannot have, where ``run`` is of no such rig.
 
-    ``known`` is what is taken as known of the rig. A run shorter than a ``window`` (s) that is
-    looked at informs nothing: UninformativeRunError.
+    ``known`` is what is taken as known of the rig: its stroke. Unless positions are ``absolute``,
+    from the end of chamber A, they may be counted from anywhere. A run shorter than a ``window``
+    (s) that is looked at informs nothing: UninformativeRunError.
     """
+    _check_clock(run, window)
+    run.check_absolute()
+    stroke = known.number(STROKE)
+    origin = 0.5 * stroke if absolute else float(np.median(run.position))
+    reach = (0.5 if absolute else 1.0) * stroke + BEYOND * stroke
+    _check(
+        run,
+        "position",
+        (origin - reach, origin + reach),
+        f"m, the stroke is {stroke:g} m; positions are in m"
+        + (", from the end of chamber A" if absolute else "")
+        + f", and another cylinder needs a base with its {STROKE}",
+    )
+    most = COMPRESSED * RigParameters.DECLARATIONS[SUPPLY].maximum
+    for name in ("supply_pressure", "pressure_a", "pressure_b"):
+        _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
+
+
+def _check_clock(run: MeasuredRun, window: float) -> None:
     if not SHORTEST_PERIOD <= run.period <= LONGEST_PERIOD:
         raise RunError(
             f"a sample every {run.period:.3g} s refused, must be from {SHORTEST_PERIOD:g} to "
@@ -50,20 +72,6 @@ def check_run(run: MeasuredRun, known: RigParameters, window: float = 0.0) -> No
             f"{run.period * len(run.time):.3g} s of samples, at least {window:g} s are needed: "
             "record a run of `rodless drive`"
         )
-    run.check_absolute()
-    stroke = known.number(STROKE)
-    _check(
-        run,
-        "position",
-        (-BEYOND * stroke, (1.0 + BEYOND) * stroke),
-        f"m, the stroke is {stroke:g} m; positions are in m from the end of chamber A, and another "
-        f"cylinder needs a base with its {STROKE}",
-    )
-    highest = RigParameters.DECLARATIONS[SUPPLY].maximum
-    _check(run, "supply_pressure", (0.0, highest), f"Pa, a supply has {highest:g} Pa at most")
-    most = COMPRESSED * highest
-    for name in ("pressure_a", "pressure_b"):
-        _check(run, name, (0.0, most), f"Pa, no chamber comes to more than {most:g} Pa")
 
 
 def _check(run: MeasuredRun, name: str, limits: tuple[float, float], words: str) -> None:

@@ -113,9 +113,9 @@ def _senders_times_recorded(samples: TopicMessages) -> bool:
 class Commands(Columns):
     """Commands in the order they were sent, arrays of one shape (n,).
 
-    ``sample`` counts the messages of ``joint_states`` from 0: the last one sent before the command,
-    which is the one it answers; ``time`` is its stamp. ``latency`` is from the sending of that
-    sample to that of the command by the bag's clock: in a bag in plant time it is 0. From
+    ``sample`` counts the carriage's messages on ``joint_states`` from 0: the last one sent before
+    the command, which is the one it answers; ``time`` is its stamp. ``latency`` is from the sending
+    of that sample to that of the command by the bag's clock: in a bag in plant time it is 0. From
     ``held_from`` on the valve held the command; NaN where another came first, and in a bag without
     ``valve/state``.
     """

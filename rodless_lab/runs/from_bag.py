@@ -117,7 +117,7 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     voltage, doubt = _voltage(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
     begin = float(run.time[0])
-    run = replace(run, doubt=doubt, missing=_missing(bag, namespace, begin))
+    run = replace(run, doubt=doubt, missing=_missing(bag, namespace, joint, begin))
     setpoint = None
     if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
         when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), sent)
@@ -129,15 +129,14 @@ def _carriage(bag: Bag, namespace: str) -> JointMessages:
     return joint_messages(_recorded(bag, namespace, JOINT_STATES), CARRIAGE)
 
 
-def _missing(bag: Bag, namespace: str, begin: float) -> str:
+def _missing(bag: Bag, namespace: str, joint: TopicMessages, begin: float) -> str:
     """Say which samples were lost on the way into the bag, if any, and how to lose none.
 
     Times count from ``begin`` (s, a stamp), as those of the run do.
     """
     topics = (*PRESSURES.values(), VALVE_STATE)
     recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
-    recorded.insert(0, _carriage(bag, namespace).messages)
-    lost = missing_samples({found.topic.name: found.stamp - begin for found in recorded})
+    lost = missing_samples({found.topic.name: found.stamp - begin for found in (joint, *recorded)})
     return lost and (
         f"{bag.path}: {lost}; a replay departs where the valve's were lost: record with "
         "`rodless record`, or as docs/bags.md says"
@@ -197,9 +196,11 @@ def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
     A message tells what was held up to its stamp, since that of the message before.
     """
     name = f"{namespace}/{VALVE_STATE}"
-    if name not in bag or len(bag[name]) < 2:
+    if name not in bag or not len(bag[name]):
         return None
     spool = joint_messages(bag[name], SPOOL)
+    if len(spool.messages) < 2:
+        return None
     time = stamps_of(spool.messages)
     voltage = _checked(spool.messages, joint_values(spool, "effort"), time)
     return time[:-1], voltage[1:]

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.frames import joint_among
 from rodless_lab.bags.reader import TopicMessages
 from rodless_lab.runs.measured_run import RunError
 
@@ -40,16 +39,24 @@ class JointMessages:
 
 
 def messages_of(messages: TopicMessages, joint: str) -> JointMessages | None:
-    """Return the messages that carry ``joint``, whatever its prefix; None where none does.
+    """Return the messages that carry ``joint``, None where none does.
 
-    Each message has names of its own, as its publisher orders them; what does not name the joint is
-    of another publisher, and left out. Raises RunError for messages without joints.
+    The name of the joint may have a prefix, one and the same in all messages. Each message orders
+    its joints as its publisher does; what does not name this one is another publisher's, and left
+    out. Raises RunError where several joints may be meant, and for messages without joints.
     """
     names = _names(messages)
-    place_of = {one: _place(joint, one) for one in set(names)}
-    chosen = [k for k, one in enumerate(names) if place_of[one] is not None]
-    places = [place for one in names if (place := place_of[one]) is not None]
-    return JointMessages(messages.at(chosen), places) if chosen else None
+    known = {name for one in names for name in one}
+    meant = {joint} & known or {name for name in known if name.endswith(joint)}
+    if len(meant) > 1:
+        raise RunError(
+            f"{messages.topic.name}: {', '.join(sorted(meant))} may each be the {joint}; record "
+            "one rig alone"
+        )
+    for name in meant:
+        chosen = [k for k, one in enumerate(names) if name in one]
+        return JointMessages(messages.at(chosen), [names[k].index(name) for k in chosen])
+    return None
 
 
 def joint_messages(messages: TopicMessages, joint: str) -> JointMessages:
@@ -61,10 +68,12 @@ def joint_messages(messages: TopicMessages, joint: str) -> JointMessages:
     if found is not None:
         return found
     names = set(_names(messages))
-    if len(names) == 1 and len(names.pop()) <= 1:
+    alone = len(names) == 1 and len(next(iter(names))) <= 1
+    if alone and all(len(message.position) <= 1 for message in messages.messages):
         return JointMessages(messages, [0] * len(messages))
-    there = sorted({name for one in _names(messages) for name in one})
-    raise RunError(f"{messages.topic.name}: no joint {joint!r} among {', '.join(there)}")
+    there = sorted({name for one in names for name in one})
+    among = ", ".join(there) or "those without a name"
+    raise RunError(f"{messages.topic.name}: no joint {joint!r} among {among}")
 
 
 def _names(messages: TopicMessages) -> list[tuple[str, ...]]:
@@ -79,8 +88,3 @@ def joint_values(found: JointMessages, field: str) -> Array:
     if np.isnan(values).all():
         raise RunError(f"{found.messages.topic.name}: its messages carry no {field}")
     return values
-
-
-def _place(joint: str, names: tuple[str, ...]) -> int | None:
-    name = joint_among(joint, names)
-    return None if name is None else names.index(name)

@@ -134,7 +134,7 @@ class LinearModel:
         step = single_number(period, "period", "seconds")
         if not 0.0 < step <= LONGEST_STEP:
             raise ValueError(
-                f"period {shown(period)} s refused: must be above 0, and {LONGEST_STEP} at most"
+                f"period {shown(period)} s refused: must be above 0, and {LONGEST_STEP} s at most"
             )
         matrices = signal.cont2discrete(self._channel(output, source), step)[:4]
         return _gains(*matrices, np.exp(2j * np.pi * _hertz(frequencies) * step))
@@ -194,7 +194,9 @@ def _gains(
 
 def _hertz(frequencies: npt.ArrayLike) -> Array:
     """Return the frequencies as an array; raises ValueError for what are none."""
-    several = isinstance(frequencies, Sequence) and not isinstance(frequencies, str | bytes)
+    several = isinstance(frequencies, Sequence) and not isinstance(
+        frequencies, str | bytes | bytearray
+    )
     if isinstance(frequencies, np.ndarray):
         several = frequencies.ndim > 0
     single: Any = frequencies if several else [frequencies]

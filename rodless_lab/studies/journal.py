@@ -82,9 +82,10 @@ def known_lines(journal: Path, read: Callable[[Any], Found]) -> list[Found]:
                 break
             try:
                 found.append(read(json.loads(line)))
-            except (ValueError, TypeError, KeyError, RecursionError) as error:
+            except (ValueError, TypeError, KeyError, ArithmeticError, RecursionError) as error:
                 raise StudyError(
-                    f"{journal}: line {number} is damaged; give another --output, or remove it"
+                    f"{journal}: line {number} is damaged; remove that line, or give another "
+                    "--output"
                 ) from error
             good += len(line)
     os.truncate(journal, good)

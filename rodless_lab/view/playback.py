@@ -75,12 +75,16 @@ def _row(column: Array) -> Row:
 def open_tape(path: Path) -> Tape:
     """Read a bag of one rig, in whatever namespace; raises :class:`ViewError`."""
     try:
-        bag = read_bag(path)
-        namespace = rig_namespace(bag)
-        found = recording_in(bag, namespace)
+        return _tape(path)
     except (BagError, RunError) as error:
         text = str(error)
         raise ViewError(text if path.name in text else f"{path.name}: {text}") from error
+
+
+def _tape(path: Path) -> Tape:
+    bag = read_bag(path)
+    namespace = rig_namespace(bag)
+    found = recording_in(bag, namespace)
     run = found.run
     joints = partial(_of_joint, bag, namespace, found)
     velocity = joints(JOINT_STATES, CARRIAGE, "velocity")

@@ -9,6 +9,7 @@
 """What the libraries below the pages log, in one line each."""
 
 import logging
+import os
 import time
 import traceback
 from collections.abc import Iterator
@@ -23,7 +24,10 @@ LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server")
 # s between two lines on messages that were none.
 PERIOD = 10.0
 
-PACKAGE = str(Path(__file__).parents[1])
+PACKAGES = ("rodless_base", "rodless_sim", "rodless_control", "rodless_lab")
+
+# Where this package's own modules are: the four that it installs lie side by side.
+OURS = tuple(f"{Path(__file__).parents[2] / name}{os.sep}" for name in PACKAGES)
 
 
 class OneLineEach(logging.Filter):
@@ -43,15 +47,18 @@ class OneLineEach(logging.Filter):
         """Make the record one line; False for one that only counts."""
         text = in_one_line(record.getMessage())
         error = record.exc_info[1] if record.exc_info else None
-        if error is not None and not _is_ours(error):
+        if error is not None and not isinstance(error, OSError) and not _is_ours(error):
             self._since += 1
             if time.monotonic() - self._said < PERIOD:
                 return False
             text = (
-                f"{self._since} messages from a socket that were none of a page's, ignored; the "
+                f"messages from a socket that were none of a page's, ignored: {self._since}; the "
                 f"last: {type(error).__name__}: {in_one_line(described(error))}"
             )
             self._said, self._since = time.monotonic(), 0
+            record.exc_info = record.exc_text = None
+        elif isinstance(error, OSError) and not _is_ours(error):
+            text = f"{text}: {in_one_line(described(error))}"
             record.exc_info = record.exc_text = None
         record.msg, record.args = text, ()
         return True
@@ -59,7 +66,7 @@ class OneLineEach(logging.Filter):
 
 def _is_ours(error: BaseException) -> bool:
     frames = traceback.extract_tb(error.__traceback__)
-    return any(frame.filename.startswith(PACKAGE) for frame in frames)
+    return any(frame.filename.startswith(OURS) for frame in frames)
 
 
 @contextmanager

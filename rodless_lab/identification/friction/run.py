@@ -150,7 +150,7 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
         The measured run.
     parameters
         What is taken as known: ``friction.form`` with its own constants, bore, moving mass, the
-        rail's tilt and ``sensors.*``.
+        rail's tilt and ``sensors.*``; and the stroke, which no run is longer than.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def identify_friction(run: MeasuredRun, parameters: RigParameters) -> FrictionFi
     >>> fit.forward.viscous.covers(rig.number("friction.forward.viscous"))
     True
     """
-    check_run(run, parameters, WINDOW)
+    check_run(run, parameters, WINDOW, absolute=False)
     return fit_points(friction_points(run, parameters), parameters)
 
 

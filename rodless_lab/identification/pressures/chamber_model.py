@@ -24,9 +24,10 @@ from rodless_sim.physics.state import AnyMotion, carried, moved
 
 Array = npt.NDArray[np.float64]
 
-# Longest step of the chambers' equations in s: they are far slower than the carriage's, and with
-# twice or half of it pressures differ by less than 0.01 Pa.
-LONGEST_STEP = 5e-4
+# Longest step of the chambers' equations in s: they are far slower than the carriage's. Where the
+# valve goes from one end to the other, pressures of the default cylinder are 0.1 Pa off in its
+# middle and 12 at its end, those of the smallest (CY3R6) up to 5 in a whole run.
+LONGEST_STEP = 2.5e-4
 
 # By how much (rad) the oscillation of a spool on its way may turn in one step: it may cross the
 # dead zone meanwhile, or the end of its stroke, where the openings' curves have a kink.

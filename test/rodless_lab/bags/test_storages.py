@@ -160,6 +160,17 @@ def test_a_damaged_row_of_sqlite_is_told(sample_bag, tmp_path: Path, damage: str
         assert not read_bag(bag, recover=True).complete
 
 
+def test_a_description_without_counts_tells_nothing(sample_bag, tmp_path: Path) -> None:
+    """Such as another program may have written: the bag is read as before."""
+    sent = {"/joint_states": sample_bag.messages["/joint_states"]}
+    bag = write(tmp_path / "bag", sent)
+    whole = yaml.safe_load((bag / METADATA_FILE).read_text())
+    for odd in (None, [], [5], "x", [{"message_count": 3}]):
+        whole["rosbag2_bagfile_information"]["topics_with_message_count"] = odd
+        (bag / METADATA_FILE).write_text(yaml.safe_dump(whole))
+        assert contents(bag) == sent
+
+
 def test_paths_of_an_older_rosbag2_are_found(sample_bag, tmp_path: Path) -> None:
     """Before version 4 the names of the files began with that of the bag's folder."""
     sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}

@@ -22,6 +22,7 @@ from quiet_stop import Quiet
 from rodless_lab.cli import compare, identify
 from rodless_lab.identification.bristles.fit import identify_bristles
 from rodless_lab.identification.friction.run import identify_friction
+from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.runs.measured_run import MeasuredRun, RunError
 from rodless_sim import RigParameters
@@ -194,7 +195,7 @@ SPOILT: dict[str, tuple[Callable[[int, float], float], str, str]] = {
     "mm": (
         lambda _, x: 1e3 * x,
         "/joint_states",
-        "position: sample 0, at 0 s, is 100 m, the stroke is",
+        "m, the stroke is 0.2 m; positions are in m",
     ),
     "a spike of the position": (
         lambda k, x: 5.0 if k == 7 else x,
@@ -204,14 +205,18 @@ SPOILT: dict[str, tuple[Callable[[int, float], float], str, str]] = {
     "a spike of the pressure": (
         lambda k, p: 1e12 if k == 3 else p,
         "/chamber_a/pressure",
-        "pressure_a: sample 3, at 0.003 s, is 1e+12 Pa, no chamber comes to more than 2.4e+06 Pa",
+        "pressure_a: sample 3, at 0.003 s, is 1e+12 Pa, no rig has more than 2.4e+06 Pa",
     ),
     "a spike beyond all": (
         lambda k, p: 1e30 if k == 0 else p,
         "/chamber_b/pressure",
         "pressure_b: sample 0, at 0 s, is 1e+30 Pa",
     ),
-    "kPa for Pa": (lambda _, p: 1e3 * p, "/supply/pressure", "a supply has 1.2e+06 Pa at most"),
+    "kPa for Pa": (
+        lambda _, p: 1e3 * p,
+        "/supply/pressure",
+        "supply_pressure: sample 0, at 0 s, is 6e+08 Pa, no rig has more",
+    ),
 }
 
 
@@ -230,6 +235,19 @@ def test_what_is_of_no_such_rig_is_refused(
     message = refused(bag, tmp_path, capsys, subject)
     assert said in message
     assert message.count("\n") == 1
+
+
+def test_what_a_rig_may_show_is_not_refused() -> None:
+    """The highest supply with its noise, and friction of a rig whose zero is in mid-stroke."""
+    run = a_run()
+    high = replace(run, supply_pressure=run.supply_pressure * 2.0 + 1e3)
+    check_run(high, RigParameters({"supply.pressure": 1.2e6}))
+    middle = replace(run, position=run.position - 0.19)
+    check_run(middle, RigParameters(), absolute=False)
+    with pytest.raises(
+        RunError, match=r"sample 0, at 0 s, is -0\.09 m, the stroke is 0\.2 m; .* A,"
+    ):
+        check_run(middle, RigParameters())
 
 
 def test_a_run_shorter_than_what_is_looked_at(tmp_path: Path, write_bag, capsys) -> None:

@@ -28,6 +28,7 @@ from rodless_lab.identification.coverage import KNOWN, MASS, hidden_bristles, me
 from rodless_lab.identification.excitation import PERIOD, bristle_voltages
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError, run_of_trace
 from rodless_sim import ParameterError, RigParameters, simulate
+from rodless_sim.instruments.instruments import read_trace
 from rodless_sim.physics.bristles import Bristles
 from rodless_sim.physics.cylinder import piston_area
 from rodless_sim.physics.friction import Friction
@@ -80,6 +81,18 @@ def test_bristles_that_could_go_either_way_explain_nothing(seed: int) -> None:
     fit = identify_bristles(run, known)
     covers = [found.covers(truth[name]) for name, found in fit.estimates.items() if found.informed]
     assert not fit.verdict.fits or all(covers)
+
+
+def test_a_perfect_position_beside_noisy_pressures_is_no_misfit() -> None:
+    """Below a micrometre what the pressures' noise does shows, whatever the parameters."""
+    rig = RigParameters({**LUGRE, STIFFNESS: 2e5, DAMPING: 900.0, "sensors.pressure_noise": 200.0})
+    trace = read_trace(
+        simulate(rig, bristle_voltages(), PERIOD, position=0.06), rig, np.random.default_rng(3)
+    )
+    run = run_of_trace(trace, rig.number("supply.pressure"))
+    fit = identify_bristles(run, rig.with_values({FORM: "static"}))
+    assert fit.verdict.checks[-1].p_value == 1.0
+    assert fit.estimates[STIFFNESS].value == pytest.approx(2e5, rel=0.05)
 
 
 def test_ideal_sensors_tell_both() -> None:

@@ -24,6 +24,7 @@ from rodless_lab import read_commands, read_run
 from rodless_lab.bags.metadata import BagTopic
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.runs.measured_run import RunError
+from rodless_lab.view.errors import ViewError
 from rodless_lab.view.playback import open_tape
 from rodless_lab.view.samples import COLUMNS
 
@@ -93,6 +94,7 @@ def write(
     clock: float = 0.0,
     stamped: bool = True,
     ends: float = 2.0,
+    state_names=lambda _sample: ["valve_spool"],
 ) -> Path:
     """Write a bag whose log times begin at ``clock`` (s), its pressures up to ``ends`` (s)."""
     with BagWriter(path) as writer:
@@ -112,7 +114,12 @@ def write(
                 put("/joint_states", joint_state(header, joints_of_one))
             for topic in PRESSURES if time < ends else ():
                 put(topic, FluidPressure(header=header, fluid_pressure=4e5 + 1e5 * time))
-            spool = JointState(name=["valve_spool"], position=[1e-4 * late], effort=[5.08 + late])
+            spools = state_names(k)
+            spool = JointState(
+                name=spools,
+                position=[1e-4 * late] * len(spools),
+                effort=[5.08 + late] * len(spools),
+            )
             spool.header = header
             put("/valve/state", spool)
             put("/valve/voltage", Float64(data=5.08 + late))
@@ -138,6 +145,71 @@ def test_a_carriage_that_is_nowhere_is_named(tmp_path: Path) -> None:
     path = write(tmp_path / "bag", lambda _k, _own: [[one] for one in OTHERS])
     with pytest.raises(RunError, match=r"no joint 'carriage' among elbow, shoulder$"):
         read_run(path)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("left/carriage", "right/carriage"), "left/carriage, right/carriage may each be the carr"),
+        (("mine/carriage", "printer_carriage"), "mine/carriage, printer_carriage may each be the"),
+        (("carriage", "right/carriage"), ""),
+        (("carriage", "printer_carriage"), ""),
+    ],
+)
+def test_two_carriages_are_not_one(tmp_path: Path, names: tuple[str, str], said: str) -> None:
+    """One that has no prefix is meant; of several with one, none, and all are named."""
+
+    def both(_sample: int, own: Joint) -> Iterator[list[Joint]]:
+        yield [(names[0], *own[1:])]
+        yield [(names[1], 0.15, 0.0)]
+
+    path = write(tmp_path / "bag", both)
+    if said:
+        with pytest.raises(RunError, match=said):
+            read_run(path)
+    else:
+        assert read_run(path).position == pytest.approx(0.05 + 0.01 * read_run(path).time)
+
+
+def test_a_joint_without_a_name_must_be_alone(tmp_path: Path) -> None:
+    """One position without any name is the carriage's; of two nobody knows which is."""
+    one = write(tmp_path / "one", lambda _k, own: [[("", *own[1:])]])
+    assert read_run(one).position[0] == 0.05
+    two = write(tmp_path / "two", lambda _k, own: [[("", *own[1:]), ("", 1.57, 0.0)]])
+    with pytest.raises(RunError, match="no joint 'carriage' among"):
+        read_run(two)
+
+
+def test_what_is_wrong_with_another_joint_is_said_by_the_view_too(tmp_path: Path) -> None:
+    """A piston whose stamps go back: in the words of a view, naming the bag."""
+
+    def with_piston(sample: int, own: Joint) -> Iterator[list[Joint]]:
+        yield [own]
+        if sample == 0:
+            yield [("left/piston", 0.1, 0.0)]
+            yield [("right/piston", 0.1, 0.0)]
+
+    path = write(tmp_path / "bag", with_piston)
+    assert len(read_run(path).time) == SAMPLES
+    with pytest.raises(ViewError, match=r"^bag: /joint_states: left/piston, right/piston may each"):
+        open_tape(path)
+
+
+@pytest.mark.parametrize("spools", [0, 1, 2])
+def test_a_valve_that_is_hardly_recorded_is_taken_from_its_commands(
+    tmp_path: Path, spools: int
+) -> None:
+    """Of fewer than two states nobody can tell when a voltage began."""
+
+    def states(sample: int) -> list[str]:
+        return ["valve_spool" if sample < spools else "another_spool", "elbow"]
+
+    path = write(tmp_path / "bag", state_names=states)
+    if spools == 0:
+        with pytest.raises(RunError, match="no joint 'valve_spool' among"):
+            read_run(path)
+    else:
+        assert len(read_run(path).time) >= SAMPLES - 2
 
 
 @pytest.mark.parametrize(

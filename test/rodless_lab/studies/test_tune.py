@@ -274,6 +274,7 @@ def test_a_damaged_journal_is_refused_and_the_folder_is_free_again(tmp_path: Pat
         json.dumps([shares, None, figures]),
         json.dumps([shares, math.nan, figures]),
         json.dumps([shares, True, figures]),
+        json.dumps([shares, 10**400, figures]),
         json.dumps([shares[:-1], 1.0, figures]),
         json.dumps([[2.0] * count, 1.0, figures]),
         json.dumps([shares, 1.0, [1.0]]),
@@ -283,7 +284,7 @@ def test_a_damaged_journal_is_refused_and_the_folder_is_free_again(tmp_path: Pat
         journal.write_text(text, encoding="utf-8")
         for _ in range(2):
             with pytest.raises(
-                StudyError, match=r"candidates\.jsonl: line 3 is damaged; give"
+                StudyError, match=r"candidates\.jsonl: line 3 is damaged; remove"
             ) as no:
                 Journal(tmp_path / "out", task)
             assert "\n" not in str(no.value)
@@ -291,7 +292,7 @@ def test_a_damaged_journal_is_refused_and_the_folder_is_free_again(tmp_path: Pat
     journal.write_text("\n".join([*lines, ""]), encoding="utf-8")
     Journal(tmp_path / "out", task).close()
     (tmp_path / "out" / "finalists.jsonl").write_text(json.dumps([shares, "0"]) + "\n")
-    with pytest.raises(StudyError, match=r"finalists\.jsonl: line 1 is damaged; give another"):
+    with pytest.raises(StudyError, match=r"finalists\.jsonl: line 1 is damaged; remove that line"):
         Journal(tmp_path / "out", task)
 
 
