@@ -84,9 +84,9 @@ MARGIN = 1.2
 # kinks that smoothing rounds are not among the draws.
 DAMPING_ACCURACY = 0.02
 
-# Of a reading's noise a right model leaves 1.04 at most (100 hidden rigs): its parameters take up
-# what the noise of the pressures does. A carriage that may break away or not at the next reading
-# scatters by hundreds of that in the draws, which explain anything then.
+# Of a reading's noise a right model leaves 1.04 at most (all but one of 90 hidden rigs): its
+# parameters take up what the noise of the pressures does. A carriage that may break away or not at
+# the next reading scatters by hundreds of that in the draws, which explain anything then.
 MOST_LEFT = 1.2
 
 # Below this (m) of a reading's noise that of the pressures shows, whatever the parameters.
