@@ -58,6 +58,7 @@ TEST_REQUIREMENTS = [
     "cmaes",  # and what learns a law in it, in an example
     "packaging",  # reads the lock file as pip does
     "nicegui>=3.10",  # the pages of `rodless view`,
+    "websockets>=15",  # what sends them nonsense,
     "playwright",  # and what uses them in a Chromium that the machine has
     "catkin_pkg",  # reads the changelog as catkin_prepare_release does
     "colcon-common-extensions",  # the packaging test builds with colcon,

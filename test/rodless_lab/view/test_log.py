@@ -40,11 +40,18 @@ def test_a_path_is_logged_without_what_commands_a_terminal() -> None:
 
 NONSENSE = """
 import json
+import logging
 import re
 import time
 import urllib.request
 from websockets.sync.client import connect
 from rodless_lab.view.server import Server
+
+logged = []
+handler = logging.Handler()
+handler.emit = logged.append
+for one in (handler, logging.StreamHandler()):
+    logging.getLogger("asyncio").addHandler(one)
 
 with Server(lambda: None, "127.0.0.1", 0) as server:
     page = urllib.request.urlopen(server.address, timeout=60).read().decode()
@@ -52,17 +59,23 @@ with Server(lambda: None, "127.0.0.1", 0) as server:
     (client, *_) = re.findall(r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}", page)
     path = f"/_nicegui_ws/socket.io/?EIO=4&transport=websocket&client_id={client}"
     path += "&next_message_id=0&document_id=d&tab_id=t"
-    with connect(f"ws://{host}{path}", origin=server.address, proxy=None) as socket:
-        socket.recv(60)
-        socket.send("40")
-        socket.recv(60)
-        for odd in (None, 1, "x", [], {}, [[]], True, "\\0"):
-            for name in ("handshake", "event", "javascript_response", "ack", "log"):
-                socket.send("42" + json.dumps([name, odd]))
-        for event in ("4", "9", "42[", "45", "451-[]"):
-            socket.send(event)
-            time.sleep(0.1)
-    time.sleep(1.0)
+
+    def say(*events):
+        with connect(f"ws://{host}{path}", origin=server.address, proxy=None) as socket:
+            socket.recv(60)
+            socket.send("40")
+            socket.recv(60)
+            for event in events:
+                socket.send(event)
+
+    names = ("handshake", "event", "javascript_response", "ack", "log")
+    odd = (None, 1, "x", [], {}, [[]], True, "\\0")
+    say(*("42" + json.dumps([name, one]) for one in odd for name in names))
+    for event in ("4", "9", "42[", "45", "451-[]"):
+        say(event)
+    deadline = time.monotonic() + 60.0
+    while not logged and time.monotonic() < deadline:
+        time.sleep(0.01)
     print(urllib.request.urlopen(server.address, timeout=60).status)
 """
 
