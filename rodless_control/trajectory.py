@@ -89,7 +89,7 @@ class Trajectory:
         table = _table(points)
         self._durations = np.diff(table[:, 0])
         start = table[:-1, 1, np.newaxis]
-        offsets = _control_points(table)
+        offsets = _control_points(table, self._durations)
         self._hulls = start + offsets
         # From offsets, so that a segment at rest has no velocity, and not that of rounding.
         self._segments = offsets @ POWERS_OF_CONTROL
@@ -156,14 +156,13 @@ def _table(points: Sequence[Waypoint]) -> Array:
     return np.array(rows, dtype=float)
 
 
-def _control_points(table: Array) -> Array:
+def _control_points(table: Array, duration: Array) -> Array:
     """Return those of the quintic between each two rows of ``table``, shape (n - 1, 6).
 
-    They are m from where the segment begins.
-
+    They are m from where the segment begins, which lasts for ``duration`` (s), shape (n - 1,).
     Velocities and accelerations that are not asked for are those of a line, or of a cubic.
     """
-    duration, distance = np.diff(table[:, 0]), np.diff(table[:, 1])
+    distance = np.diff(table[:, 1])
     # As m in a segment's duration.
     leaves, arrives = table[:-1, 2] * duration, table[1:, 2] * duration
     straight = np.isnan(leaves) | np.isnan(arrives)

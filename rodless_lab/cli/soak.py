@@ -20,7 +20,7 @@ from rodless_base.atomic_write import atomic_write, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
-from rodless_lab.cli.number import number
+from rodless_lab.cli.number import number, whole
 
 if TYPE_CHECKING:
     from rodless_lab.soak.ros.soak import Soak
@@ -80,7 +80,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         "--seconds", type=_seconds, default=3600.0, help="real time (default: %(default)g); 0: none"
     )
     parser.add_argument(
-        "--steps", type=_count, default=10_000_000, help="lock-step (default: %(default)d); 0: none"
+        "--steps", type=whole, default=10_000_000, help="lock-step (default: %(default)d); 0: none"
     )
     parser.add_argument(
         "--output",
@@ -99,9 +99,3 @@ def _seconds(text: str) -> float:
     if not 0.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds")
     return value
-
-
-def _count(text: str) -> int:
-    if not (text.isascii() and text.isdecimal()):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number")
-    return int(text)

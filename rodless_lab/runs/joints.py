@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.frames import joint_among
 from rodless_lab.bags.reader import TopicMessages
 from rodless_lab.runs.measured_run import RunError
 
@@ -47,15 +48,15 @@ def messages_of(messages: TopicMessages, joint: str) -> JointMessages | None:
     """
     names = _names(messages)
     known = {name for one in names for name in one}
-    meant = {joint} & known or {name for name in known if name.endswith(joint)}
-    if len(meant) > 1:
-        raise RunError(
-            f"{messages.topic.name}: {', '.join(sorted(meant))} may each be the {joint}; record "
-            "one rig alone"
-        )
-    for name in meant:
+    name = joint_among(joint, tuple(known))
+    if name is not None:
         chosen = [k for k, one in enumerate(names) if name in one]
         return JointMessages(messages.at(chosen), [names[k].index(name) for k in chosen])
+    if several := sorted(name for name in known if name.endswith(joint)):
+        raise RunError(
+            f"{messages.topic.name}: {', '.join(several)} may each be the {joint}; record one rig "
+            "alone"
+        )
     return None
 
 

@@ -22,23 +22,34 @@ def check_change(node: str, present: Mapping[str, object], changes: Mapping[str,
     """Raise :class:`RigError` where ``node``, whose values are ``present``, refuses ``changes``.
 
     Nothing is sent. A node that is not of this package judges for itself, and so does each on what
-    depends on its state, or on what it would have with another law.
+    depends on its state; with another law each value is checked alone.
     """
     kind = _set_of(node, {**present, **changes})
     law = str(changes.get("controller.law"))
-    if law in LAWS and law != present.get("controller.law"):
+    another = law in LAWS and law != present.get("controller.law")
+    if another:
         # Compiled here, and kept on the disk, it keeps the controller waiting for a moment only.
         law_class(law)()
-    if kind is None or not kind.DECLARATIONS.keys() <= present.keys():
+    if kind is None:
         return
     ours = {name: value for name, value in changes.items() if not is_of_rclpy(name)}
+    try:
+        if kind.DECLARATIONS.keys() <= present.keys():
+            _check_as_a_whole(kind, node, present, ours)
+        elif another:
+            for name in kind.DECLARATIONS.keys() & ours.keys():
+                kind.DECLARATIONS[name].check(ours[name])
+    except ParameterError as error:
+        raise RigError(f"{node}: {error}; nothing has changed") from error
+
+
+def _check_as_a_whole(
+    kind: type[ParameterSet], node: str, present: Mapping[str, object], ours: Mapping[str, object]
+) -> None:
     for name in ours:
         if name in kind.DECLARATIONS and kind.DECLARATIONS[name].fixed:
             raise RigError(f"{node}: {name}: cannot change while the node runs; start it anew")
-    try:
-        kind({name: present[name] for name in kind.DECLARATIONS} | ours)
-    except ParameterError as error:
-        raise RigError(f"{node}: {error}; nothing has changed") from error
+    kind({name: present[name] for name in kind.DECLARATIONS} | dict(ours))
 
 
 def _set_of(node: str, values: Mapping[str, object]) -> type[ParameterSet] | None:

@@ -20,12 +20,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from rodless_base.one_line import shown
 from rodless_base.parameter_file import is_of_rclpy
-from rodless_base.parameters import (
-    LARGEST_INTEGER,
-    SMALLEST_INTEGER,
-    Parameter,
-    ParameterError,
-)
+from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER, Parameter
 from rodless_base.ros.parameters import ros_value
 from rodless_control.laws import LAWS, of_other_law
 from rodless_control.parameters import LAW
@@ -202,13 +197,7 @@ def _typed(
     types = rig.parameter_types(node, [name for name in texts if name not in coming])
     own = coming if node == CONTROLLER else {}
     types |= {name: _type_of(one) for name, one in own.items()}
-    values = {name: typed_value(name, text, types[name]) for name, text in texts.items()}
-    for name in own.keys() & values.keys():
-        try:
-            own[name].check(values[name])
-        except ParameterError as error:
-            raise RigError(f"{node}: {error}; nothing has changed") from error
-    return values
+    return {name: typed_value(name, text, types[name]) for name, text in texts.items()}
 
 
 def _type_of(declared: Parameter) -> int:

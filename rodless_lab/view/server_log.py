@@ -47,21 +47,26 @@ class OneLineEach(logging.Filter):
         """Make the record one line; False for one that only counts."""
         text = in_one_line(record.getMessage())
         error = record.exc_info[1] if record.exc_info else None
-        if error is not None and not isinstance(error, OSError) and not _is_ours(error):
-            self._since += 1
-            if time.monotonic() - self._said < PERIOD:
+        if error is not None and not _is_ours(error):
+            why = in_one_line(described(error))
+            if isinstance(error, OSError):
+                text = f"{text}: {why}"
+            elif self._counted():
                 return False
-            text = (
-                f"messages from a socket that were none of a page's, ignored: {self._since}; the "
-                f"last: {type(error).__name__}: {in_one_line(described(error))}"
-            )
-            self._said, self._since = time.monotonic(), 0
-            record.exc_info = record.exc_text = None
-        elif isinstance(error, OSError) and not _is_ours(error):
-            text = f"{text}: {in_one_line(described(error))}"
+            else:
+                text = (
+                    "messages from a socket that were none of a page's, ignored: "
+                    f"{self._since}; the last: {type(error).__name__}: {why}"
+                )
+                self._said, self._since = time.monotonic(), 0
             record.exc_info = record.exc_text = None
         record.msg, record.args = text, ()
         return True
+
+    def _counted(self) -> bool:
+        """Count a message that was none; whether that is enough, since others were just told of."""
+        self._since += 1
+        return time.monotonic() - self._said < PERIOD
 
 
 def _is_ours(error: BaseException) -> bool:
