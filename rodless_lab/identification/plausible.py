@@ -15,9 +15,13 @@ from rodless_sim import RigParameters
 
 SUPPLY = "supply.pressure"
 STROKE = "cylinder.stroke"
+PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 # How far beyond the stroke a carriage may be read (share of the stroke): what sensors are off by.
 BEYOND = 0.05
+
+# Pressures are absolute: a reading below this (Pa) is a gauge pressure or in another unit.
+LOWEST_PRESSURE = 5e4
 
 # How many times the highest supply pressure that can be stated is read nowhere: what ripples, a
 # compressor and sensors add is less, and so is what a carriage compresses that bounces.
@@ -40,7 +44,7 @@ def check_run(
     (s) that is looked at informs nothing: UninformativeRunError.
     """
     _check_clock(run, window)
-    run.check_absolute()
+    _check_absolute(run)
     stroke = known.number(STROKE)
     origin = 0.5 * stroke if absolute else float(np.median(run.position))
     reach = (0.5 if absolute else 1.0) * stroke + BEYOND * stroke
@@ -53,7 +57,7 @@ def check_run(
         + f", and another cylinder needs a base with its {STROKE}",
     )
     most = COMPRESSED * RigParameters.DECLARATIONS[SUPPLY].maximum
-    for name in ("supply_pressure", "pressure_a", "pressure_b"):
+    for name in PRESSURES:
         _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
 
 
@@ -72,6 +76,13 @@ def _check_clock(run: MeasuredRun, window: float) -> None:
             f"{run.period * len(run.time):.3g} s of samples, at least {window:g} s are needed: "
             "record a run of `rodless drive`"
         )
+
+
+def _check_absolute(run: MeasuredRun) -> None:
+    for name in PRESSURES:
+        lowest = float(np.min(getattr(run, name)))
+        if lowest < LOWEST_PRESSURE:
+            raise RunError(f"{name} falls to {lowest:.6g} Pa; absolute pressures are needed, in Pa")
 
 
 def _check(run: MeasuredRun, name: str, limits: tuple[float, float], words: str) -> None:

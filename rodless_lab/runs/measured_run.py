@@ -23,9 +23,6 @@ Array = npt.NDArray[np.float64]
 # Fewer samples than this are no run.
 FEWEST_SAMPLES = 20
 
-# Pressures are absolute: a reading below this (Pa) is a gauge pressure or in another unit.
-LOWEST_PRESSURE = 5e4
-
 
 class RunError(OneLineError):
     """A run that cannot be used; the text says what is wrong and where."""
@@ -93,15 +90,6 @@ class MeasuredRun(Columns):
     def notes(self) -> tuple[str, ...]:
         """What to know of the recording before its numbers are trusted: one line each."""
         return tuple(note for note in (self.doubt, self.missing) if note)
-
-    def check_absolute(self) -> None:
-        """Raise :class:`RunError` where pressures look like gauge readings."""
-        for name in ("pressure_a", "pressure_b", "supply_pressure"):
-            lowest = float(np.min(getattr(self, name)))
-            if lowest < LOWEST_PRESSURE:
-                raise RunError(
-                    f"{name} falls to {lowest:.6g} Pa; absolute pressures are needed, in Pa"
-                )
 
     def check_voltage(self) -> None:
         """Raise :class:`RunError` where the voltage is not known well enough to repeat the run."""

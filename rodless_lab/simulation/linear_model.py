@@ -129,15 +129,23 @@ class LinearModel:
     ) -> npt.NDArray[np.complex128]:
         """:meth:`response` of samples ``period`` s apart, each input held until the next.
 
-        Raises ValueError for a period that is not above 0, or over an hour, too.
+        Raises ValueError for a period that is not above 0, or over an hour, and for a frequency
+        above half that of the samples, too: they show it as a lower one.
         """
         step = single_number(period, "period", "seconds")
         if not 0.0 < step <= LONGEST_STEP:
             raise ValueError(
                 f"period {shown(period)} s refused: must be above 0, and {LONGEST_STEP} s at most"
             )
+        hertz = _hertz(frequencies)
+        above = hertz[hertz * step > 0.5]
+        if above.size:
+            raise ValueError(
+                f"frequencies refused: {shown(float(above[0]))} Hz, samples {shown(step)} s apart "
+                f"show up to {0.5 / step:g} Hz; take a shorter period"
+            )
         matrices = signal.cont2discrete(self._channel(output, source), step)[:4]
-        return _gains(*matrices, np.exp(2j * np.pi * _hertz(frequencies) * step))
+        return _gains(*matrices, np.exp(2j * np.pi * hertz * step))
 
     def _channel(self, output: str, source: str) -> tuple[Array, Array, Array, Array]:
         """Return the matrices from one input to one output."""
