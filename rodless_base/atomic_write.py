@@ -15,12 +15,22 @@ from pathlib import Path
 
 
 def atomic_write(path: Path, content: str | bytes) -> None:
-    """Write ``content`` to ``path`` whole or not at all; raises OSError.
+    """Write ``content`` to ``path`` whole or not at all; raises OSError, which names it.
 
-    Where ``path`` is a symbolic link, its target is written and the link stays.
+    Where ``path`` is a symbolic link, its target is written and the link stays. A device, pipe or
+    socket stays what it is: that is refused.
     """
     path = Path(os.path.realpath(path))
-    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        _refuse_other_than_a_file(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write_beside(path, content)
+    except OSError as error:
+        # Not the unfinished file, and not none, as where the disk is full.
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def _write_beside(path: Path, content: str | bytes) -> None:
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
     unfinished = Path(name)
     try:
@@ -30,18 +40,18 @@ def atomic_write(path: Path, content: str | bytes) -> None:
             os.fchmod(file.fileno(), 0o666 & ~_mask())
             file.flush()
             os.fsync(file.fileno())
-        _rename(unfinished, path)
+        unfinished.replace(path)
     except BaseException:
         unfinished.unlink(missing_ok=True)
         raise
 
 
-def _rename(unfinished: Path, path: Path) -> None:
-    """Rename; an error names the file that is wanted only."""
-    try:
-        unfinished.replace(path)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error
+def _refuse_other_than_a_file(path: Path) -> None:
+    """Raise OSError for what is there and no file: the new one would take its place."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "is no regular file", str(path))
 
 
 def check_writable(folder: Path) -> None:
@@ -56,9 +66,11 @@ def check_writable(folder: Path) -> None:
 
 def check_file_writable(file: Path) -> None:
     """Raise OSError as :func:`check_writable`, for a file that is to be written."""
-    if file.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(file))
-    check_writable(Path(os.path.realpath(file)).parent)
+    _refuse_other_than_a_file(file)
+    try:
+        check_writable(Path(os.path.realpath(file)).parent)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(file)) from error
 
 
 def cannot_be_written(what: object, error: OSError) -> str:

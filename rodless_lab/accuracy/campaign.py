@@ -17,6 +17,7 @@ from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 
+from rodless_base.atomic_write import atomic_write
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
 
@@ -34,12 +35,12 @@ def campaign(
     """
     known = {verdict.number: verdict for verdict in read_verdicts(path)}
     wanted = [number for number in range(count) if number not in known]
-    path.parent.mkdir(parents=True, exist_ok=True)
+    if not known:
+        # Whole or not at all: what is there without a row may be no more than half a header.
+        atomic_write(path, ",".join(Verdict._fields) + "\n")
     with path.open("a", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        if file.tell() == 0:
-            writer.writerow(Verdict._fields)
-        elif not path.read_text(encoding="utf-8").endswith("\n"):
+        if not path.read_text(encoding="utf-8").endswith("\n"):
             writer.writerow([])
         for verdict in judged(wanted, stopped):
             writer.writerow(verdict)
@@ -68,14 +69,16 @@ def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verd
 def read_verdicts(path: Path) -> list[Verdict]:
     """Return the verdicts in a file; none where there is no file.
 
-    Raises ValueError for a file of something else. A last line that an interruption cut is left
-    out: its case is run again.
+    Raises ValueError for a file of something else. A last line that an interruption or a full disk
+    cut is left out: its case is run again.
     """
     if not path.exists():
         return []
     try:
         with path.open(newline="", encoding="utf-8") as file:
             header, *rows = list(csv.reader(file)) or [[]]
+        if not rows and ",".join(Verdict._fields).startswith(",".join(header)):
+            return []
         if tuple(header) != Verdict._fields:
             raise ValueError("other columns")
         return [_verdict(row) for row in rows if len(row) == len(header)]

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write, cannot_be_written
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.number import positive_whole
@@ -52,7 +52,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         text = summary(verdicts)
         print(text)
         atomic_write(chosen.output.with_suffix(".md"), text)
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        print(cannot_be_written(error.filename or chosen.output, error), file=sys.stderr)
+        return 2
+    except ValueError as error:
         print(error, file=sys.stderr)
         return 2
     if len(verdicts) < chosen.count:

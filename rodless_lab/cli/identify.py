@@ -14,6 +14,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
@@ -21,6 +23,7 @@ from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
 from rodless_lab.identification.plausible import check_run
+from rodless_lab.identification.pressures.fit import check_change
 from rodless_lab.identification.subjects import (
     SUBJECTS,
     UNVALIDATED,
@@ -33,6 +36,9 @@ from rodless_sim import ParameterError, RigParameters
 
 MISFIT = 3
 
+# How many times the first bag's a sample period of the second is worth a word.
+COARSER = 1.1
+
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 if parameters were identified by a model that fits.
@@ -42,7 +48,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
-        check_file_writable(options.output)
+        _check_output(options.output)
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
@@ -50,46 +56,65 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         print(text if named else f"{options.bag}: {text}", file=sys.stderr)
         return 1 if isinstance(error, UninformativeRunError) else 2
     except OSError as error:
-        print(cannot_be_written(options.output, error), file=sys.stderr)
+        print(cannot_be_written(error.filename or options.output, error), file=sys.stderr)
         return 2
+
+
+def _check_output(output: Path) -> None:
+    """Raise OSError or RunError for what cannot be written, or would be written over."""
+    picture = _picture(output)
+    if picture == output:
+        raise RunError(f"{output}: refused, the residuals are drawn there; parameters end in .yaml")
+    for file in (output, picture):
+        check_file_writable(file)
+
+
+def _picture(output: Path) -> Path:
+    """Return where the residuals are drawn."""
+    return output.with_suffix(".png")
 
 
 def _identify(options: argparse.Namespace) -> int:
     parameters = assumed_parameters(options.base, options.sensors)
     run = read_run(options.bag, options.namespace)
-    second = _second_run(options, parameters)
+    second = _second_run(options, run, parameters)
     found = SUBJECTS[options.subject](run, parameters)
-    verdict, picture = found.verdict, options.output.with_suffix(".png")
+    print_notes(run) if second is None else print_notes(run, second)
+    print(findings_table(found.findings))
+    informed, fits = _write(options, found, run), found.verdict.fits
+    predicts = second is None or _predicts(options, found, run, second)
+    if fits:
+        print(f"{found.verdict}")
+        return MISFIT if not predicts else 0 if informed else 1
+    print(f"{found.verdict}; the intervals above do not hold", file=sys.stderr)
+    return MISFIT
+
+
+def _write(options: argparse.Namespace, found: Identified, run: MeasuredRun) -> bool:
+    """Write what was found and the picture, if there is anything; say where; whether there was."""
     informed = any(finding.value is not None for finding in found.findings)
     if informed:
         bag, base = options.bag.resolve().name, Path(options.base).name
         heading = title(options.subject, bag, run, options.sensors, base)
-        heading.append(f"Verdict: {verdict}.")
-        text = parameter_text(heading, found.findings)
-        atomic_write(options.output, text)
-    if informed or not verdict.fits:
-        atomic_write(picture, png(found.draw))
-    print_notes(run) if second is None else print_notes(run, second)
-    print(findings_table(found.findings))
-    if not informed:
-        print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)
-    if informed:
+        heading.append(f"Verdict: {found.verdict}.")
+        atomic_write(options.output, parameter_text(heading, found.findings))
         print(
             f"written to {options.output}; for `rodless rig --parameters`, or the plant's "
             "--params-file"
         )
-    if informed or not verdict.fits:
+    else:
+        print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)
+    if informed or not found.verdict.fits:
+        picture = _picture(options.output)
+        atomic_write(picture, png(found.draw))
         print(f"{picture} shows the residuals")
-    predicts = second is None or _predicts(options, found, second)
-    if verdict.fits:
-        print(f"{verdict}")
-        return MISFIT if not predicts else 0 if informed else 1
-    print(f"{verdict}; the intervals above do not hold", file=sys.stderr)
-    return MISFIT
+    return informed
 
 
-def _second_run(options: argparse.Namespace, parameters: RigParameters) -> MeasuredRun | None:
-    """Read the run to predict, if there is to be one."""
+def _second_run(
+    options: argparse.Namespace, first: MeasuredRun, parameters: RigParameters
+) -> MeasuredRun | None:
+    """Read the run to predict, if there is to be one; RunError for one that tests nothing."""
     if options.validate is None:
         return None
     if options.subject in UNVALIDATED:
@@ -100,10 +125,15 @@ def _second_run(options: argparse.Namespace, parameters: RigParameters) -> Measu
     with _named(options.validate):
         second = read_run(options.validate, options.namespace)
         check_run(second, parameters)
+        check_change(second, parameters)
+        if np.array_equal(first.pressure_a, second.pressure_a):
+            raise RunError("refused, this is the run that is fitted; take another")
     return second
 
 
-def _predicts(options: argparse.Namespace, found: Identified, second: MeasuredRun) -> bool:
+def _predicts(
+    options: argparse.Namespace, found: Identified, first: MeasuredRun, second: MeasuredRun
+) -> bool:
     """Print how each model predicts the second run; whether the one that was written does."""
     if found.validate is None:
         return True
@@ -114,17 +144,23 @@ def _predicts(options: argparse.Namespace, found: Identified, second: MeasuredRu
         print(f"  {prediction}")
     predicted = validation.plain.predicts
     print(f"{validation}", file=sys.stdout if predicted else sys.stderr)
+    if not predicted and second.period > COARSER * first.period:
+        print(
+            f"{options.validate}: a sample every {second.period:.3g} s, of {options.bag} every "
+            f"{first.period:.3g} s: how the rig moves between them is not seen",
+            file=sys.stderr,
+        )
     return predicted
 
 
 @contextmanager
 def _named(bag: Path) -> Iterator[None]:
-    """Name the bag in what is said of its run."""
+    """Name the bag in what is said of its run: a second one that informs nothing is unusable."""
     try:
         yield
     except RunError as error:
         text = str(error)
-        raise type(error)(text if str(bag) in text else f"{bag}: {text}") from error
+        raise RunError(text if str(bag) in text else f"{bag}: {text}") from error
 
 
 def _parser() -> Parser:

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rodless_base.atomic_write import atomic_write, check_file_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
@@ -61,7 +61,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
-    except (RuntimeError, OSError, ValueError) as error:
+    except OSError as error:
+        print(cannot_be_written(error.filename or options.output, error), file=sys.stderr)
+        return 1
+    except (RuntimeError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     print("\n".join(wrong), end="\n" if wrong else "", file=sys.stderr)

@@ -22,6 +22,11 @@ FALSE_ALARM = 0.01
 
 MISFIT = "the model does not fit"
 
+# A sensor's bias that is found so many of its standard errors beyond what is stated is no chance;
+# and what is to be done then.
+BEYOND_STATED = 4.0
+ZEROED = "sensors that are zeroed against each other, or their sensors.pressure_bias in the base"
+
 
 @dataclass(frozen=True)
 class Check:

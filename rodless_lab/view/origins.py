@@ -62,7 +62,8 @@ class OwnPagesOnly:
             name = urlsplit(f"//{host}").hostname
         except ValueError:
             return False
-        if name is None:
+        # No browser sends a user or a fragment here.
+        if name is None or set(host) & set("@#?/\\"):
             return False
         return name in self._names or (is_loopback(name) if self._is_local else _is_address(name))
 

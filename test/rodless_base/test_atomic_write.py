@@ -9,6 +9,7 @@
 """Files that are there whole or not at all."""
 
 import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,38 @@ def test_an_error_leaves_what_was_there(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="directory"):
         atomic_write(folder, "1")
     assert [path.name for path in tmp_path.rglob("*")] == ["run.csv", "in"]
+
+
+def test_a_full_disk_is_named_with_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the system says then names no file; the one of before stays."""
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    path = tmp_path / "run.csv"
+    path.write_text("earlier")
+    with pytest.raises(OSError, match="No space left") as caught:
+        atomic_write(path, "1")
+    assert caught.value.filename == str(path)
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [
+        ("run.csv", "earlier")
+    ]
+
+
+def test_what_is_no_file_stays_what_it_is(tmp_path: Path) -> None:
+    """A pipe, and a link to one: a file in its place would take it from whoever reads it."""
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link, Path("/dev/null")):
+        for write in (check_file_writable, lambda path: atomic_write(path, "1")):
+            with pytest.raises(OSError, match="is no regular file"):
+                write(path)
+    assert pipe.is_fifo()
+    assert link.is_symlink()
 
 
 def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:

@@ -90,7 +90,8 @@ def record(
     with writer:
         # The recorder first: it is closed last, and has the last that the others send.
         code = run_nodes([make, *beside], stop)
-    print(f"{sum(writer.counts.values())} messages in {writer.path}")
+    # At once: who reads both streams wants it before what is missing.
+    print(f"{sum(writer.counts.values())} messages in {writer.path}", flush=True)
     for recorder in recorders:
         _tell_what_is_missing(recorder)
     if writer.failure is not None:

@@ -26,6 +26,7 @@ from scipy import linalg, optimize
 
 from rodless_base.parameters import ParameterError
 from rodless_lab.identification.bristles.problem import (
+    BIAS,
     BRISTLE_DAMPING,
     COMPLIANCE,
     FORWARD,
@@ -36,7 +37,14 @@ from rodless_lab.identification.bristles.problem import (
 from rodless_lab.identification.estimate import Estimate, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.plausible import check_run
-from rodless_lab.identification.verdict import Check, Verdict, power, span_checks
+from rodless_lab.identification.verdict import (
+    BEYOND_STATED,
+    ZEROED,
+    Check,
+    Verdict,
+    power,
+    span_checks,
+)
 from rodless_lab.runs.measured_run import (
     FEWEST_SAMPLES,
     MeasuredRun,
@@ -172,15 +180,16 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
         )
     problem = Problem(run, parameters)
     least = _least(run, parameters, problem.start, SHARES)
-    fit = _fitted(least)
+    fit, solution = _fitted(least)
     for shares in OTHER_SHARES:
         if fit.verdict.fits:
             break
         known = problem.start if shares else least.scaled * problem.scale
         again = _least(run, parameters, _stiff(known), shares)
         if again.cost < least.cost:
-            least, fit = again, _fitted(again)
-    return fit
+            least, (fit, solution) = again, _fitted(again)
+    verdict = _if_pushed_by_no_more(fit.verdict, solution, problem.largest_bias)
+    return replace(fit, verdict=verdict)
 
 
 def _stiff(values: Array) -> Array:
@@ -190,17 +199,25 @@ def _stiff(values: Array) -> Array:
     return stiff
 
 
-def _fitted(least: _Least) -> BristleFit:
-    """Say what a solution is worth."""
+def _fitted(least: _Least) -> tuple[BristleFit, _Solution]:
+    """Say what a solution is worth, and return it drawn."""
     problem, solution = least.problem, _solved(least)
     compared = [("scatter of the position", solution.residuals, solution.explained)]
     checks = [
         *span_checks(compared, problem.spacing, "m", problem.noise),
         _of_noise(solution.residuals, problem.noise),
     ]
-    return BristleFit(
-        _estimates(solution), problem.modelled(solution.values), Verdict(tuple(checks))
-    )
+    modelled = problem.modelled(solution.values)
+    return BristleFit(_estimates(solution), modelled, Verdict(tuple(checks))), solution
+
+
+def _if_pushed_by_no_more(verdict: Verdict, solution: _Solution, stated: float) -> Verdict:
+    """Return ``verdict``; one that fits not with a constant force beyond the ``stated`` (N)."""
+    force, errors = abs(float(solution.values[BIAS])), _standard_errors(solution)
+    if not verdict.fits or force <= stated + BEYOND_STATED * float(errors[BIAS]):
+        return verdict
+    check = Check("constant force", force, stated, "N", 0.0)
+    return Verdict((*verdict.checks, check), f"{ZEROED}, or the rail's tilt")
 
 
 def _of_noise(residuals: Array, noise: float) -> Check:
@@ -310,9 +327,7 @@ def _solved(least: _Least) -> _Solution:
 
 def _estimates(solution: _Solution) -> dict[str, Estimate]:
     """Return the intervals, from the errors of the draws and the scatter beyond theirs."""
-    excess = float(power(solution.residuals, 1)) / float(np.mean(power(solution.explained, 1)))
-    mean_squares = np.mean(solution.errors**2, axis=0)
-    errors = MARGIN * np.sqrt(mean_squares * max(excess, 1.0))
+    errors = _standard_errors(solution)
     compliance, damping = (
         symmetric(float(solution.values[place]), float(errors[place]), DRAWS, unit)
         for place, unit in ((COMPLIANCE, "m/N"), (BRISTLE_DAMPING, "N·s/m"))
@@ -320,6 +335,13 @@ def _estimates(solution: _Solution) -> dict[str, Estimate]:
     sides = [solution.values[side][-1] for side in (FORWARD, REVERSE)]
     damping = damping.widened(DAMPING_ACCURACY * (damping.value + float(np.mean(sides))))
     return {STIFFNESS: _stiffness(compliance), DAMPING: _damping(compliance, damping)}
+
+
+def _standard_errors(solution: _Solution) -> Array:
+    """Return the errors of the values, shape (p,), with the scatter beyond the draws' own."""
+    excess = float(power(solution.residuals, 1)) / float(np.mean(power(solution.explained, 1)))
+    mean_squares = np.mean(solution.errors**2, axis=0)
+    return np.asarray(MARGIN * np.sqrt(mean_squares * max(excess, 1.0)))
 
 
 def _told(compliance: Estimate) -> bool:

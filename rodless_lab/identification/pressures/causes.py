@@ -14,7 +14,13 @@ from scipy import stats
 
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.identification.friction.uniform_motion import position_noise
-from rodless_lab.identification.pressures.fit import PressureFit, Solution, fit_pressures, solve
+from rodless_lab.identification.pressures.fit import (
+    BIAS,
+    PressureFit,
+    Solution,
+    fit_pressures,
+    solve,
+)
 from rodless_lab.identification.pressures.problem import Unknown
 from rodless_lab.identification.pressures.unknowns import (
     SPOOL_START,
@@ -28,7 +34,7 @@ from rodless_lab.identification.pressures.unknowns import (
     polytropic_index,
     spool_dynamics,
 )
-from rodless_lab.identification.verdict import FALSE_ALARM
+from rodless_lab.identification.verdict import FALSE_ALARM, ZEROED
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 
@@ -123,6 +129,8 @@ def with_cause(
     if fit.verdict.fits:
         return fit
     worst = min(fit.verdict.checks, key=lambda check: check.p_value)
+    if worst.name.startswith(BIAS):
+        return replace(fit, verdict=fit.verdict.blaming(ZEROED))
     if "supply" in worst.name:
         return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
     tried = try_effects()

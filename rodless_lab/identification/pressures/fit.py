@@ -20,9 +20,14 @@ from rodless_base.parameters import ParameterError
 from rodless_lab.identification.estimate import Estimate, covariance, judged, symmetric, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.plausible import check_run
-from rodless_lab.identification.pressures.problem import Problem, Unknown
+from rodless_lab.identification.pressures.problem import (
+    FINEST_PRESSURE,
+    Problem,
+    Unknown,
+    reading_noise,
+)
 from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_START, spool_start
-from rodless_lab.identification.verdict import Verdict, span_checks
+from rodless_lab.identification.verdict import BEYOND_STATED, Check, Verdict, span_checks
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
@@ -30,6 +35,10 @@ from rodless_sim.physics.plant import Plant
 Array = npt.NDArray[np.float64]
 
 SUPPLY = "supply.pressure"
+
+# What of a pressure sensor may be beyond what is stated, and whose.
+BIAS = "bias of the sensor"
+SENSORS = ("chamber A", "chamber B", "the supply")
 
 # A run whose pressures stay within this many standard deviations of their noise informs nothing.
 LEAST_CHANGE = 20.0
@@ -140,7 +149,7 @@ def fit_pressures(
         modelled[:, 1],
         float(np.std(solution.residuals)) * problem.noise,
         solution.inflation * problem.spacing,
-        _verdict(problem, values, solution.residuals, solution.jacobian),
+        _verdict(solution),
         solution,
     )
 
@@ -171,10 +180,8 @@ def solve(
     has_play = parameters.number(HYSTERESIS) > 0.0
     if has_play and SPOOL_START not in {unknown.name for unknown in unknowns}:
         unknowns = [*unknowns, spool_start()]
+    check_change(run, parameters)
     problem = Problem(run, parameters, unknowns, known)
-    change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
-    if change < LEAST_CHANGE * problem.noise:
-        raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")
     start = problem.start.copy()
     if rest is not None and len(rest) == len(start) - len(unknowns):
         start[len(unknowns) :] = rest
@@ -205,6 +212,13 @@ def solve(
     return Solution(problem, parameters, unknowns, values, residuals, jacobian, cost, inflation)
 
 
+def check_change(run: MeasuredRun, parameters: RigParameters) -> None:
+    """Raise UninformativeRunError where the pressures of ``run`` stay within their noise."""
+    change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
+    if change < LEAST_CHANGE * reading_noise(parameters):
+        raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")
+
+
 def _jacobian(
     residuals_of: Callable[[Array], Array], scaled: Array, found: Array, blur: Array
 ) -> Array:
@@ -228,12 +242,16 @@ def _jacobian(
     return jacobian
 
 
-def _estimates(solution: Solution) -> dict[str, Estimate]:
-    problem, values = solution.problem, solution.values
+def _errors(solution: Solution) -> Array:
+    """Return the standard errors of the values, shape (p,), with their margin."""
     # What is known beforehand of the biases does not share the residuals' scatter.
     jacobian = solution.jacobian.copy()
-    jacobian[: problem.readings] /= math.sqrt(solution.spread)
-    errors = MARGIN * np.sqrt(np.diag(covariance(jacobian, 1.0)))
+    jacobian[: solution.problem.readings] /= math.sqrt(solution.spread)
+    return np.asarray(MARGIN * np.sqrt(np.diag(covariance(jacobian, 1.0))))
+
+
+def _estimates(solution: Solution) -> dict[str, Estimate]:
+    problem, values, errors = solution.problem, solution.values, _errors(solution)
     estimates = {
         unknown.name: _estimate(unknown, float(value), float(error), solution.freedom)
         for unknown, value, error in zip(solution.unknowns, values, errors, strict=False)
@@ -252,14 +270,16 @@ def _estimate(unknown: Unknown, value: float, error: float, freedom: float) -> E
     return within(judged(found, note), unknown.low, unknown.high)
 
 
-def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array) -> Verdict:
-    """Hold the residuals, shape (2 m,), against draws of what the sensors leave of such a fit.
+def _verdict(solution: Solution) -> Verdict:
+    """Hold the residuals against draws of what the sensors leave of such a fit.
 
-    The fit takes out of each draw what its parameters can follow, as it did of the run.
+    The fit takes out of each draw what its parameters can follow, as it did of the run. What it
+    takes for a sensor's bias is held against what is stated of that.
     """
+    problem, residuals = solution.problem, solution.residuals
     generator = np.random.default_rng(SEED)
-    drawn = problem.draws(values, DRAWS, generator).reshape(DRAWS, -1)
-    explained = left_of(drawn, problem, jacobian)
+    drawn = problem.draws(solution.values, DRAWS, generator).reshape(DRAWS, -1)
+    explained = left_of(drawn, problem, solution.jacobian)
     supply = problem.supply_residuals()
     still = generator.standard_normal((DRAWS, len(supply)))
     still -= still.mean(axis=1, keepdims=True)
@@ -267,7 +287,21 @@ def _verdict(problem: Problem, values: Array, residuals: Array, jacobian: Array)
         ("scatter of the pressures", residuals.reshape(2, -1), explained),
         ("scatter of the supply", supply, still),
     )
-    return Verdict(tuple(span_checks(compared, problem.spacing, "Pa", problem.noise)))
+    verdict = Verdict(tuple(span_checks(compared, problem.spacing, "Pa", problem.noise)))
+    # A model that does not fit may bend the biases: then they say nothing.
+    return Verdict((*verdict.checks, *biases(solution))) if verdict.fits else verdict
+
+
+def biases(solution: Solution, times: float = 1.0) -> list[Check]:
+    """Return the biases of pressure sensors that are beyond ``times`` what is stated of them."""
+    stated = times * max(solution.problem.bias, FINEST_PRESSURE)
+    sizes = np.abs(solution.values[-3:])
+    beyond = sizes > stated + BEYOND_STATED * _errors(solution)[-3:]
+    return [
+        Check(f"{BIAS} of {name}", float(size), stated, "Pa", 0.0)
+        for name, size, is_beyond in zip(SENSORS, sizes, beyond, strict=True)
+        if is_beyond
+    ]
 
 
 def left_of(drawn: Array, problem: Problem, jacobian: Array) -> Array:

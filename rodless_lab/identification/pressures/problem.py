@@ -137,6 +137,11 @@ def position_accuracy(parameters: RigParameters) -> Array:
     return np.asarray(np.maximum(sizes * WITHIN_BOUND, FINEST_POSITION))
 
 
+def reading_noise(parameters: RigParameters) -> float:
+    """Standard deviation in Pa of a pressure's reading."""
+    return max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
+
+
 class Problem:
     """Residuals of a run: readings at chosen instants, then what is known against its accuracy.
 
@@ -158,8 +163,8 @@ class Problem:
         for unknown, size in known:
             self._model = unknown.apply(self._model, size)
         self._lag = parameters.number("sensors.pressure_lag")
-        bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
-        self.noise = max(parameters.number("sensors.pressure_noise"), FINEST_PRESSURE)
+        self.bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
+        self.noise = reading_noise(parameters)
         self._sensors = parameters.with_values(dict.fromkeys(CONSTANT_ERRORS, 0.0))
         self._reach = position_range(parameters)
         self._position = smoothed(run.position, run.period)
@@ -181,7 +186,7 @@ class Problem:
         accuracy = [*shape_accuracy, *[START_TEMPERATURE] * len(warm)]
         # Of what is known beforehand: where it is expected, and how far it may be from there.
         self._prior = np.array([*expected, 0.0, 0.0, 0.0])
-        self._accuracy = np.array([*accuracy, *[max(bias * WITHIN_BOUND, 1.0)] * 3])
+        self._accuracy = np.array([*accuracy, *[max(self.bias * WITHIN_BOUND, 1.0)] * 3])
         extra = np.array([*expected, *first, 0.0, 0.0, 0.0])
         span = np.array([*accuracy, 1e3, 1e3, 1e3, 1e3, 1e3])
         wide = np.array([*[1e-2] * ERRORS, *[100.0] * len(warm), 1e5, 1e5, 5e4, 5e4, 5e4])

@@ -24,20 +24,25 @@ from rodless_lab.identification.pressures.fit import (
     DRAWS,
     SEED,
     Solution,
+    biases,
     left_of,
     solve,
 )
 from rodless_lab.identification.pressures.problem import Problem
 from rodless_lab.identification.pressures.unknowns import SPOOL_START
-from rodless_lab.identification.verdict import Verdict, span_checks
+from rodless_lab.identification.verdict import Check, Verdict, span_checks
 from rodless_lab.runs.measured_run import MeasuredRun
 
 Array = npt.NDArray[np.float64]
 
 PLAIN = "the model as it is"
+NONE = "none of the models tried predicts it; take a first bag that shows more"
 
 # A model of which the first run leaves more open than this many times the noise predicts nothing.
 MOST_OPEN = 2.0
+
+# How many times what is stated a sensor's bias is found that is no error of the first fit.
+SURELY = 2.0
 
 # Relative step of a derivative, in natural sizes.
 STEP = 1e-4
@@ -48,7 +53,8 @@ class Prediction:
     """How a model fitted to one run predicts another: ``left`` and ``explained``, RMS in Pa.
 
     ``explained`` is what the sensors leave, and the errors of what the first run told; ``noise``
-    (Pa) is that of a reading.
+    (Pa) is that of a reading. ``biases`` are those of the second run's sensors that are beyond what
+    is stated of them, if the model is right.
     """
 
     name: str
@@ -56,6 +62,7 @@ class Prediction:
     explained: float
     noise: float
     verdict: Verdict
+    biases: Sequence[Check] = ()
 
     @property
     def tells(self) -> bool:
@@ -85,9 +92,14 @@ class Validation:
     def chosen(self) -> Prediction:
         """The plain model where it predicts the run, else the one of the others that leaves least.
 
-        The plain one too where none of the others does.
+        The plain one too where none of the others does, or only one that the first run leaves so
+        open that it may leave more.
         """
-        able = [prediction for prediction in self.others if prediction.predicts]
+        able = [
+            prediction
+            for prediction in self.others
+            if prediction.predicts and prediction.left < self.plain.left
+        ]
         if self.plain.predicts or not able:
             return self.plain
         return min(able, key=lambda prediction: prediction.left)
@@ -96,7 +108,8 @@ class Validation:
         if self.chosen.predicts:
             others = "" if self.chosen is self.plain else f"; {self.plain}"
             return f"chosen: {self.chosen}{others}"
-        return "chosen: none of the models tried predicts it; take a first bag that shows more"
+        biased = "".join(f"; {check}, if the model is right" for check in self.plain.biases)
+        return f"chosen: {NONE}{biased}"
 
 
 def validated(
@@ -123,7 +136,11 @@ def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
     compared = [("scatter of the pressures", found.residuals.reshape(2, -1), explained)]
     checks = list(span_checks(compared, found.problem.spacing, "Pa", found.problem.noise))
     left, expected_left = checks[0].found, checks[0].expected
-    return Prediction(name, left, expected_left, found.problem.noise, Verdict(tuple(checks)))
+    beyond = biases(found, SURELY)
+    verdict = Verdict(tuple(checks))
+    if verdict.fits:
+        verdict = Verdict((*checks, *beyond))
+    return Prediction(name, left, expected_left, found.problem.noise, verdict, beyond)
 
 
 def _explained(fitted: Solution, found: Solution, second: MeasuredRun) -> Array:

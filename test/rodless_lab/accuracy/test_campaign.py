@@ -8,7 +8,9 @@
 
 """The campaign: it goes on where it was interrupted, and its tables say what is in its file."""
 
+import errno
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -39,6 +41,31 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert path.read_text().startswith(before)
     assert repr(read_verdicts(path)[0]) == repr(judge(read_verdicts(path)[0].number))
     assert told[-1] == 4
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_a_header_that_a_full_disk_cut_is_written_anew(tmp_path: Path, share: float) -> None:
+    """A file that is empty, or ends within its first line, holds nothing: none is refused."""
+    path, header = tmp_path / "campaign.csv", ",".join(Verdict._fields)
+    path.write_text(header[: int(share * len(header))])
+    assert read_verdicts(path) == []
+    campaign(path, 0, lambda _: None, lambda: False)
+    assert path.read_text() == header + "\n"
+
+
+def test_a_full_disk_is_named_with_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one line, with code 2."""
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    path = tmp_path / "campaign.csv"
+    assert main(["--count", "1", "--output", str(path)], Quiet()) == 2
+    error = capsys.readouterr().err
+    assert error == f"{path}: cannot be written: No space left on device\n"
 
 
 @pytest.mark.parametrize("content", [b"time,position\n0,0\n", b"\xff\xfe\x00"])

@@ -208,6 +208,18 @@ def test_a_stopped_recorder_leaves_a_whole_bag(
     check_complete(bag, 2000)
 
 
+def test_how_much_there_is_stands_before_what_is_missing(
+    domain: dict[str, str], plant: Plant, tmp_path: Path
+) -> None:
+    """In one file, where the view reads its last words, as on a terminal."""
+    with RecorderProcess(domain, ["-o", str(tmp_path / "bag"), *TOPICS, "/nobody"]) as recorder:
+        plant.until_heard()
+        recorder.end(signal.SIGINT, STOP_SECONDS)
+    count, missing = recorder.output.splitlines()[-2:]
+    assert " messages in " in count
+    assert missing == "/nobody: nobody published it"
+
+
 def test_a_recorder_whose_output_nobody_reads_records_on(
     domain: dict[str, str], plant: Plant, tmp_path: Path
 ) -> None:

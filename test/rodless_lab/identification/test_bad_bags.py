@@ -317,6 +317,62 @@ def test_disk_that_fills_up(tmp_path: Path, write_bag, capsys, monkeypatch) -> N
     assert list(output.parent.iterdir()) == [output]
 
 
+def test_a_picture_takes_no_place_of_the_parameters(tmp_path: Path, write_bag, capsys) -> None:
+    """The residuals are drawn beside FILE.yaml, as FILE.png: an output of that name is refused."""
+    bag, output = write_bag(tmp_path / "bag", sliding_run()), tmp_path / "found.png"
+    assert identify.main(["friction", str(bag), "-o", str(output)], Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{output}: refused, the residuals are drawn there" in line
+    assert not output.exists()
+
+
+def test_a_picture_that_cannot_be_written(tmp_path: Path, write_bag, capsys) -> None:
+    """Is found before the work, and named itself."""
+    bag, picture = write_bag(tmp_path / "bag", sliding_run()), tmp_path / "found.png"
+    picture.mkdir()
+    assert identify.main(["friction", str(bag), "-o", str(tmp_path / "found.yaml")], Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"{picture}: cannot be written: Is a directory"
+    assert not (tmp_path / "found.yaml").exists()
+
+
+def test_a_disk_that_fills_up_after_the_parameters(
+    tmp_path: Path, write_bag, capsys, monkeypatch
+) -> None:
+    """What was found is printed and kept; the line names the picture."""
+    bag, output = write_bag(tmp_path / "bag", sliding_run()), tmp_path / "out" / "found.yaml"
+
+    def full(_draw: object) -> bytes:
+        raise OSError(errno.ENOSPC, "No space left on device", str(output.with_suffix(".png")))
+
+    monkeypatch.setattr(identify, "png", full)
+    arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
+    assert identify.main(arguments, Quiet()) == 2
+    said = capsys.readouterr()
+    assert "friction.forward.viscous" in said.out
+    assert f"written to {output}" in said.out
+    assert f"{output.with_suffix('.png')}: cannot be written: No space left" in said.err
+    assert [file.name for file in output.parent.iterdir()] == ["found.yaml"]
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-5])
+def test_a_carriage_that_moves_against_the_voltage_is_refused(noise: float) -> None:
+    """A is B, or positions count from the other end: directions would be exchanged silently."""
+    voltage = np.repeat([5.4, 4.8, 5.3, 4.7] * 3, 250)
+    speed = 0.05 * (voltage - 5.08)
+    drawn = np.random.default_rng(1).normal(0.0, noise, voltage.shape)
+    run = replace(
+        a_run(len(voltage)),
+        position=0.1 + np.cumsum(speed) * 1e-3 + drawn,
+        voltage=voltage,
+    )
+    check_run(run, RigParameters())
+    against = replace(run, position=0.2 - run.position)
+    with pytest.raises(RunError, match=r"moves against the voltage \(correlation -1\.00\)"):
+        check_run(against, RigParameters())
+    check_run(replace(against, voltage=np.full(len(voltage), 5.3)), RigParameters())
+
+
 def test_compare_refuses_the_same_bags(tmp_path: Path, write_bag, capsys) -> None:
     """`rodless compare` reads bags the same way: NaN is named, nothing is drawn."""
     bag = write_bag(

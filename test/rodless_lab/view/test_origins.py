@@ -73,6 +73,9 @@ def test_pages_of_its_own_are_answered(host: str, headers: dict[str, str], kind:
         {"host": "192.168.1.7:8080"},
         {"host": "127.0.0.1.a.example:8080"},
         {"host": "127.0.0.1@a.example:8080"},
+        {"host": "a.example@127.0.0.1:8080"},
+        {"host": "127.0.0.1:8080#a.example"},
+        {"host": "127.0.0.1:8080/a"},
         {"host": "[::1"},
     ],
 )
