@@ -26,6 +26,8 @@ def atomic_write(path: Path, content: str | bytes) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         _write_beside(path, content)
     except OSError as error:
+        if error.errno is None:
+            raise
         # Not the unfinished file, and not none, as where the disk is full.
         raise OSError(error.errno, error.strerror, str(path)) from error
 
@@ -75,7 +77,7 @@ def check_file_writable(file: Path) -> None:
 
 def cannot_be_written(what: object, error: OSError) -> str:
     """Return the line that says so of ``what``, with the cause."""
-    return f"{what}: cannot be written: {error.strerror}"
+    return f"{what}: cannot be written: {error.strerror or error}"
 
 
 def _mask() -> int:

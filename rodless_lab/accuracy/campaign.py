@@ -36,15 +36,18 @@ def campaign(
     known = {verdict.number: verdict for verdict in read_verdicts(path)}
     wanted = [number for number in range(count) if number not in known]
     if not known:
-        # Whole or not at all: what is there without a row may be no more than half a header.
+        # Anew and whole: without a row that is known there may be half a header, or half a row.
         atomic_write(path, ",".join(Verdict._fields) + "\n")
     with path.open("a", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         if not path.read_text(encoding="utf-8").endswith("\n"):
             writer.writerow([])
         for verdict in judged(wanted, stopped):
-            writer.writerow(verdict)
-            file.flush()
+            try:
+                writer.writerow(verdict)
+                file.flush()
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(path)) from error
             known[verdict.number] = verdict
             progress(sum(number < count for number in known))
     return [known[number] for number in sorted(known) if number < count]

@@ -53,7 +53,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         print(text)
         atomic_write(chosen.output.with_suffix(".md"), text)
     except OSError as error:
-        print(cannot_be_written(error.filename or chosen.output, error), file=sys.stderr)
+        named = error.filename is not None and error.strerror
+        print(cannot_be_written(error.filename, error) if named else error, file=sys.stderr)
         return 2
     except ValueError as error:
         print(error, file=sys.stderr)

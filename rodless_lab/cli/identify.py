@@ -30,6 +30,7 @@ from rodless_lab.identification.subjects import (
     Identified,
     assumed_parameters,
 )
+from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
 from rodless_sim import ParameterError, RigParameters
@@ -48,7 +49,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
-        _check_output(options.output)
+        for file in (options.output, _picture(options.output)):
+            check_file_writable(file)
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
@@ -58,15 +60,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     except OSError as error:
         print(cannot_be_written(error.filename or options.output, error), file=sys.stderr)
         return 2
-
-
-def _check_output(output: Path) -> None:
-    """Raise OSError or RunError for what cannot be written, or would be written over."""
-    picture = _picture(output)
-    if picture == output:
-        raise RunError(f"{output}: refused, the residuals are drawn there; parameters end in .yaml")
-    for file in (output, picture):
-        check_file_writable(file)
 
 
 def _picture(output: Path) -> Path:
@@ -79,20 +72,31 @@ def _identify(options: argparse.Namespace) -> int:
     run = read_run(options.bag, options.namespace)
     second = _second_run(options, run, parameters)
     found = SUBJECTS[options.subject](run, parameters)
+    informed = any(finding.value is not None for finding in found.findings)
     print_notes(run) if second is None else print_notes(run, second)
     print(findings_table(found.findings))
-    informed, fits = _write(options, found, run), found.verdict.fits
+    _say(options, found.verdict, informed=informed)
+    _write(options, found, run, informed=informed)
     predicts = second is None or _predicts(options, found, run, second)
-    if fits:
-        print(f"{found.verdict}")
-        return MISFIT if not predicts else 0 if informed else 1
-    print(f"{found.verdict}; the intervals above do not hold", file=sys.stderr)
-    return MISFIT
+    if not (predicts and found.verdict.fits):
+        return MISFIT
+    return 0 if informed else 1
 
 
-def _write(options: argparse.Namespace, found: Identified, run: MeasuredRun) -> bool:
-    """Write what was found and the picture, if there is anything; say where; whether there was."""
-    informed = any(finding.value is not None for finding in found.findings)
+def _say(options: argparse.Namespace, verdict: Verdict, *, informed: bool) -> None:
+    """Print what the table is worth, before anything can fail."""
+    if not informed:
+        print(f"{options.bag}: informs none of these; no parameters are written", file=sys.stderr)
+    if verdict.fits:
+        print(f"{verdict}")
+    else:
+        print(f"{verdict}; the intervals above do not hold", file=sys.stderr)
+
+
+def _write(
+    options: argparse.Namespace, found: Identified, run: MeasuredRun, *, informed: bool
+) -> None:
+    """Write the parameters, if any are ``informed``, and draw the residuals; say where they are."""
     if informed:
         bag, base = options.bag.resolve().name, Path(options.base).name
         heading = title(options.subject, bag, run, options.sensors, base)
@@ -102,13 +106,10 @@ def _write(options: argparse.Namespace, found: Identified, run: MeasuredRun) -> 
             f"written to {options.output}; for `rodless rig --parameters`, or the plant's "
             "--params-file"
         )
-    else:
-        print(f"{options.bag}: informs none of these; no parameters were written", file=sys.stderr)
     if informed or not found.verdict.fits:
         picture = _picture(options.output)
         atomic_write(picture, png(found.draw))
         print(f"{picture} shows the residuals")
-    return informed
 
 
 def _second_run(
@@ -124,10 +125,10 @@ def _second_run(
         )
     with _named(options.validate):
         second = read_run(options.validate, options.namespace)
-        check_run(second, parameters)
-        check_change(second, parameters)
         if np.array_equal(first.pressure_a, second.pressure_a):
             raise RunError("refused, this is the run that is fitted; take another")
+        check_run(second, parameters)
+        check_change(second, parameters)
     return second
 
 
@@ -173,7 +174,7 @@ def _parser() -> Parser:
     )
     parser.add_argument("subject", choices=sorted(SUBJECTS))
     parser.add_argument("bag", type=named_path, metavar="BAG", help="folder of a rosbag2 bag")
-    parser.add_argument("-o", "--output", type=named_path, required=True, metavar="FILE.yaml")
+    parser.add_argument("-o", "--output", type=_parameter_file, required=True, metavar="FILE.yaml")
     parser.add_argument(
         "--validate",
         type=named_path,
@@ -194,3 +195,10 @@ def _parser() -> Parser:
         help="accuracy of the sensors: of the paper's (default), as in --base, or perfect",
     )
     return parser
+
+
+def _parameter_file(text: str) -> Path:
+    file = named_path(text)
+    if _picture(file) == file:
+        raise argparse.ArgumentTypeError(f"the residuals are drawn in {text!r}; end it in .yaml")
+    return file

@@ -57,18 +57,26 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             texts.append(summary(found))
             wrong += complaints(found)
             print(texts[-1], flush=True)
-            atomic_write(options.output, "\n\n".join([*texts, *wrong]) + "\n")
+            if not _written(options.output, "\n\n".join([*texts, *wrong]) + "\n"):
+                return 1
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
-    except OSError as error:
-        print(cannot_be_written(error.filename or options.output, error), file=sys.stderr)
-        return 1
-    except (RuntimeError, ValueError) as error:
+    except (RuntimeError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     print("\n".join(wrong), end="\n" if wrong else "", file=sys.stderr)
     return int(bool(wrong))
+
+
+def _written(path: Path, text: str) -> bool:
+    """Write the report; whether it could be, said on standard error where not."""
+    try:
+        atomic_write(path, text)
+    except OSError as error:
+        print(cannot_be_written(path, error), file=sys.stderr)
+        return False
+    return True
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:

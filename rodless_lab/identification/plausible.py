@@ -6,10 +6,14 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Whether a run can be of the rig that is taken as known: its units, bounds and direction."""
+"""Whether a run can be of the rig that is taken as known: its units and bounds."""
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
 from rodless_sim import RigParameters
 
@@ -26,12 +30,6 @@ LOWEST_PRESSURE = 5e4
 # How many times the highest supply pressure that can be stated is read nowhere: what ripples, a
 # compressor and sensors add is less, and so is what a carriage compresses that bounces.
 COMPRESSED = 2.0
-
-# A carriage that goes at least so far (m) goes where the voltage sends it, blocks of so long (s)
-# taken together; beyond this coefficient of correlation it surely goes against it.
-FAR = 5e-3
-BLOCK = 0.1
-AGAINST = -0.5
 
 # Samples of a window that is looked at, at the least.
 FEWEST = 5
@@ -65,24 +63,14 @@ def check_run(
     most = COMPRESSED * RigParameters.DECLARATIONS[SUPPLY].maximum
     for name in PRESSURES:
         _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
-    _check_direction(run)
 
 
-def _check_direction(run: MeasuredRun) -> None:
-    """Raise RunError for a carriage that moves against the voltage: its A and B are not ours."""
-    length = max(round(BLOCK / run.period), 1)
-    count = (len(run.time) - 1) // length
-    moved = np.diff(run.position[: count * length + 1 : length])
-    voltage = run.voltage[: count * length].reshape(count, length).mean(axis=1)
-    if count < FEWEST or np.ptp(run.position) < FAR or not np.ptp(voltage) or not np.ptp(moved):
-        return
-    likeness = float(np.corrcoef(voltage, moved)[0, 1])
-    if likeness < AGAINST:
-        raise RunError(
-            f"the carriage moves against the voltage (correlation {likeness:.2f}): more voltage "
-            "fills chamber A, and positions are counted from its end; exchange A and B, or count "
-            "from the other end"
-        )
+def from_gauge(run: MeasuredRun) -> MeasuredRun:
+    """Return ``run`` as it is if its pressures are gauge readings, counted from the atmosphere."""
+    pressures: dict[str, Any] = {
+        name: getattr(run, name) + STANDARD_ATMOSPHERE for name in PRESSURES
+    }
+    return replace(run, **pressures)
 
 
 def _check_clock(run: MeasuredRun, window: float) -> None:

@@ -180,16 +180,15 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
         )
     problem = Problem(run, parameters)
     least = _least(run, parameters, problem.start, SHARES)
-    fit, solution = _fitted(least)
+    fit = _fitted(least)
     for shares in OTHER_SHARES:
         if fit.verdict.fits:
             break
         known = problem.start if shares else least.scaled * problem.scale
         again = _least(run, parameters, _stiff(known), shares)
         if again.cost < least.cost:
-            least, (fit, solution) = again, _fitted(again)
-    verdict = _if_pushed_by_no_more(fit.verdict, solution, problem.largest_bias)
-    return replace(fit, verdict=verdict)
+            least, fit = again, _fitted(again)
+    return fit
 
 
 def _stiff(values: Array) -> Array:
@@ -199,25 +198,25 @@ def _stiff(values: Array) -> Array:
     return stiff
 
 
-def _fitted(least: _Least) -> tuple[BristleFit, _Solution]:
-    """Say what a solution is worth, and return it drawn."""
+def _fitted(least: _Least) -> BristleFit:
+    """Say what a solution is worth."""
     problem, solution = least.problem, _solved(least)
     compared = [("scatter of the position", solution.residuals, solution.explained)]
     checks = [
         *span_checks(compared, problem.spacing, "m", problem.noise),
         _of_noise(solution.residuals, problem.noise),
     ]
-    modelled = problem.modelled(solution.values)
-    return BristleFit(_estimates(solution), modelled, Verdict(tuple(checks))), solution
+    verdict = _if_pushed_by_no_more(Verdict(tuple(checks)), solution, problem.stated_force)
+    return BristleFit(_estimates(solution), problem.modelled(solution.values), verdict)
 
 
 def _if_pushed_by_no_more(verdict: Verdict, solution: _Solution, stated: float) -> Verdict:
     """Return ``verdict``; one that fits not with a constant force beyond the ``stated`` (N)."""
     force, errors = abs(float(solution.values[BIAS])), _standard_errors(solution)
-    if not verdict.fits or force <= stated + BEYOND_STATED * float(errors[BIAS]):
-        return verdict
-    check = Check("constant force", force, stated, "N", 0.0)
-    return Verdict((*verdict.checks, check), f"{ZEROED}, or the rail's tilt")
+    if verdict.fits and force > stated + BEYOND_STATED * float(errors[BIAS]):
+        check = Check("constant force", force, stated, "N", 0.0)
+        return Verdict((*verdict.checks, check), f"{ZEROED}, or the rail's tilt (rail.tilt)")
+    return verdict
 
 
 def _of_noise(residuals: Array, noise: float) -> Check:

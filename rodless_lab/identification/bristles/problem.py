@@ -98,7 +98,8 @@ class Problem:
         self._measured = run.position[self.chosen]
         self.readings = len(self._measured)
         bias = area * parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
-        self.largest_bias = 2.0 * bias + FINEST_FORCE
+        # The constant force that both sensors as stated may make between them, N.
+        self.stated_force = 2.0 * bias + FINEST_FORCE
         self._accuracy = np.array(
             [
                 max(math.sqrt(2.0) * bias * WITHIN_BOUND, FINEST_FORCE),

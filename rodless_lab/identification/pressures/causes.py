@@ -14,8 +14,8 @@ from scipy import stats
 
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.identification.friction.uniform_motion import position_noise
+from rodless_lab.identification.plausible import from_gauge
 from rodless_lab.identification.pressures.fit import (
-    BIAS,
     PressureFit,
     Solution,
     fit_pressures,
@@ -34,7 +34,7 @@ from rodless_lab.identification.pressures.unknowns import (
     polytropic_index,
     spool_dynamics,
 )
-from rodless_lab.identification.verdict import FALSE_ALARM, ZEROED
+from rodless_lab.identification.verdict import FALSE_ALARM
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
 
@@ -83,6 +83,9 @@ EFFECTS = (
 )
 
 
+GAUGE = "absolute pressures; with the atmosphere added to all, as to gauge readings, the model fits"
+
+
 @dataclass(frozen=True)
 class Trial:
     """An effect fitted beside what was: what of it was fitted, and how likely the gain is chance.
@@ -126,13 +129,13 @@ def with_cause(
     gain passes an F test at FALSE_ALARM, corrected for their number; what is left is correlated, so
     its degrees of freedom are those of the fit.
     """
-    if fit.verdict.fits:
+    if fit.verdict.fits or fit.verdict.cause:
         return fit
     worst = min(fit.verdict.checks, key=lambda check: check.p_value)
-    if worst.name.startswith(BIAS):
-        return replace(fit, verdict=fit.verdict.blaming(ZEROED))
     if "supply" in worst.name:
         return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
+    if fit_pressures(from_gauge(run), fit.solution.parameters, fit.solution.unknowns).verdict.fits:
+        return replace(fit, verdict=fit.verdict.blaming(GAUGE))
     tried = try_effects()
     significant = [trial for trial in tried if trial.p_value * len(tried) < FALSE_ALARM]
     best = min(significant, key=lambda trial: trial.solution.cost, default=None)

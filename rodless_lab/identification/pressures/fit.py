@@ -22,13 +22,18 @@ from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.pressures.problem import (
     FINEST_PRESSURE,
-    LARGEST_BIAS,
     Problem,
     Unknown,
     reading_noise,
 )
 from rodless_lab.identification.pressures.unknowns import HYSTERESIS, SPOOL_START, spool_start
-from rodless_lab.identification.verdict import BEYOND_STATED, Check, Verdict, span_checks
+from rodless_lab.identification.verdict import (
+    BEYOND_STATED,
+    ZEROED,
+    Check,
+    Verdict,
+    span_checks,
+)
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.physics.plant import Plant
@@ -36,9 +41,6 @@ from rodless_sim.physics.plant import Plant
 Array = npt.NDArray[np.float64]
 
 SUPPLY = "supply.pressure"
-
-# Share of the largest bias that is looked for at which a search has ended there.
-AT_BOUND = 0.999
 
 # What of a pressure sensor may be beyond what is stated, and whose.
 BIAS = "bias of the sensor"
@@ -219,8 +221,12 @@ def solve(
 def check_change(run: MeasuredRun, parameters: RigParameters) -> None:
     """Raise UninformativeRunError where the pressures of ``run`` stay within their noise."""
     change = max(float(np.ptp(run.pressure_a)), float(np.ptp(run.pressure_b)))
-    if change < LEAST_CHANGE * reading_noise(parameters):
-        raise UninformativeRunError(f"the pressures change by only {change:.3g} Pa")
+    least = LEAST_CHANGE * reading_noise(parameters)
+    if change < least:
+        raise UninformativeRunError(
+            f"the pressures change by only {change:.3g} Pa, of {least:.3g} Pa that tell anything: "
+            "record a run of `rodless drive`"
+        )
 
 
 def _jacobian(
@@ -292,17 +298,23 @@ def _verdict(solution: Solution) -> Verdict:
         ("scatter of the supply", supply, still),
     )
     verdict = Verdict(tuple(span_checks(compared, problem.spacing, "Pa", problem.noise)))
-    # A model that does not fit may bend the biases: then they say nothing.
-    return Verdict((*verdict.checks, *biases(solution))) if verdict.fits else verdict
+    return with_biases(verdict, solution)
+
+
+def with_biases(verdict: Verdict, solution: Solution, times: float = 1.0) -> Verdict:
+    """Return ``verdict``; one that fits not with biases beyond ``times`` what is stated.
+
+    A model that does not fit may bend the biases: then they say nothing.
+    """
+    beyond = biases(solution, times) if verdict.fits else []
+    return Verdict((*verdict.checks, *beyond), ZEROED) if beyond else verdict
 
 
 def biases(solution: Solution, times: float = 1.0) -> list[Check]:
-    """Return the biases of pressure sensors that are beyond ``times`` what is stated of them."""
-    stated = times * max(solution.problem.bias, FINEST_PRESSURE)
+    """Return the biases of pressure sensors that are surely beyond ``times`` what is stated."""
+    stated = max(solution.problem.bias, FINEST_PRESSURE)
     sizes = np.abs(solution.values[-3:])
-    # One at the end of where it is looked for is no error of a model, however little that follows.
-    most = np.minimum(stated + BEYOND_STATED * _errors(solution)[-3:], AT_BOUND * LARGEST_BIAS)
-    beyond = sizes > np.maximum(most, stated)
+    beyond = sizes > times * stated + BEYOND_STATED * _errors(solution)[-3:]
     return [
         Check(f"{BIAS} of {name}", float(size), stated, "Pa", 0.0)
         for name, size, is_beyond in zip(SENSORS, sizes, beyond, strict=True)

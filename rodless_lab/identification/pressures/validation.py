@@ -19,24 +19,24 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_lab.identification.estimate import covariance
+from rodless_lab.identification.plausible import from_gauge
 from rodless_lab.identification.pressures.causes import Trial
 from rodless_lab.identification.pressures.fit import (
     DRAWS,
     SEED,
     Solution,
-    biases,
     left_of,
     solve,
+    with_biases,
 )
 from rodless_lab.identification.pressures.problem import Problem
 from rodless_lab.identification.pressures.unknowns import SPOOL_START
-from rodless_lab.identification.verdict import Check, Verdict, span_checks
-from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.identification.verdict import Verdict, span_checks
+from rodless_lab.runs.measured_run import MeasuredRun, RunError
 
 Array = npt.NDArray[np.float64]
 
 PLAIN = "the model as it is"
-NONE = "none of the models tried predicts it; take a first bag that shows more"
 
 # A model of which the first run leaves more open than this many times the noise predicts nothing.
 MOST_OPEN = 2.0
@@ -53,8 +53,7 @@ class Prediction:
     """How a model fitted to one run predicts another: ``left`` and ``explained``, RMS in Pa.
 
     ``explained`` is what the sensors leave, and the errors of what the first run told; ``noise``
-    (Pa) is that of a reading. ``biases`` are those of the second run's sensors that are beyond what
-    is stated of them, if the model is right.
+    (Pa) is that of a reading. The cause of its verdict, if it has one, is not the model's.
     """
 
     name: str
@@ -62,7 +61,6 @@ class Prediction:
     explained: float
     noise: float
     verdict: Verdict
-    biases: Sequence[Check] = ()
 
     @property
     def tells(self) -> bool:
@@ -78,6 +76,8 @@ class Prediction:
         said = "predicts it" if self.predicts else "does not predict it"
         if self.verdict.fits and not self.tells:
             said = "the first run leaves it too open to predict"
+        if self.verdict.cause:
+            said = f"{said}: {self.verdict.checks[-1]}"
         return f"{self.name}: {self.left:.4g} Pa, explained {self.explained:.4g} Pa; {said}"
 
 
@@ -108,8 +108,9 @@ class Validation:
         if self.chosen.predicts:
             others = "" if self.chosen is self.plain else f"; {self.plain}"
             return f"chosen: {self.chosen}{others}"
-        biased = "".join(f"; {check}, if the model is right" for check in self.plain.biases)
-        return f"chosen: {NONE}{biased}"
+        able = any(prediction.predicts for prediction in self.others)
+        none = f"chosen: none of the models tried predicts it{' and leaves less' if able else ''}"
+        return f"{none}; take {self.plain.verdict.cause or 'a first bag that shows more'}"
 
 
 def validated(
@@ -120,11 +121,19 @@ def validated(
     ``try_effects`` fits each of these to the other run. Where the model as it is predicts
     ``second``, none is tried: the simplest model is taken.
     Fitted on ``second`` are what belongs to a run only: where pressures, temperatures and the
-    spool start, and the constant errors of the sensors within their accuracy.
+    spool start, and the constant errors of the sensors within their accuracy. Raises RunError for
+    gauge pressures.
     """
     plain = prediction(PLAIN, fitted, second)
-    tried = [] if plain.predicts else try_effects()
-    return Validation(plain, [prediction(trial.title, trial.solution, second) for trial in tried])
+    if plain.predicts:
+        return Validation(plain, [])
+    if prediction(PLAIN, fitted, from_gauge(second)).predicts:
+        raise RunError(
+            "the model as it is predicts it with the atmosphere added to all pressures: they are "
+            "gauge readings, and absolute ones are needed"
+        )
+    tried = [prediction(trial.title, trial.solution, second) for trial in try_effects()]
+    return Validation(plain, tried)
 
 
 def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
@@ -136,11 +145,8 @@ def prediction(name: str, fitted: Solution, second: MeasuredRun) -> Prediction:
     compared = [("scatter of the pressures", found.residuals.reshape(2, -1), explained)]
     checks = list(span_checks(compared, found.problem.spacing, "Pa", found.problem.noise))
     left, expected_left = checks[0].found, checks[0].expected
-    beyond = biases(found, SURELY)
-    verdict = Verdict(tuple(checks))
-    if verdict.fits:
-        verdict = Verdict((*checks, *beyond))
-    return Prediction(name, left, expected_left, found.problem.noise, verdict, beyond)
+    verdict = with_biases(Verdict(tuple(checks)), found, SURELY)
+    return Prediction(name, left, expected_left, found.problem.noise, verdict)
 
 
 def _explained(fitted: Solution, found: Solution, second: MeasuredRun) -> Array:

@@ -23,11 +23,11 @@ from rodless_lab.cli import identify
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.excitation import EXCITATIONS
 from rodless_lab.identification.plausible import PRESSURES
-from rodless_lab.identification.pressures.causes import trials
+from rodless_lab.identification.pressures.causes import trials, with_cause
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.validation import PLAIN, Prediction, Validation, validated
 from rodless_lab.identification.verdict import Check, Verdict
-from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.runs.measured_run import MeasuredRun, RunError
 
 HEAT = {"chambers.thermodynamics": "energy_balance"}
 
@@ -115,15 +115,37 @@ def test_a_second_bag_that_tests_nothing_is_refused(
 
 
 @pytest.mark.slow
-def test_gauge_pressures_of_a_second_run_are_named() -> None:
-    """Half an atmosphere too low throughout: beyond what is stated of any sensor, and so said."""
+def test_gauge_pressures_are_named() -> None:
+    """Those of a second run are refused; of the first, which does not fit, they are the cause."""
     first, second = two_runs({}, 1)
-    gauge = {name: getattr(second, name) - 5e4 for name in PRESSURES}
+    fit = identify_chambers(first, KNOWN)
+    with pytest.raises(RunError, match="they are gauge readings, and absolute ones are needed"):
+        validated(fit.solution, gauge(second), lambda: [])
+    misfit = identify_chambers(gauge(first), KNOWN)
+    assert not misfit.verdict.fits
+    blamed = with_cause(gauge(first), misfit, lambda: []).verdict
+    assert "likely missing: absolute pressures; with the atmosphere added" in str(blamed)
+
+
+def gauge(run: MeasuredRun) -> MeasuredRun:
+    """The run with pressures counted from the standard atmosphere."""
+    return replace(run, **{name: getattr(run, name) - 101325.0 for name in PRESSURES})
+
+
+@pytest.mark.slow
+def test_a_sensor_off_in_the_second_run_is_named() -> None:
+    """Half a bar: the line says whose and by how much, and no other model is sold for it."""
+    first, second = two_runs({}, 1)
+    off = replace(second, supply_pressure=second.supply_pressure + 3e4)
     fitted = identify_chambers(first, KNOWN).solution
-    found = validated(fitted, replace(second, **gauge), lambda: [])
+    found = validated(fitted, off, lambda: [])
     assert not found.plain.predicts
-    assert "bias of the sensor of chamber A" in str(found)
-    assert "explained 1e+04 Pa, if the model is right" in str(found)
+    assert "does not predict it: bias of the sensor of the supply 3" in str(found.plain)
+    assert "explained 5e+03 Pa" in str(found.plain)
+    assert str(found).endswith(
+        "take sensors that are zeroed against each other, or their "
+        "sensors.pressure_bias in the base"
+    )
 
 
 def test_what_does_not_predict_is_not_chosen() -> None:
@@ -134,7 +156,9 @@ def test_what_does_not_predict_is_not_chosen() -> None:
     assert Validation(wrong, [left_open, right, wrong]).chosen is right
     # Predicts, but only as the first run leaves it so open.
     open_wide = prediction("open", 305.0, explained=310.0, fits=True)
-    assert Validation(wrong, [open_wide]).chosen is wrong
+    wide = Validation(wrong, [open_wide])
+    assert wide.chosen is wrong
+    assert "none of the models tried predicts it and leaves less; take a first bag" in str(wide)
     none = Validation(wrong, [left_open, wrong])
     assert none.chosen is wrong
     assert str(none).startswith("chosen: none of the models tried predicts it")

@@ -225,7 +225,9 @@ def test_refusals_name_value_cause_and_way_out() -> None:
     for period in (3601.0, 1e300, math.inf):
         with pytest.raises(ValueError, match=r"^period .* s refused: must be above 0, and 3600 s"):
             model().sampled_response([1.0], period)
-    assert model().sampled_response([500.0], 1e-3).size == 1
+    for period in np.linspace(1e-3, 1e-2, 50):  # half of what is sampled itself, however rounded
+        up_to_it = np.logspace(-1.0, np.log10(0.5 / period), 50)
+        assert model().sampled_response(up_to_it, float(period)).size == 50
     with pytest.raises(ValueError, match=r"^frequencies refused: 1000\.0 Hz, .* up to 500 Hz"):
         model().sampled_response([1.0, 1000.0], 1e-3)
     with pytest.raises(ValueError, match=r"^frequencies refused: frequency b'1' refused"):
