@@ -8,6 +8,8 @@
 
 """Write a rosbag2 bag in MCAP storage, without rosbag2."""
 
+import errno
+import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -81,8 +83,14 @@ class BagWriter(Closing):
         self._attempt(self._file.add_message, channel, log_time, publish_time, data, sequence)
 
     def flush(self) -> None:
-        """Put all messages so far out of a crash's reach; raises :class:`BagError`."""
+        """Put all messages so far out of a crash's reach; raises :class:`BagError`.
+
+        So it does for a bag that is no longer where it was begun.
+        """
         self._attempt(self._file.flush)
+        if not self._file.is_in_place:
+            self.failure = BagError(_gone(self.path))
+            raise self.failure
 
     def _attempt(self, action: Callable[..., None], *arguments: object) -> None:
         """Turn a failure to write into the end of writing."""
@@ -167,17 +175,41 @@ def _scanned(file: Path) -> McapReader:
 
 
 def _finish(bag: Path, writer: McapWriter, before: Iterable[FileContents] = ()) -> None:
-    """Write the end of the storage file and ``metadata.yaml``, dropping messages to make room."""
+    """Write the end of the storage file and ``metadata.yaml``, dropping messages to make room.
+
+    None is dropped for what no room helps: the file then ends with all of them.
+    """
     while True:
         files = [*before, _contents(writer.name, writer.index)]
         try:
             writer.finish(*_description(files))
+            if not writer.is_in_place:
+                raise BagError(_gone(bag))
             write_metadata(bag, files)
         except OSError as error:
-            if not writer.index.drop_last_stretch():
-                raise BagError(f"{bag}: no room to end the bag: {error.strerror}") from error
+            if _has_other_cause(bag, error) or not writer.index.drop_last_stretch():
+                raise BagError(
+                    f"{cannot_be_written(error.filename or bag, error)}; where that is mended, "
+                    f"`rodless recover {bag}` ends the bag"
+                ) from error
         else:
             return
+
+
+def _has_other_cause(bag: Path, error: OSError) -> bool:
+    """Whether an ``error`` comes from anything but messages that take the room of the end."""
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return True
+    room = os.statvfs(bag)
+    # No further file can be made, however short the others are. Some file systems count none.
+    return room.f_files > 0 and room.f_favail == 0
+
+
+def _gone(bag: Path) -> str:
+    return (
+        f"{bag}: was removed or moved while it was recorded; "
+        "`rodless recover` ends it where it is now"
+    )
 
 
 def _description(files: list[FileContents]) -> tuple[str, dict[str, str]]:

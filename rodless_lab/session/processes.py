@@ -19,6 +19,7 @@ from pathlib import Path
 
 import yaml
 
+from rodless_base.atomic_write import atomic_write, cannot_be_written
 from rodless_base.parameter_file import preset_file
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
@@ -61,14 +62,18 @@ def _in_namespace(namespace: str) -> list[str]:
 def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]]) -> Path:
     """Write parameters by node as a ROS parameter file at ``path`` and return that.
 
-    It holds in every namespace; `-p plant:name:=value` on a command line does not.
+    It holds in every namespace; `-p plant:name:=value` on a command line does not. Raises
+    HarnessError where it cannot be written.
     """
     sections = {
         f"/**/{node}": {"ros__parameters": dict(values)}
         for node, values in parameters.items()
         if values
     }
-    path.write_text(yaml.safe_dump(sections), encoding="utf-8")
+    try:
+        atomic_write(path, yaml.safe_dump(sections))
+    except OSError as error:
+        raise HarnessError(cannot_be_written(path, error)) from error
     return path
 
 

@@ -20,6 +20,7 @@ from typing import get_args
 
 from std_msgs.msg import Float64
 
+from rodless_base.atomic_write import cannot_be_written
 from rodless_base.file_path import file_path
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
@@ -219,10 +220,14 @@ class RigSession(PlantTime, Controls, Faults):
         folder = self._output or Path(tempfile.mkdtemp(prefix="rodless_sim-"))
         if self._output is None:
             stack.callback(shutil.rmtree, folder, ignore_errors=True)
-        folder.mkdir(parents=True, exist_ok=True)
-        self._processes = SessionProcesses(
-            self._plan.command_lines(folder), self._environment, folder
-        )
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            commands = self._plan.command_lines(folder)
+            self._processes = SessionProcesses(commands, self._environment, folder)
+        except FileNotFoundError:  # a preset's
+            raise
+        except OSError as error:
+            raise HarnessError(cannot_be_written(error.filename or folder, error)) from error
         self._outputs = self._exit_codes = None
         # Before the folder goes, and after all have ended.
         stack.callback(self._keep_what_remains)

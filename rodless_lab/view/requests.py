@@ -11,6 +11,7 @@
 import asyncio
 from collections.abc import Mapping
 from concurrent.futures import Future
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -49,6 +50,14 @@ class Nodes(Protocol):
         """Call services."""
 
 
+@dataclass
+class _Cut:
+    """What the supply (Pa) was before it was cut here, and the last run that is of the same rig."""
+
+    supply: float
+    last_run: int
+
+
 class Requests:
     """Everything raises :class:`ViewError` where it cannot be; then nothing has changed."""
 
@@ -61,7 +70,7 @@ class Requests:
         self._set_points = set_points
         self._nodes = nodes
         self._recording: Recording | None = None
-        self._before_cut: float | None = None  # Pa
+        self._cut: _Cut | None = None
 
     def close(self) -> None:
         """Close the bag under way."""
@@ -113,11 +122,12 @@ class Requests:
             return
         if cut:
             await self.set({SUPPLY: ambient})
-            self._before_cut = supply
-        elif self._before_cut is None:
-            raise ViewError(f"the supply was not cut here; set {SUPPLY}")
+            self._cut = _Cut(supply, self.state.history.run)
+        elif self._cut is None or self.state.history.run > self._cut.last_run:
+            raise ViewError(f"the supply of this rig was not cut here; set {SUPPLY}")
         else:
-            await self.set({SUPPLY: self._before_cut})
+            await self.set({SUPPLY: self._cut.supply})
+            self._cut = None
 
     async def pause(self, paused: bool) -> None:
         """Stop plant time, or let it run on."""
@@ -130,6 +140,8 @@ class Requests:
     async def reset(self) -> None:
         """Return the rig to its start."""
         await self._call(RESET)
+        if self._cut is not None:
+            self._cut.last_run += 1
 
     async def enable(self, enabled: bool) -> None:
         """Let the controller control, or close the valve and keep it closed."""

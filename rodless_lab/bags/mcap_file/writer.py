@@ -8,6 +8,7 @@
 
 """Write an MCAP file so that it can be ended wherever the writing stops."""
 
+import os
 import struct
 import zlib
 from collections import Counter
@@ -67,8 +68,16 @@ class McapWriter(Closing):
             writer._append(content)
         return writer
 
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file is still where it was begun: it may have been removed, or moved."""
+        try:
+            return os.path.samestat(os.fstat(self._file.fileno()), self._path.stat())
+        except OSError:
+            return False
+
     def _begin(self, path: Path, mode: str, index: McapIndex) -> None:
-        self.name = path.name
+        self.name, self._path = path.name, path.absolute()
         self.index = index
         self._file = path.open(mode, buffering=0)
         self._chunk = bytearray()

@@ -8,6 +8,7 @@
 
 """What pages ask of the rig, done in one thread, one after the other, as the other verbs do it."""
 
+import math
 import queue
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -49,6 +50,7 @@ class Desk:
         self._state = state
         self._jobs: queue.SimpleQueue[tuple[Job, Future[Any]]] = queue.SimpleQueue()
         self._stale = set(NODES)
+        self._asked_at = dict.fromkeys(NODES, -math.inf)  # when the report came, by node
         self._run = -1
         self._closed = False
         rig.observer.subscribe(ParameterEvent, "/parameter_events", self._take_event)
@@ -151,19 +153,22 @@ class Desk:
         self._state.nodes[node] = NodeState(level, said.message, said.values)
         if node == CONTROLLER and said.arrived > self._state.target_heard + REPORT_SECONDS:
             self._state.target = number_in(said.values.get("set-point (m)"))
-        if node in self._stale:
+        if node in self._stale and said.arrived > self._asked_at[node]:
+            self._asked_at[node] = said.arrived
             self._read_parameters(node)
 
     def _read_parameters(self, node: str) -> None:
         """Read all parameters of a node, which is there; tried again with its next report."""
-        self._stale.discard(node)
+        unknown = f"{node}: its parameters are not known"
         try:
             names = self._rig.observer.parameter_names(node)
             values = self._rig.observer.get_parameters(node, names)
         except HarnessError as error:
-            self._state.problem = f"{node}: its parameters are not known: {error}"
+            self._state.problem = f"{unknown}: {error}"
             return
-        self._state.problem = None
+        self._stale.discard(node)
+        if (self._state.problem or "").startswith(unknown):
+            self._state.problem = None
         self._state.take_parameters(node, values, whole=True)
 
     def _take_event(self, event: ParameterEvent) -> None:

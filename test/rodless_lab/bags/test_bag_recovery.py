@@ -13,14 +13,15 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from rosbags.highlevel import AnyReader
 
-from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.reader import Bag, read_bag
-from rodless_lab.bags.writer import recover_bag
+from rodless_lab.bags.writer import BagWriter, recover_bag
 from rodless_lab.cli import recover
 
 # Writes samples of 1 kB until the disk is full, then closes, and prints what it was told.
@@ -96,6 +97,57 @@ def test_a_full_file_system_leaves_a_bag_that_opens(tmp_path: Path) -> None:
         check_full(small / "bag", written)
     finally:
         subprocess.run(["umount", str(small)], check=True)
+
+
+def test_no_message_makes_room_for_a_file_that_cannot_be_made(tmp_path: Path) -> None:
+    """A file system without a place for one more file, but with room: the messages stay."""
+    small = tmp_path / "small"
+    small.mkdir()
+    # Its root, the bag's folder and the file of the messages.
+    mount = ["mount", "-t", "tmpfs", "-o", "size=20m,nr_inodes=3", "tmpfs", str(small)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no right to mount a small file system")
+    try:
+        failure = recorded(small / "bag").failure
+        assert "metadata.yaml: cannot be written: No space left on device" in str(failure)
+        assert len(read_bag(small / "bag", recover=True)["/x"].payloads) == 1000
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
+
+
+def test_what_is_in_the_way_of_the_metadata_costs_no_message(tmp_path: Path) -> None:
+    """A folder of its name, which no room helps: the line names it, and the bag can be ended."""
+    bag = tmp_path / "bag"
+    failure = recorded(bag, (bag / "metadata.yaml").mkdir).failure
+    assert f"{bag}/metadata.yaml: cannot be written: Is a directory" in str(failure)
+    assert f"`rodless recover {bag}` ends the bag" in str(failure)
+    (bag / "metadata.yaml").rmdir()
+    assert recover_bag(bag) == 1000
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_bag_that_is_taken_away_is_no_success(tmp_path: Path, *, moved: bool) -> None:
+    """Removed or moved while it is recorded: said at once, and no folder stands in its place."""
+    bag, elsewhere = tmp_path / "bag", tmp_path / "elsewhere"
+    writer = recorded(bag, lambda: bag.rename(elsewhere) if moved else shutil.rmtree(bag))
+    assert f"{bag}: was removed or moved while it was recorded" in str(writer.failure)
+    assert not bag.exists()
+    with pytest.raises(BagError, match="was removed or moved"):
+        writer.write("/x", bytes(12), 0, 0)
+    if moved:
+        assert recover_bag(elsewhere) == 1000
+
+
+def recorded(bag: Path, midway: Callable[[], object] = lambda: None) -> BagWriter:
+    """Write a thousand messages, ``midway`` something else; return the closed writer."""
+    with BagWriter(bag) as writer:
+        writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
+        for k in range(1000):
+            writer.write("/x", k.to_bytes(1000, "little"), k, k)
+        midway()
+        with contextlib.suppress(BagError):
+            writer.flush()
+    return writer
 
 
 def check_full(bag: Path, written: int) -> None:

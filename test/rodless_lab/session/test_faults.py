@@ -198,6 +198,18 @@ def test_what_a_controller_leaves_behind_ends_too(
     assert ended(int((tmp_path / "controller.txt").read_text(encoding="utf-8")))
 
 
+@pytest.mark.parametrize("place", ["file", "file/below"])
+def test_an_output_that_cannot_be_is_named(
+    rig_session: StartSession, tmp_path: Path, place: str
+) -> None:
+    """In one line of the harness, before anything starts; nothing is left where it was to be."""
+    (tmp_path / "file").touch()
+    output = tmp_path / place
+    with pytest.raises(HarnessError, match=r"^\S+: cannot be written: (File exists|Not a dir)"):
+        rig_session(plant=SLOW, output=output)
+    assert list(tmp_path.iterdir()) == [tmp_path / "file"]
+
+
 PROGRAM = """
     import signal
     from rodless_lab.harness import RigSession

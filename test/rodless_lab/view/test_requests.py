@@ -106,6 +106,25 @@ def test_a_supply_that_others_have_cut_is_not_restored_by_guessing(
     assert rig.asked == []
 
 
+def test_a_supply_comes_back_to_the_rig_that_lost_it_alone(
+    requests: Requests, rig: Rig, state: ViewState
+) -> None:
+    """After a reset it does; not to another rig, nor twice."""
+    state.take_parameters("plant", {"supply.pressure": 5.5e5})
+    for end_run in (requests.reset, None):
+        asyncio.run(requests.cut_supply(True))
+        if end_run is not None:
+            asyncio.run(end_run())
+        state.history.clear()  # as where time goes back
+        if end_run is not None:
+            asyncio.run(requests.cut_supply(False))
+            assert rig.asked[-1] == {"supply.pressure": "550000.0"}
+    asked = len(rig.asked)
+    with pytest.raises(ViewError, match=r"of this rig was not cut here; set supply\.pressure"):
+        asyncio.run(requests.cut_supply(False))
+    assert len(rig.asked) == asked
+
+
 def test_a_step_begins_a_moment_from_now(requests: Requests, rig: Rig, state: ViewState) -> None:
     """All of it as one change: type, shape and start in plant time."""
     state.history.add((12.25, 0.0))
