@@ -49,8 +49,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
-        for file in (options.output, _picture(options.output)):
-            check_file_writable(file)
+        check_file_writable(options.output)
+        check_file_writable(_picture(options.output))
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
@@ -199,6 +199,6 @@ def _parser() -> Parser:
 
 def _parameter_file(text: str) -> Path:
     file = named_path(text)
-    if _picture(file) == file:
+    if file.suffix == ".png":
         raise argparse.ArgumentTypeError(f"the residuals are drawn in {text!r}; end it in .yaml")
     return file
