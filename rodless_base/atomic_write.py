@@ -11,6 +11,8 @@
 import errno
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -21,14 +23,20 @@ def atomic_write(path: Path, content: str | bytes) -> None:
     socket stays what it is: that is refused.
     """
     path = Path(os.path.realpath(path))
-    try:
+    with naming(path):
         _refuse_other_than_a_file(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         _write_beside(path, content)
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Let an OSError name ``path``: not a part of it, and not none, as where the disk is full."""
+    try:
+        yield
     except OSError as error:
         if error.errno is None:
             raise
-        # Not the unfinished file, and not none, as where the disk is full.
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
@@ -59,20 +67,15 @@ def _refuse_other_than_a_file(path: Path) -> None:
 def check_writable(folder: Path) -> None:
     """Raise OSError now rather than after minutes of work; ``folder`` need not be there yet."""
     there = next(place for place in (folder, *folder.parents) if place.exists())
-    try:
-        with tempfile.TemporaryFile(dir=there):
-            pass
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(folder)) from error
+    with naming(folder), tempfile.TemporaryFile(dir=there):
+        pass
 
 
 def check_file_writable(file: Path) -> None:
     """Raise OSError as :func:`check_writable`, for a file that is to be written."""
     _refuse_other_than_a_file(file)
-    try:
+    with naming(file):
         check_writable(Path(os.path.realpath(file)).parent)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(file)) from error
 
 
 def cannot_be_written(what: object, error: OSError) -> str:

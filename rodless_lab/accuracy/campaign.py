@@ -17,7 +17,7 @@ from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import atomic_write, naming
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
 
@@ -43,11 +43,9 @@ def campaign(
         if not path.read_text(encoding="utf-8").endswith("\n"):
             writer.writerow([])
         for verdict in judged(wanted, stopped):
-            try:
+            with naming(path):
                 writer.writerow(verdict)
                 file.flush()
-            except OSError as error:
-                raise OSError(error.errno, error.strerror, str(path)) from error
             known[verdict.number] = verdict
             progress(sum(number < count for number in known))
     return [known[number] for number in sorted(known) if number < count]

@@ -138,9 +138,8 @@ class LinearModel:
                 f"period {shown(period)} s refused: must be above 0, and {LONGEST_STEP} s at most"
             )
         hertz = _hertz(frequencies)
-        above = hertz[
-            hertz * step > 0.5 * (1.0 + 1e-9)
-        ]  # that half itself, however rounded, is one
+        # Half that of the samples itself is shown, however it is rounded.
+        above = hertz[hertz * step > 0.5 * (1.0 + 1e-9)]
         if above.size:
             raise ValueError(
                 f"frequencies refused: {shown(float(above[0]))} Hz, samples {shown(step)} s apart "

@@ -206,14 +206,15 @@ def _fitted(least: _Least) -> BristleFit:
         *span_checks(compared, problem.spacing, "m", problem.noise),
         _of_noise(solution.residuals, problem.noise),
     ]
-    verdict = _if_pushed_by_no_more(Verdict(tuple(checks)), solution, problem.stated_force)
-    return BristleFit(_estimates(solution), problem.modelled(solution.values), verdict)
+    values, errors = solution.values, _standard_errors(solution)
+    force, stated = abs(float(values[BIAS])), problem.stated_force
+    verdict = _if_pushed_by_no_more(Verdict(tuple(checks)), force, float(errors[BIAS]), stated)
+    return BristleFit(_estimates(values, errors), problem.modelled(values), verdict)
 
 
-def _if_pushed_by_no_more(verdict: Verdict, solution: _Solution, stated: float) -> Verdict:
-    """Return ``verdict``; one that fits not with a constant force beyond the ``stated`` (N)."""
-    force, errors = abs(float(solution.values[BIAS])), _standard_errors(solution)
-    if verdict.fits and force > stated + BEYOND_STATED * float(errors[BIAS]):
+def _if_pushed_by_no_more(verdict: Verdict, force: float, error: float, stated: float) -> Verdict:
+    """Return ``verdict``; one that fits not with a constant ``force`` beyond the ``stated`` (N)."""
+    if verdict.fits and force > stated + BEYOND_STATED * error:
         check = Check("constant force", force, stated, "N", 0.0)
         return Verdict((*verdict.checks, check), f"{ZEROED}, or the rail's tilt (rail.tilt)")
     return verdict
@@ -324,14 +325,13 @@ def _solved(least: _Least) -> _Solution:
     return _Solution(values, residuals, explained, errors * problem.scale)
 
 
-def _estimates(solution: _Solution) -> dict[str, Estimate]:
-    """Return the intervals, from the errors of the draws and the scatter beyond theirs."""
-    errors = _standard_errors(solution)
+def _estimates(values: Array, errors: Array) -> dict[str, Estimate]:
+    """Return the intervals, from the values and their standard errors, both of shape (p,)."""
     compliance, damping = (
-        symmetric(float(solution.values[place]), float(errors[place]), DRAWS, unit)
+        symmetric(float(values[place]), float(errors[place]), DRAWS, unit)
         for place, unit in ((COMPLIANCE, "m/N"), (BRISTLE_DAMPING, "N·s/m"))
     )
-    sides = [solution.values[side][-1] for side in (FORWARD, REVERSE)]
+    sides = [values[side][-1] for side in (FORWARD, REVERSE)]
     damping = damping.widened(DAMPING_ACCURACY * (damping.value + float(np.mean(sides))))
     return {STIFFNESS: _stiffness(compliance), DAMPING: _damping(compliance, damping)}
 

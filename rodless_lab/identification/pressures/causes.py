@@ -15,12 +15,7 @@ from scipy import stats
 from rodless_base.parameters import ParameterError, Value
 from rodless_lab.identification.friction.uniform_motion import position_noise
 from rodless_lab.identification.plausible import from_gauge
-from rodless_lab.identification.pressures.fit import (
-    PressureFit,
-    Solution,
-    fit_pressures,
-    solve,
-)
+from rodless_lab.identification.pressures.fit import PressureFit, Solution, fit_pressures, solve
 from rodless_lab.identification.pressures.problem import Unknown
 from rodless_lab.identification.pressures.unknowns import (
     SPOOL_START,

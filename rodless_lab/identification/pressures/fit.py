@@ -42,8 +42,7 @@ Array = npt.NDArray[np.float64]
 
 SUPPLY = "supply.pressure"
 
-# What of a pressure sensor may be beyond what is stated, and whose.
-BIAS = "bias of the sensor"
+# Whose bias each of the last values is.
 SENSORS = ("chamber A", "chamber B", "the supply")
 
 # A run whose pressures stay within this many standard deviations of their noise informs nothing.
@@ -306,17 +305,17 @@ def with_biases(verdict: Verdict, solution: Solution, times: float = 1.0) -> Ver
 
     A model that does not fit may bend the biases: then they say nothing.
     """
-    beyond = biases(solution, times) if verdict.fits else []
+    beyond = _biases(solution, times) if verdict.fits else []
     return Verdict((*verdict.checks, *beyond), ZEROED) if beyond else verdict
 
 
-def biases(solution: Solution, times: float = 1.0) -> list[Check]:
+def _biases(solution: Solution, times: float) -> list[Check]:
     """Return the biases of pressure sensors that are surely beyond ``times`` what is stated."""
     stated = max(solution.problem.bias, FINEST_PRESSURE)
     sizes = np.abs(solution.values[-3:])
     beyond = sizes > times * stated + BEYOND_STATED * _errors(solution)[-3:]
     return [
-        Check(f"{BIAS} of {name}", float(size), stated, "Pa", 0.0)
+        Check(f"bias of the sensor of {name}", float(size), stated, "Pa", 0.0)
         for name, size, is_beyond in zip(SENSORS, sizes, beyond, strict=True)
         if is_beyond
     ]

@@ -168,7 +168,6 @@ class Problem:
             self._model = unknown.apply(self._model, size)
         self._lag = parameters.number("sensors.pressure_lag")
         self.bias = parameters.number("sensors.pressure_bias") * PRESSURE_RANGE
-        self.largest_bias = max(LARGEST_BIAS, TIMES_STATED * self.bias)
         self.noise = reading_noise(parameters)
         self._sensors = parameters.with_values(dict.fromkeys(CONSTANT_ERRORS, 0.0))
         self._reach = position_range(parameters)
@@ -194,9 +193,8 @@ class Problem:
         self._accuracy = np.array([*accuracy, *[max(self.bias * WITHIN_BOUND, 1.0)] * 3])
         extra = np.array([*expected, *first, 0.0, 0.0, 0.0])
         span = np.array([*accuracy, 1e3, 1e3, 1e3, 1e3, 1e3])
-        wide = np.array(
-            [*[1e-2] * ERRORS, *[100.0] * len(warm), 1e5, 1e5, *[self.largest_bias] * 3]
-        )
+        largest_bias = max(LARGEST_BIAS, TIMES_STATED * self.bias)
+        wide = np.array([*[1e-2] * ERRORS, *[100.0] * len(warm), 1e5, 1e5, *[largest_bias] * 3])
         self.start = np.concatenate([[unknown.start for unknown in unknowns], extra])
         self.scale = np.concatenate([[unknown.scale for unknown in unknowns], span])
         blur = [unknown.blur for unknown in unknowns]

@@ -13,7 +13,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -86,33 +86,32 @@ def test_a_full_disk_leaves_a_bag_that_opens(tmp_path: Path, limit: int) -> None
 
 def test_a_full_file_system_leaves_a_bag_that_opens(tmp_path: Path) -> None:
     """The same on a real file system without a free byte, where metadata.yaml needs room too."""
-    small = tmp_path / "small"
-    small.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(small)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
-        pytest.skip("no right to mount a small file system")
-    try:
+    with mounted(tmp_path / "small", "size=1m") as small:
         written, said = fill(small / "bag")
         assert "No space left on device" in said
         check_full(small / "bag", written)
+
+
+@contextlib.contextmanager
+def mounted(small: Path, options: str) -> Iterator[Path]:
+    """Mount a small file system; skip the test where that is not allowed."""
+    small.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(small)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no right to mount a small file system")
+    try:
+        yield small
     finally:
         subprocess.run(["umount", str(small)], check=True)
 
 
 def test_no_message_makes_room_for_a_file_that_cannot_be_made(tmp_path: Path) -> None:
     """A file system without a place for one more file, but with room: the messages stay."""
-    small = tmp_path / "small"
-    small.mkdir()
-    # Its root, the bag's folder and the file of the messages.
-    mount = ["mount", "-t", "tmpfs", "-o", "size=20m,nr_inodes=3", "tmpfs", str(small)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
-        pytest.skip("no right to mount a small file system")
-    try:
+    # Three inodes: its root, the bag's folder and the file of the messages.
+    with mounted(tmp_path / "small", "size=20m,nr_inodes=3") as small:
         failure = recorded(small / "bag").failure
         assert "metadata.yaml: cannot be written: No space left on device" in str(failure)
         assert len(read_bag(small / "bag", recover=True)["/x"].payloads) == 1000
-    finally:
-        subprocess.run(["umount", str(small)], check=True)
 
 
 def test_what_is_in_the_way_of_the_metadata_costs_no_message(tmp_path: Path) -> None:
