@@ -65,10 +65,13 @@ def _refuse_other_than_a_file(path: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """Raise OSError now rather than after minutes of work; ``folder`` need not be there yet."""
+    """Raise OSError now rather than after minutes of work; ``folder`` need not be there yet.
+
+    A full disk takes one more empty file, so a page is written too.
+    """
     there = next(place for place in (folder, *folder.parents) if place.exists())
-    with naming(folder), tempfile.TemporaryFile(dir=there):
-        pass
+    with naming(folder), tempfile.TemporaryFile(dir=there) as probe:
+        probe.write(bytes(4096))
 
 
 def check_file_writable(file: Path) -> None:

@@ -77,6 +77,7 @@ def results_folder(folder: Path) -> Iterator[None]:
     Raises HarnessError where another demo has it, and OSError where nothing can be written. The
     claim is a lock, which the kernel drops when the process ends, however it ends.
     """
+    check_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
     claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
@@ -86,7 +87,6 @@ def results_folder(folder: Path) -> Iterator[None]:
             raise HarnessError(
                 f"{folder}: another demo writes there; wait for its end or choose another --output"
             ) from error
-        check_writable(folder)
         yield
     finally:
         os.close(claim)

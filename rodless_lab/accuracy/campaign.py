@@ -17,7 +17,7 @@ from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, naming
+from rodless_base.atomic_write import atomic_write, check_file_writable, naming
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
 
@@ -36,6 +36,7 @@ def campaign(
     known = {verdict.number: verdict for verdict in read_verdicts(path)}
     wanted = [number for number in range(count) if number not in known]
     if not known:
+        check_file_writable(path)
         # Anew and whole: without a row that is known there may be half a header, or half a row.
         atomic_write(path, ",".join(Verdict._fields) + "\n")
     with path.open("a", newline="", encoding="utf-8") as file:

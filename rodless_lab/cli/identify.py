@@ -14,8 +14,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
@@ -33,6 +31,7 @@ from rodless_lab.identification.subjects import (
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.from_bag import read_run
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
+from rodless_lab.runs.same_run import mostly_known
 from rodless_sim import ParameterError, RigParameters
 
 MISFIT = 3
@@ -125,10 +124,12 @@ def _second_run(
         )
     with _named(options.validate):
         second = read_run(options.validate, options.namespace)
-        if np.array_equal(first.pressure_a, second.pressure_a):
-            raise RunError("refused, this is the run that is fitted; take another")
         check_run(second, parameters)
         check_change(second, parameters)
+        if mostly_known(second, first):
+            raise RunError(
+                f"refused, most of it is in {options.bag}, which is fitted; take another run"
+            )
     return second
 
 

@@ -54,7 +54,7 @@ def test_a_place_where_nothing_can_be_written_is_named(
     """A file instead of a folder, a folder below a file, a file system that takes none."""
     file = tmp_path / "file"
     file.write_text("precious", encoding="utf-8")
-    assert said_of(file, capsys) == f"{file}: cannot be written: File exists"
+    assert said_of(file, capsys) == f"{file}: cannot be written: Not a directory"
     below = file / "demo"
     assert said_of(below, capsys) == f"{below}: cannot be written: Not a directory"
     assert file.read_text(encoding="utf-8") == "precious"
