@@ -8,13 +8,18 @@
 
 """A soak in small: the nodes run, and what would be wrong in a long one is seen."""
 
+import errno
 import math
+import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from quiet_stop import Quiet
 
 from rodless_control import PidParameters, references
+from rodless_lab.cli.soak import main
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
 from rodless_lab.soak.balance import balance
 from rodless_lab.soak.memory import growth
@@ -96,3 +101,24 @@ def test_what_is_wrong_is_named(run: ClosedLoopTrace) -> None:
     text = " ".join(complaints(bad))
     for word in ("3 of 10 samples lost", "7 samples differ", "does not close", "36.0 MB/h"):
         assert word in text
+
+
+@pytest.mark.ros
+def test_a_report_that_finds_the_disk_full_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """After the hour: what it has found is printed all the same, and the code is 1."""
+    from rodless_lab.soak.ros import soak  # noqa: PLC0415  needs ROS
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    found = soak.Soak("lockstep", 1.0, 10, memory={"plant": [(1.0, 200.0)]})
+    monkeypatch.setattr(soak, "soak_lockstep", lambda *_: found)
+    monkeypatch.setattr(os, "fsync", full)
+    output = tmp_path / "soak.md"
+    assert main(["--seconds", "0", "--steps", "10", "--output", str(output)], Quiet()) == 1
+    said = capsys.readouterr()
+    assert said.out == summary(found) + "\n"
+    assert said.err == f"{output}: cannot be written: No space left on device\n"
+    assert not output.exists()

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
 
+from rodless_lab.session.errors import HarnessError
 from rodless_lab.view.ros.desk import Desk
 from rodless_lab.view.samples import COLUMNS
 from rodless_lab.view.state import PLANT, NodeState, ViewState
@@ -56,3 +57,55 @@ def test_a_parameter_of_a_type_that_is_none_has_no_value() -> None:
     (take,) = callbacks
     take(ParameterEvent(node="/plant", changed_parameters=[odd, good]))
     assert state.parameters[PLANT] == {"odd": None, "good": 0.5}
+
+
+@pytest.mark.ros
+def test_parameters_that_were_not_told_are_asked_for_again_with_the_next_report() -> None:
+    """Not before it, and not once they are known; the page says meanwhile what it lacks."""
+    state, asked = ViewState(), list[str]()
+    reports = {PLANT: report(1.0)}
+
+    def told(node: str, _names: list[str]) -> dict[str, object]:
+        asked.append(node)
+        if len(asked) == 1:
+            raise HarnessError("no answer within 5 s")
+        return {"supply.pressure": 6e5}
+
+    observer = SimpleNamespace(
+        subscribe=lambda *_: None,
+        spin=lambda _seconds: None,
+        parameter_names=lambda _node: ["supply.pressure"],
+        get_parameters=told,
+    )
+    rig = SimpleNamespace(
+        observer=observer,
+        diagnostic=reports.get,
+        is_silent=lambda _node: False,
+        is_known=lambda _node: False,
+    )
+    desk = Desk(rig, state)  # type: ignore[arg-type]
+    unknown = "plant: its parameters are not known: no answer within 5 s"
+
+    rounds(desk, 3)
+    assert (asked, state.problem) == ([PLANT], unknown)
+    for arrived in (2.0, 3.0):
+        reports[PLANT] = report(arrived)
+        rounds(desk, 3)
+        assert (asked, state.problem) == ([PLANT] * 2, None)
+    assert state.parameters[PLANT] == {"supply.pressure": 6e5}
+
+
+def report(arrived: float) -> SimpleNamespace:
+    """What a node says that runs."""
+    return SimpleNamespace(arrived=arrived, level=0, message="running", values={})
+
+
+def rounds(desk: Desk, count: int) -> None:
+    """Let the desk go round so often."""
+    stop = SimpleNamespace(requested=False)
+    left = iter([False] * (count - 1))
+
+    def check() -> None:
+        stop.requested = next(left, True)
+
+    desk.serve(stop, check)  # type: ignore[arg-type]
