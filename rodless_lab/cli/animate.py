@@ -67,6 +67,8 @@ def _animate(options: argparse.Namespace) -> None:
 
 def _run(options: argparse.Namespace) -> tuple[MeasuredRun, Setpoint | None]:
     if options.run in preset_names() and not Path(options.run).exists():
+        if options.namespace:
+            raise RunError(f"--namespace {options.namespace}: refused, a preset has no topics")
         return preset_step(options.run)
     return read_run_and_setpoint(options.run, options.namespace)
 

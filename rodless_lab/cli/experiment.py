@@ -11,7 +11,7 @@
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from rodless_base.atomic_write import cannot_be_written, check_writable
@@ -25,6 +25,15 @@ from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.reports.report import Performed, write_report
 from rodless_lab.reports.table import cells, verdict
 from rodless_sim import RigParameters
+
+# Options of the user by the field of Options that they set.
+FLAGS = {
+    "presets": "--preset",
+    "amplitude": "--amplitude",
+    "centre": "--centre",
+    "position": "--position",
+    "seed": "--seed",
+}
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
@@ -71,23 +80,30 @@ def over_ros(name: str) -> Runner:
 
 
 def chosen(options: argparse.Namespace, runner: Runner) -> Options:
-    """Return the options in SI; raises ValueError for one that no rig could follow."""
+    """Return the options in SI; raises ValueError for one that nothing or no rig could follow."""
+    given = {name: value for name in FLAGS if (value := getattr(options, name)) is not None}
+    if options.name != "all":
+        _refuse_what_has_no_effect(options.name, given)
+    presets = tuple(given.pop("presets", Options.presets))
+    asked = Options(presets, **given, runner=runner)
     stroke = RigParameters().number("cylinder.stroke")
-    if not 0.0 <= options.position * 1e-3 <= stroke:
+    if not 0.0 <= asked.position <= stroke:
         raise ValueError(
-            f"--position {options.position:g}: must be from 0 to {stroke * 1e3:g} mm, the stroke"
+            f"--position {asked.position * 1e3:g}: must be from 0 to {stroke * 1e3:g} mm, "
+            "the stroke"
         )
-    if options.seed < 0:
-        raise ValueError(f"--seed {options.seed}: must not be negative")
-    sine.check_within_stroke(options.amplitude * 1e-3, options.centre * 1e-3)
-    return Options(
-        presets=tuple(options.preset or preset_names()[::-1]),
-        amplitude=options.amplitude * 1e-3,
-        centre=options.centre * 1e-3,
-        position=options.position * 1e-3,
-        seed=options.seed,
-        runner=runner,
-    )
+    if asked.seed < 0:
+        raise ValueError(f"--seed {asked.seed}: must not be negative")
+    sine.check_within_stroke(asked.amplitude, asked.centre)
+    return asked
+
+
+def _refuse_what_has_no_effect(name: str, given: Iterable[str]) -> None:
+    """Raise ValueError for an option that the experiment does not take."""
+    for one in given:
+        if one not in EXPERIMENTS[name].takes:
+            able = [other for other, experiment in EXPERIMENTS.items() if one in experiment.takes]
+            raise ValueError(f"{FLAGS[one]}: {name} does not take it; these do: {', '.join(able)}")
 
 
 def perform(names: Sequence[str], options: Options) -> list[Performed]:
@@ -120,36 +136,33 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("name", choices=[*EXPERIMENTS, "all"], metavar="name", help="or all")
+    default = Options()
     parser.add_argument(
         "--preset",
+        dest="presets",
         action="append",
         choices=preset_names(),
-        help="for step and sine (default: both, and the difference between them)",
+        help="whose step, sine or frequency response (default: both)",
     )
-    parser.add_argument(
-        "--amplitude",
-        type=float,
-        default=sine.AMPLITUDE * 1e3,
-        help="of the sine, mm (%(default)g)",
-    )
-    parser.add_argument(
-        "--centre", type=float, default=sine.CENTRE * 1e3, help="of the sine, mm (%(default)g)"
-    )
-    parser.add_argument(
-        "--position", type=float, default=0.0, help="of the held piston, mm (%(default)g)"
-    )
+    for name, of in {"amplitude": "sine", "centre": "sine", "position": "held piston"}.items():
+        shown = getattr(default, name) * 1e3
+        parser.add_argument(f"--{name}", type=_millimetres, help=f"of the {of}, mm ({shown:g})")
     parser.add_argument(
         "--ros",
         action="store_true",
         help="let the nodes do what moves, over topics in lock-step (default: in process)",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise (%(default)d)")
+    parser.add_argument("--seed", type=int, help=f"of the sensors' noise ({default.seed})")
     parser.add_argument(
         "--output",
         type=named_path,
         help="folder (results/experiments, or results/experiments/NAME)",
     )
     return parser.parse_args(arguments)
+
+
+def _millimetres(text: str) -> float:
+    return float(text) * 1e-3
 
 
 def default_folder(name: str) -> Path:

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from rodless_lab.soak.ros.soak import Soak
 
 
+# Of fewer steps what the first ones leave open is too large a share of the turnover.
+FEWEST_STEPS = 10_000
+
+
 class _InterruptedError(Exception):
     """The user has asked to stop."""
 
@@ -91,7 +95,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         "--seconds", type=_seconds, default=3600.0, help="real time (default: %(default)g); 0: none"
     )
     parser.add_argument(
-        "--steps", type=whole, default=10_000_000, help="lock-step (default: %(default)d); 0: none"
+        "--steps", type=_steps, default=10_000_000, help="lock-step (default: %(default)d); 0: none"
     )
     parser.add_argument(
         "--output",
@@ -103,6 +107,15 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     if not (options.seconds or options.steps):
         parser.error("--seconds 0 and --steps 0: nothing to run")
     return options
+
+
+def _steps(text: str) -> int:
+    count = whole(text)
+    if 0 < count < FEWEST_STEPS:
+        raise argparse.ArgumentTypeError(
+            f"{count} steps are too few to tell whether the balance closes: at least {FEWEST_STEPS}"
+        )
+    return count
 
 
 def _seconds(text: str) -> float:

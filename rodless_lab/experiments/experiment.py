@@ -17,7 +17,7 @@ from rodless_lab.experiments.runner import IN_PROCESS, Runner
 
 @dataclass(frozen=True)
 class Options:
-    """What a user may choose. Each experiment takes what concerns it."""
+    """What a user may choose. Each experiment takes what its ``takes`` names."""
 
     presets: tuple[str, ...] = ("paper", "calibrated")  # whose step and sine
     amplitude: float = 0.020  # m, of the sine
@@ -29,11 +29,16 @@ class Options:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment of the paper; ``moves``: it drives a rig, so the nodes can do it."""
+    """One experiment of the paper.
+
+    ``takes`` names the fields of :class:`Options` that concern it; ``moves``: it drives a rig, so
+    the nodes can do it.
+    """
 
     name: str
     title: str
     source: str
     summary: str
     run: Callable[[Options], Result]
+    takes: tuple[str, ...] = ()
     moves: bool = False

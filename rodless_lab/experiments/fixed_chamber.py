@@ -274,5 +274,6 @@ EXPERIMENT = Experiment(
     "settle, then to 4.4 V: chamber A vents and chamber B fills. Repeated at 0.4, 0.5 and "
     "0.6 MPa.",
     run=lambda options: run_fixed_chamber(options.position, runner=options.runner),
+    takes=("position",),
     moves=True,
 )

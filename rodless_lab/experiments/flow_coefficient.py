@@ -218,4 +218,5 @@ EXPERIMENT = Experiment(
     "ideal nozzle of the measured area, is the flow coefficient; a polynomial of fifth "
     "degree is fitted to it.",
     run=lambda options: run_flow_coefficient(options.seed),
+    takes=("seed",),
 )

@@ -198,4 +198,5 @@ EXPERIMENT = Experiment(
         "carriage slides through mid-stroke."
     ),
     run=lambda options: run_frequency_response(options.presets, options.seed),
+    takes=("presets", "seed"),
 )

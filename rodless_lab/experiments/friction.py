@@ -274,5 +274,6 @@ EXPERIMENT = Experiment(
     "moves uniformly the pressure difference is the friction, eq. (30); eq. (29) is fitted "
     "to speed and friction by robust least squares.",
     run=lambda options: run_friction(options.seed, options.runner),
+    takes=("seed",),
     moves=True,
 )

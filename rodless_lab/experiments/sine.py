@@ -200,9 +200,9 @@ def run_sine(
 def check_within_stroke(amplitude: float, centre: float) -> None:
     """Raise ValueError for a sine that does not move, or leaves the stroke; lengths in m."""
     stroke = RigParameters().number("cylinder.stroke")
-    if amplitude == 0.0:
-        raise ValueError("a sine of 0 mm does not move")
-    if not 0.0 <= centre - abs(amplitude) <= centre + abs(amplitude) <= stroke:
+    if amplitude <= 0.0:
+        raise ValueError(f"a sine of {amplitude * 1e3:g} mm: must be positive")
+    if not 0.0 <= centre - amplitude <= centre + amplitude <= stroke:
         raise ValueError(
             f"a sine of {amplitude * 1e3:g} mm about {centre * 1e3:g} mm leaves the stroke of "
             f"{stroke * 1e3:g} mm"
@@ -227,5 +227,6 @@ EXPERIMENT = Experiment(
     run=lambda options: run_sine(
         options.presets, options.amplitude, options.centre, options.runner
     ),
+    takes=("presets", "amplitude", "centre"),
     moves=True,
 )

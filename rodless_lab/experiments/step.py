@@ -172,5 +172,6 @@ EXPERIMENT = Experiment(
     source="section 6.2, Fig. 19",
     summary="At 0.52 MPa the PID controller moves the carriage from 0 to 58 mm.",
     run=lambda options: run_step(options.presets, options.runner),
+    takes=("presets",),
     moves=True,
 )

@@ -290,4 +290,5 @@ EXPERIMENT = Experiment(
     "times, while a port blows to atmosphere through a flow meter. Eq. (4) makes an area "
     "of the flow; three sines are fitted to its mean.",
     run=lambda options: run_valve_area(options.seed),
+    takes=("seed",),
 )

@@ -34,7 +34,8 @@ def draw_rows(results: Results) -> Figure:
         row, column = divmod(number, len(axes))
         name, axis = names[row], axes[column]
         panel.plot(*_points(results, axis, name), ".", markersize=2.5, label=f"_{name}")
-        panel.locator_params(nbins=3)
+        has_numbers = results[axis].dtype.kind in "iuf"
+        panel.locator_params(axis="both" if has_numbers else "y", nbins=3)
         panel.sharey(found[row * len(axes)])
         panel.tick_params(labelleft=column == 0, labelbottom=row == len(names) - 1)
         if column == 0:
@@ -42,7 +43,7 @@ def draw_rows(results: Results) -> Figure:
             panel.set_ylabel(f"{name.replace('_', chr(10))}{sized}\n/ {shown(name).unit}")
         if row == len(names) - 1:
             panel.set_xlabel(axis.replace(".", ".\n"))
-            if results[axis].dtype.kind in "iuf":
+            if has_numbers:
                 panel.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4))
     return figure
 

@@ -184,10 +184,12 @@ def balanced(
 
 @kernel
 def opened(plant: Plant, lands: Lands, second: bool, end: End) -> End:
-    """Return the end once the valve's openings are ``lands``."""
-    flow, pressure, slope = balanced(
-        plant, lands, second, end.level + end.stiffness * end.mass, 0.0, end.pressure
-    )
+    """Return the end once the valve's openings are ``lands``: the same however often it is asked.
+
+    So the search does not begin where one for the same openings has ended.
+    """
+    beside = end.level + end.stiffness * end.mass
+    flow, pressure, slope = balanced(plant, lands, second, beside, 0.0, beside)
     return End(end.mass, flow, end.level, end.stiffness, pressure, end.stiffness * slope)
 
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from every_option import BRISTLES, SPOOL, TUBES
 
 from rodless_sim import ParameterError, Rig, RigParameters, Scenario, State, simulate
 
@@ -117,6 +118,21 @@ def test_a_copied_rig_goes_on_bit_for_bit(copied: Callable[[Rig], Rig]) -> None:
     assert repr(twin) == repr(rig)
     twin.advance(4.0, 0.1)
     assert twin.state != rig.state
+
+
+@pytest.mark.parametrize("options", [TUBES, {**SPOOL, "valve.dead_time": 3e-3}, BRISTLES])
+def test_a_command_or_a_change_of_nothing_leaves_no_trace(options: dict[str, object]) -> None:
+    """Time stands still in either: a run without them is the same bit for bit."""
+    parameters = RigParameters({"cylinder.initial_position": 0.06, **options})
+    plain, asked = Rig(parameters), Rig(parameters)
+    for step in range(300):
+        voltage = 6.5 if step < 150 else 3.5
+        for _ in range(step % 3):
+            asked.command(voltage)
+        if step % 5 == 0:
+            asked.configure(parameters)
+        assert asked.advance(voltage, 1e-3) == plain.advance(voltage, 1e-3)
+    assert abs(plain.state.position - 0.06) > 1e-3
 
 
 def test_a_rig_of_no_parameters_is_refused() -> None:

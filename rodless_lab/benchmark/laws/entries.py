@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rodless_base.parameter_file import preset_directory
+from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
 from rodless_control.controller import Law
 from rodless_control.laws import LAWS, make_law
@@ -51,9 +52,11 @@ def entry(name: str, file: Path | None = None) -> Entry:
 
 
 def users(texts: Sequence[str]) -> list[Entry]:
-    """Return the laws that ``LAW`` or ``LAW=FILE`` name; raises as :func:`entry`."""
+    """Return the laws that ``LAW`` or ``LAW=FILE`` name, each once; raises as :func:`entry`."""
     found = []
-    for text in texts:
-        name, _, file = text.partition("=")
+    for text in dict.fromkeys(texts):
+        name, equals, file = text.partition("=")
+        if equals and not file:
+            raise ParameterError(f"{text}: refused, no file after =; leave = out for tuned gains")
         found.append(Entry(text, (entry(name, Path(file)) if file else tuned(name)).law))
     return found

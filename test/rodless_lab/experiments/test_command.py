@@ -20,7 +20,7 @@ import pytest
 from rodless_base.start import Stop
 from rodless_lab.cli.experiment import main
 from rodless_lab.experiments import catalogue
-from rodless_lab.experiments.experiment import Experiment
+from rodless_lab.experiments.experiment import Experiment, Options
 from rodless_lab.experiments.result import Comparison, Limits, Picture
 from rodless_lab.figures.style import label, panels
 
@@ -87,6 +87,7 @@ def test_a_number_out_of_its_limits_ends_with_1_and_is_named(
         (["--amplitude", "300"], "a sine of 300 mm about 100 mm leaves the stroke of 200 mm"),
         (["--centre", "nan"], "leaves the stroke"),
         (["--seed", "-1"], "--seed -1: must not be negative"),
+        (["--amplitude", "-5"], "a sine of -5 mm: must be positive"),
     ],
 )
 def test_options_are_checked_before_anything_runs(
@@ -106,6 +107,48 @@ def test_options_are_checked_before_anything_runs(
     assert (printed.out, printed.err.count("\n")) == ("", 1)
     assert ran == []
     assert not (tmp_path / "out").exists()
+
+
+# By the field of Options: what the user writes, and what it is then.
+GIVEN = {
+    "presets": ("--preset", "paper", ("paper",)),
+    "amplitude": ("--amplitude", "7", 7e-3),
+    "centre": ("--centre", "90", 90e-3),
+    "position": ("--position", "50", 50e-3),
+    "seed": ("--seed", "5", 5),
+}
+
+
+@pytest.mark.parametrize("name", catalogue.EXPERIMENTS)
+def test_an_experiment_takes_the_options_that_it_looks_at(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those reach it; each other one is refused with the experiments that take it."""
+    one, asked = catalogue.EXPERIMENTS[name], list[Options]()
+
+    def run(options: Options) -> Fake:
+        asked.append(options)
+        return Fake(2.0)
+
+    monkeypatch.setitem(catalogue.EXPERIMENTS, name, replace(one, run=run))
+    for field, (option, text, value) in GIVEN.items():
+        asked.clear()
+        code = main([name, "--output", str(tmp_path / "out"), option, text], Stop())
+        said = capsys.readouterr().err
+        if field in one.takes:
+            assert (code, said) == (0, "")
+            assert asked == [replace(Options(), **{field: value})]
+        else:
+            assert (code, asked) == (2, [])
+            assert said.startswith(f"{option}: {name} does not take it; these do: ")
+
+
+@pytest.mark.parametrize("name", catalogue.EXPERIMENTS)
+def test_an_experiment_looks_at_no_other_options(name: str) -> None:
+    """Of what the user may choose it reads what it says it takes, and who runs it."""
+    one = catalogue.EXPERIMENTS[name]
+    read = set(one.run.__code__.co_names) & {*GIVEN, "runner"}
+    assert read == {*one.takes} | ({"runner"} if one.moves else set())
 
 
 def test_a_folder_that_cannot_be_is_found_out_before_anything_runs(

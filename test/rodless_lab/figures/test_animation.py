@@ -99,6 +99,10 @@ def test_the_file_is_a_gif_that_moves(tmp_path: Path) -> None:
         (["calibrated", "-o", "run.mp4"], "run.mp4: only GIF is written; end the name in .gif"),
         (["no-bag", "-o", "run.gif"], "no-bag: "),
         (
+            ["calibrated", "-o", "run.gif", "--namespace", "rig1"],
+            "--namespace rig1: refused, a preset has no topics",
+        ),
+        (
             ["calibrated", "-o", "run.gif", "--end", "9"],
             "calibrated: 0 to 9 s refused, the run has 0 to 5 s",
         ),
@@ -110,7 +114,7 @@ def test_the_file_is_a_gif_that_moves(tmp_path: Path) -> None:
         (["calibrated", "-o", "run.gif", "--start", "x"], "calibrated: nan to 5 s refused"),
         (["calibrated", "-o", "no/folder/run.gif", "--end", "0.1"], "no/folder/run.gif: cannot be"),
     ],
-    ids=["suffix", "no bag", "end", "speed", "no number", "folder"],
+    ids=["suffix", "no bag", "namespace", "end", "speed", "no number", "folder"],
 )
 def test_what_cannot_be_drawn_is_said_in_one_line(
     tmp_path: Path,

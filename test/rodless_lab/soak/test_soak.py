@@ -117,8 +117,17 @@ def test_a_report_that_finds_the_disk_full_is_named(
     monkeypatch.setattr(soak, "soak_lockstep", lambda *_: found)
     monkeypatch.setattr(os, "fsync", full)
     output = tmp_path / "soak.md"
-    assert main(["--seconds", "0", "--steps", "10", "--output", str(output)], Quiet()) == 1
+    assert main(["--seconds", "0", "--steps", "10000", "--output", str(output)], Quiet()) == 1
     said = capsys.readouterr()
     assert said.out == summary(found) + "\n"
     assert said.err == f"{output}: cannot be written: No space left on device\n"
     assert not output.exists()
+
+
+@pytest.mark.parametrize("steps", ["1", "9999"])
+def test_too_few_steps_to_tell_are_refused(steps: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A sound rig would fail: what its first steps leave open is a large share of so little."""
+    with pytest.raises(SystemExit, match="2"):
+        main(["--seconds", "0", "--steps", steps], Quiet())
+    said = capsys.readouterr().err
+    assert f"{steps} steps are too few to tell whether the balance closes: at least 10000" in said

@@ -87,6 +87,21 @@ def test_the_summary_counts_what_never_settled_as_worse_than_all_that_did(tmp_pa
     assert draw_rows(found).axes
 
 
+@pytest.mark.filterwarnings("error")
+def test_texts_are_drawn_over_their_axis(tmp_path: Path) -> None:
+    """Both forms of friction stand below the panel, beside the numbers of the other axis."""
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "run: {duration: 0.05}\n"
+        "vary: {friction.form: [stribeck, saturating], supply.pressure: [5.0e5, 6.0e5]}",
+        encoding="utf-8",
+    )
+    figure = draw_rows(sweep(path, tmp_path / "out"))
+    figure.draw_without_rendering()
+    shown = {label.get_text() for panel in figure.axes for label in panel.get_xticklabels()}
+    assert {"stribeck", "saturating"} <= shown
+
+
 def test_no_worst_is_better_than_the_ninetieth() -> None:
     """Where three of twenty never settled, 90 % and worst both say so."""
     runs = [NO_METRICS._replace(settling_time=0.3 if k < 17 else math.nan) for k in range(20)]

@@ -144,9 +144,10 @@ def test_a_run_without_figures_is_named() -> None:
 
 
 def test_a_law_of_the_package_has_the_gains_that_the_table_shows() -> None:
-    """Named alone it competes as it does among all; with a file, by that."""
+    """Named alone it competes as it does among all, and once however often it is named."""
     for one in of_package():
-        assert users([one.name])[0].law.parameters == one.law.parameters
+        (found,) = users([one.name] * 2)
+        assert found.law.parameters == one.law.parameters
 
 
 def test_the_laws_that_compete() -> None:
@@ -158,6 +159,8 @@ def test_the_laws_that_compete() -> None:
     switching = found[names.index("mode_switching")].law.parameters
     assert switching["controller.kp"] == found[0].law.parameters["controller.kp"]
     assert switching["cascade.mass"] != switching.DECLARATIONS["cascade.mass"].default
+    with pytest.raises(ParameterError, match="pid=: refused, no file after ="):
+        users(["pid="])
     with pytest.raises(ParameterError, match="no_such_module"):
         users(["no_such_module:Law"])
     with pytest.raises(
