@@ -72,11 +72,12 @@ class ReferenceInputs:
             self._setpoints.receive_trajectory(points, start)
         except ParameterError as error:
             self.refused += 1
-            self._logger.warning(str(error))
+            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
         else:
             when = "now" if start is None else f"at {start:g} s"
             self._logger.info(
-                f"trajectory: {len(points)} points, from {when}, {points[-1].time:g} s long"
+                f"trajectory: {len(points)} points, from {when}, {points[-1].time:g} s long",
+                throttle_duration_sec=WARNING_PERIOD,
             )
 
 

@@ -21,7 +21,10 @@ from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitatio
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 once all voltages were given, 1 where it was ended before, 2 for a bad option."""
+    """Return 0 once all voltages were given, 1 where it was ended before.
+
+    2 for a bad option, and where somebody else commands the valve.
+    """
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.session.driver import drive  # noqa: PLC0415
@@ -48,8 +51,9 @@ def _parser() -> Parser:
         prog="rodless drive",
         description="Drive a rig so that `rodless identify` finds something, the carriage starting "
         "near 60 mm.",
-        epilog="Nobody else may command the valve: start the rig without its controller. Record "
-        "meanwhile. For a namespace append --ros-args -r __ns:=/NAME.",
+        epilog="Nobody else may command the valve: start the rig without its controller; beside "
+        "one it is refused, with code 2. Record meanwhile. For a namespace append --ros-args -r "
+        "__ns:=/NAME.",
     )
     parser.add_argument("subject", choices=sorted(EXCITATIONS))
     parser.add_argument(

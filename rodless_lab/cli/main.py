@@ -66,6 +66,9 @@ VERBS = {
 # there last, so that nothing takes the place of a library.
 WITH_LAWS = ("laws", "sweep", "tune")
 
+# Verbs that have done what they are for when Ctrl-C ends them; any other one has not.
+UNTIL_INTERRUPTED = ("rig", "view")
+
 
 def main() -> None:
     """Run the verb on the command line and exit with its code, 1 where its output got lost."""
@@ -96,6 +99,8 @@ def _run(stop: Stop) -> str | int | None:
             parser.error(f"{text!a} is not text in UTF-8")
     if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
         sys.path.append(str(Path.cwd()))
+    if chosen.verb not in UNTIL_INTERRUPTED:
+        stop.end_with(1, "interrupted")
     try:
         note = prepare_shared_memory()
     except RuntimeError as error:  # which the verbs without ROS get along with

@@ -10,6 +10,9 @@
 
 from collections.abc import Callable
 
+from rodless_base.one_line import shown
+from rodless_base.real_number import is_number
+from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.samples import Cursor, Received, Sample
 
 # The test's own control law: the voltage (V) for a sample, or None for no command.
@@ -22,9 +25,12 @@ Alteration = Callable[[float], float | None]
 class OwnCommands:
     """Commands by a law of the test's own; each sample is answered once."""
 
-    def __init__(self, received: Received, send: Callable[[float], None]) -> None:
-        """Answer nothing until there is a law."""
+    def __init__(
+        self, received: Received, send: Callable[[float], None], one_per_sample: bool
+    ) -> None:
+        """Answer nothing until there is a law; ``one_per_sample``: the plant waits for each."""
         self._received = received
+        self._waits = one_per_sample
         self._send = send
         self._samples = Cursor(received)
         self._law: Law | None = None
@@ -41,11 +47,29 @@ class OwnCommands:
         self._send(voltage)
 
     def answer(self) -> None:
-        """Answer what has come."""
-        while self._law is not None and (found := self._samples.next()) is not None:
-            voltage = self._law(found[1])
+        """Answer what has come.
+
+        Raises what the law raises, and HarnessError for no command that the plant waits for; the
+        sample it was asked for is the next one's then.
+        """
+        while self._law is not None and (found := self._samples.peek()) is not None:
+            if not self._waits:
+                self._samples.next()
+            voltage = self._voltage(self._law(found[1]), found[1].time)
+            if self._waits:
+                self._samples.next()
             if voltage is not None:
-                self._send(float(voltage))
+                self._send(voltage)
+
+    def _voltage(self, answer: object, time: float) -> float | None:
+        if answer is None and not self._waits:
+            return None
+        if not is_number(answer):
+            raise HarnessError(
+                f"drive: the law answers {shown(answer)} to the sample at {time:g} s, must be a "
+                "number of V" + ("; a lock-step plant waits for it" if self._waits else ", or None")
+            )
+        return float(answer)
 
 
 class RelayedCommands:

@@ -94,18 +94,24 @@ class Controls(LiveSession):
         )
 
     def send_voltage(self, voltage: float) -> None:
-        """Send one command (V), NaN included; raises HarnessError where a controller does so."""
-        self._commander("send_voltage").send(float(voltage))
+        """Send one command (V), NaN included.
+
+        Raises HarnessError where a controller does so, and ValueError for what is no number.
+        """
+        commands = self._commander("send_voltage")
+        commands.send(_voltage("send_voltage", voltage))
 
     def drive(self, law: Law | float | None) -> None:
         """Answer every sample from now on by ``law``, a function or a voltage (V).
 
-        A law that returns None loses its command; None in place of a law ends the answers.
+        A law that returns None loses its command, for which a lock-step plant would wait: there it
+        is refused. None in place of a law ends the answers. Raises ValueError for what is no law.
         """
         commands = self._commander("drive")
         commands.drive(_as_law(law), from_now=self._mode == "realtime")
 
     def _commander(self, what: str) -> OwnCommands:
+        self._check_inside()
         if self._own is None:
             raise HarnessError(f"{what}: the controller of this session sends the commands")
         return self._own
@@ -117,6 +123,11 @@ class Controls(LiveSession):
         """
         if self._relayed is None:
             raise HarnessError("alter_commands: start the session with relay_commands")
+        if alteration is not None and not callable(alteration):
+            raise ValueError(
+                f"alter_commands: {shown(alteration)} refused, must be a function of a voltage, or "
+                "None"
+            )
         self._relayed.alter = alteration
 
     @contextmanager
@@ -177,5 +188,11 @@ class Controls(LiveSession):
 def _as_law(law: Law | float | None) -> Law | None:
     if law is None or callable(law):
         return law
-    voltage = law
+    voltage = _voltage("drive", law)
     return lambda _: voltage
+
+
+def _voltage(method: str, value: object) -> float:
+    if not is_number(value):
+        raise ValueError(f"{method}: {shown(value)} refused, must be a number of V")
+    return float(value)

@@ -8,6 +8,8 @@
 
 """A node that gives a rig the voltages of an identification, one for each sample."""
 
+import sys
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -20,13 +22,16 @@ from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import Outbox
+from rodless_base.ros.publish import UNKNOWN, Outbox, nodes
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 
 # How often, in wall-clock s, the driver polls whether it is heard.
 POLL_PERIOD = 0.02
+
+# How long after the rig somebody else may be discovered, in wall-clock s.
+DISCOVERY = 1.0
 
 # How long the last command may take to arrive.
 LAST_COMMAND_TIMEOUT = Duration(seconds=1.0)
@@ -45,7 +50,8 @@ class Driver:
     ) -> None:
         """Send ``voltages`` (V, shape (n,), ``period`` s apart), close the valve, call ``ended``.
 
-        Listens to samples once the rig and ``recorders`` hear it, so that no command is lost.
+        Listens to samples once the rig and ``recorders`` hear it, so that no command is lost. Calls
+        ``ended`` too where somebody else commands the valve: ``rivals`` names who.
         ``show`` is told each whole second (s, plant time) of the run.
         """
         self.node = GuardedNode("driver")
@@ -57,25 +63,54 @@ class Driver:
         self._first: int | None = None
         self._shown = -1
         self.done = False
+        self.rivals: str | None = None
+        self._heard_since: float | None = None
+        self._beside_since: float | None = None
         self._outbox = Outbox(self.node)
         self._listens = False
         self._publisher = self.node.create_publisher(Float64, VALVE_VOLTAGE, LOSSLESS)
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
 
     def close(self) -> None:
-        """Leave the valve closed and destroy the node."""
-        if self._publisher.get_subscription_count():
+        """Leave the valve closed, if it was driven, and destroy the node."""
+        if self._first is not None and self._publisher.get_subscription_count():
             self._outbox.send(self._publisher, Float64(data=CLOSED_VOLTAGE))
             self._publisher.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
         self.node.destroy_node()
 
     def _poll(self) -> None:
         self._outbox.flush()
-        if not self._listens and self._publisher.get_subscription_count() >= self._listeners:
+        self._look_for_rivals()
+        if self._beside_since is None and not self._listens and self._is_heard():
             self._listens = True
             self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
 
+    def _look_for_rivals(self) -> None:
+        topic = self._publisher.topic_name
+        if self.node.count_publishers(topic) <= 1:
+            self._beside_since = None
+            return
+        if self._beside_since is None:
+            self._beside_since = time.monotonic()
+        found = nodes(self.node.get_publishers_info_by_topic(topic)).values()
+        is_long = time.monotonic() - self._beside_since > DISCOVERY
+        if self.rivals is None and (UNKNOWN not in found or is_long):
+            own = f"{self.node.get_namespace().rstrip('/')}/{self.node.get_name()}"
+            self.rivals = ", ".join(sorted({*found} - {own})) or own
+            self._ended()
+
+    def _is_heard(self) -> bool:
+        """Whether all listen, and have for long enough that others who command were found."""
+        if self._publisher.get_subscription_count() < self._listeners:
+            self._heard_since = None
+            return False
+        if self._heard_since is None:
+            self._heard_since = time.monotonic()
+        return time.monotonic() - self._heard_since > DISCOVERY
+
     def _answer(self, sample: JointState) -> None:
+        if self._beside_since is not None:
+            return
         now = stamp_nanoseconds(sample.header.stamp)
         if self._first is None or now < self._first:
             self._first = now
@@ -99,7 +134,10 @@ def drive(
     stop: Stop,
     show: Callable[[int], None],
 ) -> tuple[int, bool]:
-    """Run a :class:`Driver` to its end or to ``stop``; return exit code and whether it is done."""
+    """Run a :class:`Driver` to its end or to ``stop``; return exit code and whether it is done.
+
+    The code is 2, after a line on standard error, where somebody else commands the valve.
+    """
     drivers: list[Driver] = []
 
     def end() -> None:
@@ -110,4 +148,12 @@ def drive(
         return drivers[0]
 
     code = run_node(make, stop)
+    rivals = drivers[0].rivals if drivers else None
+    if rivals is not None:
+        print(
+            f"{VALVE_VOLTAGE}: {rivals} commands the valve too; stop it, or start the rig without "
+            "its controller (one that was killed is forgotten within 20 s)",
+            file=sys.stderr,
+        )
+        return 2, False
     return code, bool(drivers) and drivers[0].done

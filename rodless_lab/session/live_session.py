@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
+from rodless_base.one_line import shown
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.deprecated import timeout_was_patience
@@ -100,8 +101,10 @@ class LiveSession:
         """Let the rig run until ``condition()`` is true, and return what it returned.
 
         ``what`` completes the error "timed out … waiting for …". Raises WaitTimeoutError after
-        ``timeout`` s of wall clock (default: the session's).
+        ``timeout`` s of wall clock (default: the session's), ValueError for what is no function.
         """
+        if not callable(condition):
+            raise ValueError(f"wait_until: {shown(condition)} refused, must be a function")
         return self._wait(condition, what, timeout, running=True)
 
     def _wait(

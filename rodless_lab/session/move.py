@@ -187,7 +187,7 @@ class SetpointMove:
                 warned = True
                 warn(self._standstill)
             over = self.track.has_settled or self.track.was_reset or self._is_refused
-            return over or self._is_overtaken or self._has_gone
+            return over or self._is_overtaken or self.track.is_elsewhere or self._has_gone
 
         self._rig.wait_for(ended, timeout)
         self._rig.check_alone()
@@ -198,6 +198,11 @@ class SetpointMove:
             other = self._newest[1]
             raise RigError(
                 f"another set-point, {other * 1e3:g} mm, has taken the place of this one"
+            )
+        if self.track.is_elsewhere:
+            raise RigError(
+                f"the controller follows {self.track.reference * 1e3:g} mm and not this set-point: "
+                "another has taken its place, or it was lost"
             )
         if self._has_gone:
             raise RigError("the plant has ended during the move")

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from rodless_base.one_line import shown
 from rodless_lab.session import guard
 from rodless_lab.session.errors import HarnessError, WaitTimeoutError
 
@@ -97,15 +98,20 @@ class NodeProcess:
         """Start it; its output is appended to that of an earlier start."""
         with contextlib.ExitStack() as stack:
             output = stack.enter_context(self._output.open("ab")) if self._output else None
-            self._process = subprocess.Popen(
-                self._command,
-                env=self._environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT if output else None,
-                # Ctrl-C in a terminal is for this process, which then ends the nodes in order.
-                start_new_session=True,
-            )
+            try:
+                self._process = subprocess.Popen(
+                    self._command,
+                    env=self._environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT if output else None,
+                    # Ctrl-C in a terminal is for this process, which then ends the nodes in order.
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise HarnessError(
+                    f"{self.name}: {shown(self._command[0])} cannot be started: {error.strerror}"
+                ) from error
         self._meant_to_run = True
         self._over = False
         self._guard.tell(f"+{self._process.pid}")

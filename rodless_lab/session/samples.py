@@ -213,10 +213,21 @@ class Cursor:
 
     def next(self) -> tuple[int, Sample] | None:
         """Return when the next sample was sent (ns, wall clock) and the sample, if it is there."""
-        run, index = self._run, self._index
-        if index >= self._received.complete(run):
-            if not self._received.complete(run + 1):
-                return None
-            run, index = run + 1, 0
+        place = self._place()
+        if place is None:
+            return None
+        run, index = place
         self._run, self._index = run, index + 1
         return self._received.sent(run, index), self._received.sample(run, index)
+
+    def peek(self) -> tuple[int, Sample] | None:
+        """Return what :meth:`next` will."""
+        place = self._place()
+        return (
+            None if place is None else (self._received.sent(*place), self._received.sample(*place))
+        )
+
+    def _place(self) -> tuple[int, int] | None:
+        if self._index < self._received.complete(self._run):
+            return self._run, self._index
+        return (self._run + 1, 0) if self._received.complete(self._run + 1) else None

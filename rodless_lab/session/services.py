@@ -31,8 +31,9 @@ def ask_each(
     rig.wait_for(lambda: all(map(rig.is_known, nodes)), OTHER_NODE_TIMEOUT)
     rig.check_alone()
     for service, value in services.items():
-        if rig.is_known(service.partition("/")[0]):
-            yield service, _answer(rig, service, value)
+        node = service.partition("/")[0]
+        found = rig.is_known(node)
+        yield service, _answer(rig, service, value) if found else f"left out, no {node} was found"
 
 
 def _answer(rig: RunningRig, service: str, value: bool | None) -> str:

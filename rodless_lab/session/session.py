@@ -342,7 +342,7 @@ class RigSession(PlantTime, Controls, Faults):
         if self._relay:
             self._relayed = RelayedCommands(self._received, send, self._mode == "lockstep")
         else:
-            self._own = OwnCommands(self._received, send)
+            self._own = OwnCommands(self._received, send, self._mode == "lockstep")
 
     def _wait_for_listeners(self) -> None:
         # The plant and the recorders, where the test sends.

@@ -19,7 +19,7 @@ from std_msgs.msg import Float64
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.topics import stamp_nanoseconds
-from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
+from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, THROTTLED, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, SILENT, RunningRig
 
 # How long to wait for readings once the nodes have reported, in wall-clock s: Fast DDS may take 3 s
@@ -100,10 +100,17 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     status = RigStatus(rig.namespace, nodes, readings, tuple(rig.doubles()))
     rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: None not in readings.values(), min(timeout, rest))
+    if status.is_paused or status.has_ended:
+        # It sends nothing more, but shows whoever comes where it stands.
+        _listen(rig, readings, THROTTLED)
+        rig.wait_for(lambda: readings["position"] is not None, min(timeout, READINGS_TIMEOUT))
+        rig.wait_for(lambda: None not in readings.values(), STANDING_TIMEOUT)
     return status
 
 
-def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
+def _listen(rig: RunningRig, readings: dict[str, float | None], before: str = "") -> None:
+    """Keep what comes on the topics with ``before`` in front."""
+
     def take(name: str, value: Callable[[Any], float]) -> Callable[[Any], None]:
         def taken(message: Any) -> None:
             readings[name] = value(message)
@@ -117,10 +124,10 @@ def _listen(rig: RunningRig, readings: dict[str, float | None]) -> None:
     observer = rig.observer
     for field, topic in PRESSURES.items():
         pressure = take(field, lambda message: message.fluid_pressure)
-        observer.subscribe(FluidPressure, topic, pressure)
+        observer.subscribe(FluidPressure, before + topic, pressure)
     for name, topic in (("voltage", VALVE_VOLTAGE), ("reference", REFERENCE)):
-        observer.subscribe(Float64, topic, take(name, lambda message: message.data))
-    observer.subscribe(JointState, JOINT_STATES, sample)
+        observer.subscribe(Float64, before + topic, take(name, lambda message: message.data))
+    observer.subscribe(JointState, before + JOINT_STATES, sample)
 
 
 def _node_status(rig: RunningRig, node: str) -> NodeStatus:

@@ -21,6 +21,12 @@ from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metri
 # Plant time in ns for which the carriage must stay in the band to have settled.
 STAY = NANOSECONDS_PER_SECOND // 2
 
+# A reference that rests elsewhere for this plant time in ns is not on its way.
+LONG = NANOSECONDS_PER_SECOND
+
+# Two references nearer than this are one.
+SAME = 1e-6  # m
+
 
 @dataclass(frozen=True)
 class MoveResult:
@@ -50,6 +56,7 @@ class Track:
         self._inside_since: int | None = None
         self._changed: int | None = None
         self._from_sending: str | None = None
+        self._elsewhere_since: int | None = None
         self.was_reset = False
 
     def take_sample(self, sent: int, stamp: int, position: float) -> None:
@@ -72,6 +79,10 @@ class Track:
         """Take the reference (m) that the controller follows."""
         before = self._references[-1] if self._references else reference
         self._references.append(reference)
+        if reference != before or abs(reference - self._target) <= SAME:
+            self._elsewhere_since = None
+        elif self._elsewhere_since is None and self._stamps:
+            self._elsewhere_since = self._stamps[-1]
         if self._first is not None and self._changed is None and reference != before:
             self._changed = sent
 
@@ -106,6 +117,19 @@ class Track:
     def elapsed(self) -> float:
         """Plant time since the set-point went out, in s."""
         return (self._stamps[-1] - self._stamps[self._first or 0]) / NANOSECONDS_PER_SECOND
+
+    @property
+    def reference(self) -> float:
+        """The last reference in m; NaN before one has come."""
+        return self._references[-1] if self._references else math.nan
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """Whether the reference has long rested elsewhere since the set-point went out."""
+        if self._first is None or self._elsewhere_since is None:
+            return False
+        since = max(self._elsewhere_since, self._stamps[self._first])
+        return self._stamps[-1] - since > LONG
 
     @property
     def is_followed(self) -> bool:

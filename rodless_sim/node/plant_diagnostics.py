@@ -22,6 +22,7 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.publish import LOST
+from rodless_sim.node.commanders import Rivals
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.fault_publisher import fault_status, faults_text
 from rodless_sim.node.pace import PaceMeter, PaceNews
@@ -49,6 +50,7 @@ class PlantDiagnostics:
         engine: Engine,
         time: TimeKeeper,
         publishers: SamplePublishers,
+        commands: str,
     ) -> None:
         """Report of these from now on."""
         self._node = node
@@ -56,6 +58,7 @@ class PlantDiagnostics:
         self._engine = engine
         self._time = time
         self._publishers = publishers
+        self._rivals = Rivals(node, commands)
         self._diagnostics = Diagnostics(node, self._faults)
         values = parameters.values
         self._lockstep = values.in_lockstep
@@ -92,6 +95,8 @@ class PlantDiagnostics:
     def _report(self) -> None:
         self._take_pace()
         self._publishers.clock.check()
+        if not self._lockstep:  # which says so itself, and holds
+            self._rivals.check()
         self._publish()
 
     def _take_pace(self) -> None:
@@ -155,6 +160,7 @@ class PlantDiagnostics:
             (
                 self._diagnostics.namesakes.problem,
                 self._publishers.clock.problem,
+                self._rivals.problem,
                 "plant time falls behind" if behind else None,
                 carriage_lost(self._engine.rig.state),
                 lately_text(self._faults_lately()),

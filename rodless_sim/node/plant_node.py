@@ -65,7 +65,12 @@ class PlantNode:
         self._commanders: dict[bytes, str] = {}
         self._time = self._make_time_keeper(values)
         self._diagnostics = PlantDiagnostics(
-            self.node, self._parameters, self._engine, self._time, self._publishers
+            self.node,
+            self._parameters,
+            self._engine,
+            self._time,
+            self._publishers,
+            self._commands.topic_name,
         )
         PlantServices(self.node, self._time, self._diagnostics.clear, self._diagnostics.announce)
         self.node.make_safe = self._engine.fail

@@ -6,8 +6,11 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Where the results cannot be written, that is said before minutes of work, not after them."""
+"""Results that cannot be written are said before the work; what is cut short is no success."""
 
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -66,3 +69,21 @@ def test_what_takes_an_hour_looks_at_its_output_first(
     said = capsys.readouterr().err
     assert said.startswith("/proc/found.md: cannot be written: ")
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_is_interrupted_is_no_success(tmp_path: Path, number: int) -> None:
+    """A verb that has not done what it is for ends with 1 and says so; its report is not there."""
+    run = "from rodless_lab.cli.main import main; main()"
+    with subprocess.Popen(
+        [sys.executable, "-c", run, "experiment", "friction", "--output", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.read(len("[1/1] friction")) == "[1/1] friction"
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
+    assert (process.returncode, said.splitlines()[-1]) == (1, "interrupted")
+    assert not (tmp_path / "out").exists()

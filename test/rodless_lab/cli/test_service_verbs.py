@@ -15,7 +15,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
-from std_srvs.srv import SetBool
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.ros.diagnostics import NAMESAKES
 from rodless_base.ros.topics import stamp_nanoseconds
@@ -99,6 +100,40 @@ def test_a_reset_leaves_the_carriage_where_it_starts(
         # The start is where time runs backwards.
         start = next(k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1])
         assert max(abs(sample.position[0]) for sample in samples[start:]) < 1e-4
+
+
+def test_a_drive_beside_a_controller_is_refused(rodless: StartProcess, observer: Observer) -> None:
+    """It names who commands the valve, and gives no voltage: two would answer each sample."""
+    with rodless("drive", "valve", "--ros-args", "-r", "__ns:=/rig") as drive:
+        assert drive.wait() == 2
+    assert "valve/voltage: /rig/controller commands the valve too; stop it, or" in drive.output
+    assert "ended before all voltages were given" in drive.output
+    until_it_reports(observer, "plant", lambda said: said.message == "running")
+
+
+def test_a_second_node_that_commands_is_reported(rodless: StartProcess, observer: Observer) -> None:
+    """By name, as a warning, for as long as it is there; the controller goes on."""
+    stranger = observer.node.create_publisher(Float64, "/rig/valve/voltage", 10)
+    both = "2 nodes publish on valve/voltage (/observer, /rig/controller), the valve follows"
+    try:
+        until_it_reports(observer, "plant", lambda said: said.message.startswith(both))
+        assert f"plant         WARN: {both} whichever came last" in run(rodless, "status")[1]
+    finally:
+        observer.node.destroy_publisher(stranger)
+    until_it_reports(observer, "plant", lambda said: said.message == "running")
+
+
+def test_a_move_whose_set_point_is_not_followed_ends_soon(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """Where another one comes between unheard: code 2 long before the time to settle is over."""
+    with rodless("move", "180", "--timeout", "60", "--namespace", "/rig") as move:
+        until_it_says(move, "to 180 mm")
+        # A reset of the controller alone: the carriage holds where it is, and nobody sends that.
+        assert observer.call(Trigger, "/rig/controller/reset").success
+        assert move.wait() == 2
+    assert "the controller follows " in move.output
+    assert " mm and not this set-point: another has taken its place" in move.output
 
 
 def test_a_reset_begins_anew(

@@ -50,6 +50,8 @@ def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
     assert found["nodes"]["controller"]["level"] == "OK"
     assert float(found["nodes"]["plant"]["values"]["speed factor"]) > 0.0
     assert "rig           /up, realtime, paused" in paused.output
+    for reading in ("plant time", "position", "reference", "chamber A", "chamber B", "supply"):
+        assert f"{reading:14}-" not in paused.output, reading
 
 
 def test_a_missing_controller_and_a_missing_rig_are_shown(
@@ -63,6 +65,10 @@ def test_a_missing_controller_and_a_missing_rig_are_shown(
         assert "rig           /half, realtime, running" in status.output
         assert "controller    missing" in status.output
         assert "no controller in namespace /half" in status.output
+        with rodless("reset", "--namespace", "half") as reset:
+            assert reset.wait() == 0
+        left_out = "controller/reset: left out, no controller was found\n"
+        assert reset.output == f"{left_out}plant/reset: done\n"
     with rodless("status", "--namespace", "empty", "--timeout", "1") as status:
         assert status.wait() == 1
     assert "no plant in namespace /empty" in status.output

@@ -254,6 +254,27 @@ def test_waiting_ends_and_says_for_what(rig_session: StartSession) -> None:
         rig.wait_until(lambda: False, "a sign", timeout=0.2)
 
 
+def test_voltages_that_are_none_are_refused(rig_session: StartSession) -> None:
+    """By value, before the plant hears of them; a session that has ended says so."""
+    rig = rig_session("lockstep", controller=None)
+    for odd in ("5", True, None, [5.0]):
+        with pytest.raises(ValueError, match=r"^send_voltage: .* refused, must be a number of V$"):
+            rig.send_voltage(odd)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^drive: '5' refused, must be a number of V$"):
+        rig.drive("5")  # type: ignore[arg-type]
+    rig.send_voltage(5.08)
+    assert rig.run_until(1e-3).time == 1e-3
+    rig.__exit__(None, None, None)
+    with pytest.raises(HarnessError, match="this session does not run"):
+        rig.send_voltage(5.08)
+
+
+def test_a_program_that_is_not_there_is_named() -> None:
+    """The controller's, in one line of the harness."""
+    with pytest.raises(HarnessError, match="controller: 'nosuchprogram' cannot be started: No"):
+        RigSession(controller=["nosuchprogram"]).__enter__()
+
+
 def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
     """A parameter that is no parameter: the session raises what the node has printed."""
     with pytest.raises(NodeDiedError, match=r"no\.such: no such parameter"):
@@ -358,6 +379,8 @@ def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> N
     ):
         with pytest.raises(HarnessError, match=text):
             call()
+    with pytest.raises(ValueError, match="wait_until: 5 refused, must be a function"):
+        rig.wait_until(5, "x")  # type: ignore[arg-type]
     for condition in ("the carriage", math.nan, None):
         with pytest.raises(ValueError, match=r"must be a plant time \(s\) or a function"):
             rig.run_until(condition)  # type: ignore[arg-type]
@@ -486,3 +509,34 @@ def test_nothing_of_a_session_shows_outside(rig_session: StartSession) -> None:
     rig = rig_session(plant={"time.period": 5e-3})
     assert dict(os.environ) == before
     assert any(name.endswith("_DEFAULT_PROFILES_FILE") for name in rig.environment)
+
+
+def test_a_law_that_fails_leaves_its_sample_to_the_next(rig_session: StartSession) -> None:
+    """In lock-step one that raises, or answers nothing, is named; with another the run goes on."""
+    rig = rig_session("lockstep", controller=None, duration=0.2)
+    rig.drive(lambda _: 5.2)
+    rig.run_until(0.01)
+    for law, error, words in (
+        (lambda _: 1 / 0, ZeroDivisionError, "division"),
+        (lambda _: None, HarnessError, "the law answers None to the sample at 0.01 s, must be a"),
+        (lambda _: [5.0], HarnessError, r"answers \[5.0\] .* V; a lock-step plant waits for it"),
+    ):
+        rig.drive(law)
+        with pytest.raises(error, match=words):
+            rig.run_for(0.01)
+    rig.drive(6.0)
+    assert rig.run_until(0.2).time == pytest.approx(0.2)
+    expected = simulate(RigParameters.preset("paper"), [5.2] * 10 + [6.0] * 190, 1e-3)
+    assert np.array_equal(rig.samples().position, expected.position)
+
+
+def test_a_plant_time_that_never_comes_is_refused_at_once(rig_session: StartSession) -> None:
+    """Beyond the duration; nothing has run then."""
+    rig = rig_session("lockstep", controller=None, duration=0.05)
+    rig.drive(5.08)
+    with pytest.raises(
+        HarnessError, match=r"plant time 0\.5 s never comes, the session's duration"
+    ):
+        rig.run_until(0.5)
+    assert rig.latest.time == 0.0
+    assert rig.run_until(0.05).time == pytest.approx(0.05)

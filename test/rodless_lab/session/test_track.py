@@ -169,3 +169,23 @@ def test_commands_that_measure_nothing_are_said(voltages: tuple[float, ...], wor
         track.take_voltage(sent((11 + k) * PERIOD), voltage)
     with pytest.raises(ValueError, match=words):
         track.result()
+
+
+def test_a_reference_that_rests_elsewhere_is_of_another_set_point() -> None:
+    """More than a second after the sending; one that moves, or rests at the target, is not."""
+    track = Track(TARGET)
+    end = rest(track, 0.0, 5000, reference=0.0)
+    assert not track.is_elsewhere, "not sent yet"
+    track.begin()
+    end = rest(track, 0.0, 1000, 0.0, end)
+    assert not track.is_elsewhere, "it may be late"
+    for k in range(1, 2000):
+        end = rest(track, 0.0, 1, 1e-6 * k, end)
+        assert not track.is_elsewhere, "on its way"
+    end = rest(track, TARGET, 5000, TARGET, end)
+    assert not track.is_elsewhere
+    end = rest(track, TARGET, 1000, 0.12, end)
+    assert not track.is_elsewhere
+    rest(track, TARGET, 3, 0.12, end)
+    assert track.is_elsewhere
+    assert track.reference == 0.12

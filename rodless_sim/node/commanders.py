@@ -1,0 +1,50 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Whether one node commands the valve, or several."""
+
+from rclpy.node import Node
+
+from rodless_base.ros.publish import nodes
+
+
+class Rivals:
+    """Nodes that publish commands beside each other."""
+
+    def __init__(self, node: Node, topic: str) -> None:
+        """Look on ``topic``, by its full name."""
+        self._node = node
+        self._topic = topic
+        self._before: str | None = None
+        self.problem: str | None = None
+
+    def check(self) -> None:
+        """Look anew; a :attr:`problem` is logged once. To be called with each report.
+
+        It must be there twice: the name of a node that has just come is not known at once. A node
+        that was started again is not its own rival.
+        """
+        found = None
+        if self._node.count_publishers(self._topic) > 1:
+            publishers = self._node.get_publishers_info_by_topic(self._topic)
+            found = rivals_text(set(nodes(publishers).values()))
+        problem = found if found == self._before else None
+        if problem is not None and self.problem is None:
+            self._node.get_logger().warning(problem)
+        self._before, self.problem = found, problem
+
+
+def rivals_text(names: set[str]) -> str | None:
+    """Say that several nodes command, and the way out; None where it is not several."""
+    if len(names) <= 1:
+        return None
+    return (
+        f"{len(names)} nodes publish on valve/voltage ({', '.join(sorted(names))}), the valve "
+        "follows whichever came last: stop all but one (one that was killed is forgotten within "
+        "20 s)"
+    )
