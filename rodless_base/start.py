@@ -49,9 +49,9 @@ class Stop:
         # On its way out Python gives signals back their deadly default, unless they are ignored.
         atexit.register(self._ignore_from_now_on)
 
-    def end_with(self, code: int, line: str) -> None:
+    def end_with(self, code: int, line: str = "") -> None:
         """Let a request end the process with this exit code, after a line on standard error."""
-        self._code, self._line = code, f"{line}\n"
+        self._code, self._line = code, f"{line}\n" if line else ""
 
     def from_now_on_wait(self) -> None:
         """Let the program end itself; requests only set ``requested``."""

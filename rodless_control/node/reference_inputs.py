@@ -28,13 +28,14 @@ TRAJECTORY = "~/joint_trajectory"
 
 # Warnings that could come with every message, at the rate of a control loop: say one in this time
 # (s). Diagnostics count them all.
-WARNING_PERIOD = 1.0
+LOG_PERIOD = 1.0
 
 
 class ReferenceInputs:
     """Subscriptions to ``setpoint``, ``joint_commands`` and ``~/joint_trajectory``.
 
-    What is wrong is counted in ``refused``, said in one line, and changes nothing.
+    What is wrong is counted in ``refused``, said in one line, once a second at most, and changes
+    nothing.
     """
 
     def __init__(self, node: Node, setpoints: SetpointFollower, joint: Callable[[], str]) -> None:
@@ -53,7 +54,7 @@ class ReferenceInputs:
             self._setpoints.receive(message.data)
         except ParameterError as error:
             self.refused += 1
-            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
+            self._logger.warning(str(error), throttle_duration_sec=LOG_PERIOD)
 
     def _take_command(self, message: JointState) -> None:
         try:
@@ -62,7 +63,7 @@ class ReferenceInputs:
                 self._setpoints.receive_command(*command)
         except ParameterError as error:
             self.refused += 1
-            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
+            self._logger.warning(str(error), throttle_duration_sec=LOG_PERIOD)
 
     def _take_trajectory(self, message: JointTrajectory) -> None:
         try:
@@ -72,12 +73,12 @@ class ReferenceInputs:
             self._setpoints.receive_trajectory(points, start)
         except ParameterError as error:
             self.refused += 1
-            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
+            self._logger.warning(str(error), throttle_duration_sec=LOG_PERIOD)
         else:
             when = "now" if start is None else f"at {start:g} s"
             self._logger.info(
                 f"trajectory: {len(points)} points, from {when}, {points[-1].time:g} s long",
-                throttle_duration_sec=WARNING_PERIOD,
+                throttle_duration_sec=LOG_PERIOD,
             )
 
 

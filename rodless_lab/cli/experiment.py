@@ -18,6 +18,7 @@ from rodless_base.atomic_write import cannot_be_written, check_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
+from rodless_lab.cli.number import millimetres
 from rodless_lab.experiments import sine
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
@@ -34,6 +35,9 @@ FLAGS = {
     "position": "--position",
     "seed": "--seed",
 }
+
+# Those in mm, and of what they are.
+LENGTHS = {"amplitude": "sine", "centre": "sine", "position": "held piston"}
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
@@ -80,8 +84,9 @@ def over_ros(name: str) -> Runner:
 
 
 def chosen(options: argparse.Namespace, runner: Runner) -> Options:
-    """Return the options in SI; raises ValueError for one that nothing or no rig could follow."""
+    """Return the options in SI; raises ValueError for those without effect or out of range."""
     given = {name: value for name in FLAGS if (value := getattr(options, name)) is not None}
+    given |= {name: given[name] * 1e-3 for name in LENGTHS if name in given}
     if options.name != "all":
         _refuse_what_has_no_effect(options.name, given)
     presets = tuple(given.pop("presets", Options.presets))
@@ -144,9 +149,9 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
         choices=preset_names(),
         help="whose step, sine or frequency response (default: both)",
     )
-    for name, of in {"amplitude": "sine", "centre": "sine", "position": "held piston"}.items():
+    for name, of in LENGTHS.items():
         shown = getattr(default, name) * 1e3
-        parser.add_argument(f"--{name}", type=_millimetres, help=f"of the {of}, mm ({shown:g})")
+        parser.add_argument(f"--{name}", type=millimetres, help=f"of the {of}, mm ({shown:g})")
     parser.add_argument(
         "--ros",
         action="store_true",
@@ -159,10 +164,6 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
         help="folder (results/experiments, or results/experiments/NAME)",
     )
     return parser.parse_args(arguments)
-
-
-def _millimetres(text: str) -> float:
-    return float(text) * 1e-3
 
 
 def default_folder(name: str) -> Path:

@@ -45,8 +45,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         help="folder (default: %(default)s)",
     )
     chosen = parser.parse_args(arguments)
-    # Nothing is written before the end, and compiling a law takes longer than Ctrl-C may.
-    stop.end_with(1, "interrupted")
     # They load numba and matplotlib: not for help.
     from rodless_lab.benchmark.laws import entries  # noqa: PLC0415
     from rodless_lab.benchmark.laws.contest import contest  # noqa: PLC0415

@@ -66,7 +66,7 @@ VERBS = {
 # there last, so that nothing takes the place of a library.
 WITH_LAWS = ("laws", "sweep", "tune")
 
-# Verbs that have done what they are for when Ctrl-C ends them; any other one has not.
+# Verbs that run until Ctrl-C, and leave nothing undone if it comes before they do.
 UNTIL_INTERRUPTED = ("rig", "view")
 
 
@@ -74,7 +74,9 @@ def main() -> None:
     """Run the verb on the command line and exit with its code, 1 where its output got lost."""
     output = Output()
     try:
-        code = _run(Stop())
+        stop = Stop()
+        stop.end_with(1, "interrupted")
+        code = _run(stop)
     except SystemExit as ended:  # after help, or a refusal of the command line
         code = ended.code
     failure = output.end()
@@ -99,8 +101,8 @@ def _run(stop: Stop) -> str | int | None:
             parser.error(f"{text!a} is not text in UTF-8")
     if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
         sys.path.append(str(Path.cwd()))
-    if chosen.verb not in UNTIL_INTERRUPTED:
-        stop.end_with(1, "interrupted")
+    if chosen.verb in UNTIL_INTERRUPTED:
+        stop.end_with(0)
     try:
         note = prepare_shared_memory()
     except RuntimeError as error:  # which the verbs without ROS get along with

@@ -9,7 +9,6 @@
 """`rodless move`: move the carriage of a running rig to a position and measure the move."""
 
 import argparse
-import math
 import sys
 import time
 from collections.abc import Sequence
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from rodless_base.command_line import Parser
 from rodless_base.start import Stop
-from rodless_lab.cli.number import number
+from rodless_lab.cli.number import millimetres
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
@@ -45,17 +44,10 @@ def _parser() -> Parser:
         "2 no such rig, the controller refuses the position, another set-point takes its place, "
         "the plant ends, or the move cannot be measured.",
     )
-    parser.add_argument("position", type=_millimetres, metavar="MM", help="in mm, such as 58")
+    parser.add_argument("position", type=millimetres, metavar="MM", help="in mm, such as 58")
     add_namespace(parser)
     add_timeout(parser, "wall-clock time to settle in; finding the nodes has 6 s of its own", 30.0)
     return parser
-
-
-def _millimetres(text: str) -> float:
-    value = number(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a position in mm")
-    return value
 
 
 def _move(rig: "RunningRig", options: argparse.Namespace) -> int:

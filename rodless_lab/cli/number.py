@@ -22,6 +22,14 @@ def number(text: str) -> float:
         return math.nan
 
 
+def millimetres(text: str) -> float:
+    """Return the length in mm that ``text`` is; raises ArgumentTypeError."""
+    value = number(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a length in mm")
+    return value
+
+
 # Digits of the longest whole number that is read: no count is longer, and Python reads none of
 # thousands.
 DIGITS = 18

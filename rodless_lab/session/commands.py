@@ -10,10 +10,9 @@
 
 from collections.abc import Callable
 
-from rodless_base.one_line import shown
-from rodless_base.real_number import is_number
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.samples import Cursor, Received, Sample
+from rodless_sim.single_number import single_number
 
 # The test's own control law: the voltage (V) for a sample, or None for no command.
 Law = Callable[[Sample], float | None]
@@ -54,22 +53,26 @@ class OwnCommands:
         """
         while self._law is not None and (found := self._samples.peek()) is not None:
             if not self._waits:
-                self._samples.next()
+                self._samples.skip()
             voltage = self._voltage(self._law(found[1]), found[1].time)
             if self._waits:
-                self._samples.next()
+                self._samples.skip()
             if voltage is not None:
                 self._send(voltage)
 
     def _voltage(self, answer: object, time: float) -> float | None:
-        if answer is None and not self._waits:
-            return None
-        if not is_number(answer):
-            raise HarnessError(
-                f"drive: the law answers {shown(answer)} to the sample at {time:g} s, must be a "
-                "number of V" + ("; a lock-step plant waits for it" if self._waits else ", or None")
-            )
-        return float(answer)
+        law = f"drive: the law's answer to the sample at {time:g} s"
+        if answer is None and self._waits:
+            raise HarnessError(f"{law} is None, and a lock-step plant waits for a number of V")
+        return None if answer is None else voltage_of(answer, law)
+
+
+def voltage_of(value: object, what: str) -> float:
+    """Return a command (V) that a test gives; raises HarnessError, with ``what``, for none."""
+    try:
+        return single_number(value, what, "V")
+    except TypeError as error:
+        raise HarnessError(str(error)) from error
 
 
 class RelayedCommands:
@@ -88,9 +91,12 @@ class RelayedCommands:
     def answer(self) -> None:
         """Pass on what has come."""
         answers = self._received.answers
-        while self._passed < len(answers) and (self._samples is None or self._samples.next()):
+        while self._passed < len(answers) and (self._samples is None or self._samples.peek()):
             wanted = answers[self._passed].value
+            altered = wanted if self.alter is None else self.alter(wanted)
+            voltage = None if altered is None else voltage_of(altered, "alter_commands: the result")
             self._passed += 1
-            voltage = wanted if self.alter is None else self.alter(wanted)
+            if self._samples is not None:
+                self._samples.skip()
             if voltage is not None:
-                self._send(float(voltage))
+                self._send(voltage)

@@ -23,7 +23,7 @@ from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
 from rodless_base.topics import SETPOINT
 from rodless_control import ControllerParameters
-from rodless_lab.session.commands import Alteration, Law, OwnCommands
+from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_of
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.processes import ProcessPlan
@@ -96,16 +96,16 @@ class Controls(LiveSession):
     def send_voltage(self, voltage: float) -> None:
         """Send one command (V), NaN included.
 
-        Raises HarnessError where a controller does so, and ValueError for what is no number.
+        Raises HarnessError where a controller does so, and for what is no number.
         """
         commands = self._commander("send_voltage")
-        commands.send(_voltage("send_voltage", voltage))
+        commands.send(voltage_of(voltage, "send_voltage"))
 
     def drive(self, law: Law | float | None) -> None:
         """Answer every sample from now on by ``law``, a function or a voltage (V).
 
         A law that returns None loses its command, for which a lock-step plant would wait: there it
-        is refused. None in place of a law ends the answers. Raises ValueError for what is no law.
+        is refused. None in place of a law ends the answers. Raises HarnessError for what is no law.
         """
         commands = self._commander("drive")
         commands.drive(_as_law(law), from_now=self._mode == "realtime")
@@ -188,11 +188,5 @@ class Controls(LiveSession):
 def _as_law(law: Law | float | None) -> Law | None:
     if law is None or callable(law):
         return law
-    voltage = _voltage("drive", law)
+    voltage = voltage_of(law, "drive")
     return lambda _: voltage
-
-
-def _voltage(method: str, value: object) -> float:
-    if not is_number(value):
-        raise ValueError(f"{method}: {shown(value)} refused, must be a number of V")
-    return float(value)

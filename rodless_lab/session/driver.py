@@ -22,16 +22,18 @@ from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import UNKNOWN, Outbox, nodes
+from rodless_base.ros.publish import UNKNOWN, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
+from rodless_lab.session.running_rig import DISCOVERY
+from rodless_sim.node.rivals import publishers_of
 
 # How often, in wall-clock s, the driver polls whether it is heard.
 POLL_PERIOD = 0.02
 
-# How long after the rig somebody else may be discovered, in wall-clock s.
-DISCOVERY = 1.0
+# Somebody else who commands for longer than this, in wall-clock s, is not on the way out.
+STAYS = 1.0
 
 # How long the last command may take to arrive.
 LAST_COMMAND_TIMEOUT = Duration(seconds=1.0)
@@ -73,7 +75,7 @@ class Driver:
 
     def close(self) -> None:
         """Leave the valve closed, if it was driven, and destroy the node."""
-        if self._first is not None and self._publisher.get_subscription_count():
+        if self.has_begun and self._publisher.get_subscription_count():
             self._outbox.send(self._publisher, Float64(data=CLOSED_VOLTAGE))
             self._publisher.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
         self.node.destroy_node()
@@ -86,18 +88,23 @@ class Driver:
             self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
 
     def _look_for_rivals(self) -> None:
-        topic = self._publisher.topic_name
-        if self.node.count_publishers(topic) <= 1:
+        """End before the first voltage where others command; later where they stay."""
+        found = publishers_of(self.node, self._publisher.topic_name)
+        if not found:
             self._beside_since = None
             return
         if self._beside_since is None:
             self._beside_since = time.monotonic()
-        found = nodes(self.node.get_publishers_info_by_topic(topic)).values()
-        is_long = time.monotonic() - self._beside_since > DISCOVERY
-        if self.rivals is None and (UNKNOWN not in found or is_long):
+        stays = time.monotonic() - self._beside_since > STAYS
+        if self.rivals is None and (stays or not (self.has_begun or UNKNOWN in found)):
             own = f"{self.node.get_namespace().rstrip('/')}/{self.node.get_name()}"
-            self.rivals = ", ".join(sorted({*found} - {own})) or own
+            self.rivals = ", ".join(sorted(found - {own})) or "another rodless drive"
             self._ended()
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether a voltage was given."""
+        return self._first is not None
 
     def _is_heard(self) -> bool:
         """Whether all listen, and have for long enough that others who command were found."""
@@ -109,8 +116,6 @@ class Driver:
         return time.monotonic() - self._heard_since > DISCOVERY
 
     def _answer(self, sample: JointState) -> None:
-        if self._beside_since is not None:
-            return
         now = stamp_nanoseconds(sample.header.stamp)
         if self._first is None or now < self._first:
             self._first = now
@@ -136,7 +141,8 @@ def drive(
 ) -> tuple[int, bool]:
     """Run a :class:`Driver` to its end or to ``stop``; return exit code and whether it is done.
 
-    The code is 2, after a line on standard error, where somebody else commands the valve.
+    After a line on standard error the code is 2 where somebody else commands the valve, and 1 where
+    somebody came to do so meanwhile.
     """
     drivers: list[Driver] = []
 
@@ -148,12 +154,14 @@ def drive(
         return drivers[0]
 
     code = run_node(make, stop)
-    rivals = drivers[0].rivals if drivers else None
-    if rivals is not None:
+    driver = drivers[0] if drivers else None
+    if driver is not None and driver.rivals is not None:
+        since = "has come to command the valve too: what was recorded is of no use"
+        what = since if driver.has_begun else "commands the valve too"
         print(
-            f"{VALVE_VOLTAGE}: {rivals} commands the valve too; stop it, or start the rig without "
-            "its controller (one that was killed is forgotten within 20 s)",
+            f"{VALVE_VOLTAGE}: {driver.rivals} {what}; stop it, or start the rig without its "
+            "controller (one that was killed is forgotten within 20 s)",
             file=sys.stderr,
         )
-        return 2, False
-    return code, bool(drivers) and drivers[0].done
+        return 1 if driver.has_begun else 2, False
+    return code, driver is not None and driver.done

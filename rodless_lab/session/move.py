@@ -201,8 +201,8 @@ class SetpointMove:
             )
         if self.track.is_elsewhere:
             raise RigError(
-                f"the controller follows {self.track.reference * 1e3:g} mm and not this set-point: "
-                "another has taken its place, or it was lost"
+                f"the controller's reference rests at {self.track.reference * 1e3:g} mm: another "
+                "set-point has taken the place of this one, or this one was lost or limited"
             )
         if self._has_gone:
             raise RigError("the plant has ended during the move")
@@ -217,7 +217,7 @@ class SetpointMove:
         self._refused_before = self._refused
         self._refusal = None
         self._is_out = False
-        self.track.begin()
+        self.track.begin(time.time_ns())
         self._setpoint.publish(Float64(data=self._target))
 
     @property

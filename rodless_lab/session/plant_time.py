@@ -46,8 +46,8 @@ class PlantTime(LiveSession):
 
         Returns that sample, the newest counting first. In lock-step with commands from the test
         (no controller, or ``relay_commands``) the plant then stands at that very sample; it has
-        gone on otherwise. Raises ValueError for a condition that is neither, and HarnessError for a
-        plant time beyond the session's ``duration``.
+        gone on otherwise. Raises ValueError for a condition that is neither, and HarnessError once
+        the session's ``duration`` is over and the condition has not held.
         """
         if not callable(condition):
             if not is_number(condition) or not math.isfinite(condition):
@@ -56,11 +56,6 @@ class PlantTime(LiveSession):
                     "function of a sample"
                 )
             instant = round(condition * NANOSECONDS_PER_SECOND)
-            if self._duration and instant > round(self._duration * NANOSECONDS_PER_SECOND):
-                raise HarnessError(
-                    f"run_until: plant time {condition:g} s never comes, the session's duration is "
-                    f"{self._duration:g} s"
-                )
             what = f"plant time {condition:g} s"
             return self._run_until(
                 lambda _, s: round(s.time * NANOSECONDS_PER_SECOND) >= instant, what, timeout
@@ -78,6 +73,11 @@ class PlantTime(LiveSession):
                 if condition(*next_sample):
                     return next_sample[1]
             self._processes.check_plant()
+            if self._duration and self.latest.time >= self._duration:
+                raise HarnessError(
+                    f"{what} has not come, and the run is over: the session's duration is "
+                    f"{self._duration:g} s"
+                )
             return None
 
         sample = self._wait(found, what, timeout, running=True)

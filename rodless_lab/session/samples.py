@@ -213,12 +213,15 @@ class Cursor:
 
     def next(self) -> tuple[int, Sample] | None:
         """Return when the next sample was sent (ns, wall clock) and the sample, if it is there."""
+        found = self.peek()
+        self.skip()
+        return found
+
+    def skip(self) -> None:
+        """Read on without the next sample, if it is there."""
         place = self._place()
-        if place is None:
-            return None
-        run, index = place
-        self._run, self._index = run, index + 1
-        return self._received.sent(run, index), self._received.sample(run, index)
+        if place is not None:
+            self._run, self._index = place[0], place[1] + 1
 
     def peek(self) -> tuple[int, Sample] | None:
         """Return what :meth:`next` will."""

@@ -98,18 +98,20 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     rig.wait_for(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
     nodes = {node: _node_status(rig, node) for node in NODES}
     status = RigStatus(rig.namespace, nodes, readings, tuple(rig.doubles()))
-    rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
-    rig.wait_for(lambda: None not in readings.values(), min(timeout, rest))
     if status.is_paused or status.has_ended:
         # It sends nothing more, but shows whoever comes where it stands.
         _listen(rig, readings, THROTTLED)
-        rig.wait_for(lambda: readings["position"] is not None, min(timeout, READINGS_TIMEOUT))
-        rig.wait_for(lambda: None not in readings.values(), STANDING_TIMEOUT)
+        due = set(READINGS) - {"voltage"}
+        rest = READINGS_TIMEOUT
+    else:
+        due = set(READINGS)
+        rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
+    rig.wait_for(lambda: all(readings[one] is not None for one in due), min(timeout, rest))
     return status
 
 
 def _listen(rig: RunningRig, readings: dict[str, float | None], before: str = "") -> None:
-    """Keep what comes on the topics with ``before`` in front."""
+    """Keep what comes on the topics, or on those with ``before`` in front: commands have none."""
 
     def take(name: str, value: Callable[[Any], float]) -> Callable[[Any], None]:
         def taken(message: Any) -> None:
@@ -125,7 +127,8 @@ def _listen(rig: RunningRig, readings: dict[str, float | None], before: str = ""
     for field, topic in PRESSURES.items():
         pressure = take(field, lambda message: message.fluid_pressure)
         observer.subscribe(FluidPressure, before + topic, pressure)
-    for name, topic in (("voltage", VALVE_VOLTAGE), ("reference", REFERENCE)):
+    values = {"reference": REFERENCE} | ({} if before else {"voltage": VALVE_VOLTAGE})
+    for name, topic in values.items():
         observer.subscribe(Float64, before + topic, take(name, lambda message: message.data))
     observer.subscribe(JointState, before + JOINT_STATES, sample)
 

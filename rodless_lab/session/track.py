@@ -21,11 +21,9 @@ from rodless_lab.runs.step_metrics import SETTLING_BAND, StepMetrics, step_metri
 # Plant time in ns for which the carriage must stay in the band to have settled.
 STAY = NANOSECONDS_PER_SECOND // 2
 
-# A reference that rests elsewhere for this plant time in ns is not on its way.
+# A reference that rests elsewhere for so long, in ns of wall-clock and of plant time, is not on its
+# way.
 LONG = NANOSECONDS_PER_SECOND
-
-# Two references nearer than this are one.
-SAME = 1e-6  # m
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,11 @@ class Track:
         self._inside_since: int | None = None
         self._changed: int | None = None
         self._from_sending: str | None = None
-        self._elsewhere_since: int | None = None
+        self._begun = 0
+        # When a reference came first that rests elsewhere, and how long it has: each in wall-clock
+        # and in plant time, ns.
+        self._elsewhere: tuple[int, int] | None = None
+        self._rested = (0, 0)
         self.was_reset = False
 
     def take_sample(self, sent: int, stamp: int, position: float) -> None:
@@ -79,15 +81,22 @@ class Track:
         """Take the reference (m) that the controller follows."""
         before = self._references[-1] if self._references else reference
         self._references.append(reference)
-        if reference != before or abs(reference - self._target) <= SAME:
-            self._elsewhere_since = None
-        elif self._elsewhere_since is None and self._stamps:
-            self._elsewhere_since = self._stamps[-1]
+        if self._first is not None and sent > self._begun:
+            self._look_elsewhere(sent, reference, reference != before)
         if self._first is not None and self._changed is None and reference != before:
             self._changed = sent
 
-    def begin(self) -> None:
-        """The set-point goes out now; at least one sample must have come."""
+    def _look_elsewhere(self, sent: int, reference: float, moves: bool) -> None:
+        if moves or abs(reference - self._target) <= SETTLING_BAND:
+            self._elsewhere = None
+            return
+        if self._elsewhere is None:
+            self._elsewhere = sent, self._stamps[-1]
+        self._rested = sent - self._elsewhere[0], self._stamps[-1] - self._elsewhere[1]
+
+    def begin(self, sent: int = 0) -> None:
+        """The set-point goes out now, at ``sent`` (ns of wall clock); a sample must have come."""
+        self._begun = sent
         self._first = len(self._stamps) - 1
         self.was_reset = False
         last = self._references[-2:]
@@ -125,11 +134,8 @@ class Track:
 
     @property
     def is_elsewhere(self) -> bool:
-        """Whether the reference has long rested elsewhere since the set-point went out."""
-        if self._first is None or self._elsewhere_since is None:
-            return False
-        since = max(self._elsewhere_since, self._stamps[self._first])
-        return self._stamps[-1] - since > LONG
+        """Whether references that came since the set-point went out have long rested elsewhere."""
+        return self._elsewhere is not None and min(self._rested) > LONG and not self.has_settled
 
     @property
     def is_followed(self) -> bool:

@@ -69,8 +69,8 @@ def test_help_needs_no_ros(verb: str) -> None:
     ("arguments", "words"),
     [
         ("move", "MM"),
-        ("move there", "'there' is not a position in mm"),
-        ("move nan", "'nan' is not a position in mm"),
+        ("move there", "'there' is not a length in mm"),
+        ("move nan", "'nan' is not a length in mm"),
         ("move 58 --timeout 0", "'0' is not a positive number of seconds"),
         ("set", "NAME=VALUE"),
         ("set supply.pressure", "'supply.pressure' is not NAME=VALUE"),

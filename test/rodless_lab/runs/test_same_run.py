@@ -17,12 +17,18 @@ from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.runs.same_run import mostly_known
 
 
-def run(seed: int, noise: float = 200.0, rest: int = 0) -> MeasuredRun:
-    """Pressures that swing, after ``rest`` samples that stay; sensors of 16 bit with ``noise``."""
+def run(seed: int, noise: float = 200.0, rest: int = 0, step: float = 15.0) -> MeasuredRun:
+    """Pressures that swing after ``rest`` samples, read in ``step`` and with ``noise`` (Pa).
+
+    The carriage goes along, read to 5 µm.
+    """
     generator, time = np.random.default_rng(seed), np.arange(2000) * 1e-3
-    swing = 4e5 + 1e5 * np.sin(2.0 * np.pi * np.maximum(time - rest * 1e-3, 0.0) * (1.0 + seed))
-    pressure = 15.0 * np.round((swing + generator.normal(0.0, noise, 2000)) / 15.0)
-    return MeasuredRun(time, time, pressure, pressure, pressure, time)
+    swing = np.sin(2.0 * np.pi * np.maximum(time - rest * 1e-3, 0.0) * (1.0 + 0.3 * seed))
+    a, b = (
+        step * np.rint((4e5 + sign * 1e5 * swing + generator.normal(0.0, noise, 2000)) / step)
+        for sign in (1.0, -1.0)
+    )
+    return MeasuredRun(time, 5e-6 * np.rint((0.1 + 0.02 * swing) / 5e-6), a, b, a, time)
 
 
 def part(whole: MeasuredRun, kept: np.ndarray) -> MeasuredRun:
@@ -30,16 +36,23 @@ def part(whole: MeasuredRun, kept: np.ndarray) -> MeasuredRun:
     return replace(whole, **{name: values[kept] for name, values in whole.columns().items()})
 
 
-@pytest.mark.parametrize("noise", [0.0, 200.0])
-def test_what_is_of_a_known_run_is_known(noise: float) -> None:
-    """All of it, all but a sample in a hundred, and its second half."""
-    known, samples = run(1, noise), np.arange(2000)
-    for kept in (samples, samples[samples % 100 != 7], samples[1000:]):
+SENSORS = pytest.mark.parametrize(
+    ("step", "noise"), [(15.0, 0.0), (15.0, 5.0), (12.5, 200.0), (1220.0, 20.0), (1220.0, 0.0)]
+)
+
+
+@SENSORS
+def test_what_is_of_a_known_run_is_known(step: float, noise: float) -> None:
+    """All of it, with a sample in twenty lost, every second one, its second half, another clock."""
+    known, samples = run(1, noise, step=step), np.arange(2000)
+    for kept in (samples, samples[samples % 20 != 7], samples[::2], samples[1000:]):
         assert mostly_known(part(known, kept), known)
+    late = replace(known, time=known.time + 0.37)
+    assert mostly_known(part(late, samples[500:]), known)
 
 
-@pytest.mark.parametrize("noise", [0.0, 5.0, 200.0])
-def test_another_run_of_the_rig_is_not(noise: float) -> None:
+@SENSORS
+def test_another_run_of_the_rig_is_not(step: float, noise: float) -> None:
     """Even where both rest for most of the time, at the same pressure."""
-    assert not mostly_known(run(2, noise, rest=1800), run(3, noise, rest=1800))
-    assert not mostly_known(run(2, noise), run(3, noise))
+    for rest in (0, 1000, 1800):
+        assert not mostly_known(run(2, noise, rest, step), run(3, noise, rest, step))

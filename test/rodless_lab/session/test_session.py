@@ -258,9 +258,9 @@ def test_voltages_that_are_none_are_refused(rig_session: StartSession) -> None:
     """By value, before the plant hears of them; a session that has ended says so."""
     rig = rig_session("lockstep", controller=None)
     for odd in ("5", True, None, [5.0]):
-        with pytest.raises(ValueError, match=r"^send_voltage: .* refused, must be a number of V$"):
+        with pytest.raises(HarnessError, match=r"^send_voltage .* refused: must be a number of V$"):
             rig.send_voltage(odd)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match=r"^drive: '5' refused, must be a number of V$"):
+    with pytest.raises(HarnessError, match=r"^drive '5' refused: must be a number of V$"):
         rig.drive("5")  # type: ignore[arg-type]
     rig.send_voltage(5.08)
     assert rig.run_until(1e-3).time == 1e-3
@@ -518,25 +518,25 @@ def test_a_law_that_fails_leaves_its_sample_to_the_next(rig_session: StartSessio
     rig.run_until(0.01)
     for law, error, words in (
         (lambda _: 1 / 0, ZeroDivisionError, "division"),
-        (lambda _: None, HarnessError, "the law answers None to the sample at 0.01 s, must be a"),
-        (lambda _: [5.0], HarnessError, r"answers \[5.0\] .* V; a lock-step plant waits for it"),
+        (lambda _: None, HarnessError, "at 0.01 s is None, and a lock-step plant waits for a"),
+        (lambda _: [5.0], HarnessError, r"at 0\.01 s \[5\.0\] refused: must be a number of V"),
     ):
         rig.drive(law)
         with pytest.raises(error, match=words):
             rig.run_for(0.01)
-    rig.drive(6.0)
+    rig.drive(lambda _: np.where(True, 6.0, 5.0))
     assert rig.run_until(0.2).time == pytest.approx(0.2)
     expected = simulate(RigParameters.preset("paper"), [5.2] * 10 + [6.0] * 190, 1e-3)
     assert np.array_equal(rig.samples().position, expected.position)
 
 
-def test_a_plant_time_that_never_comes_is_refused_at_once(rig_session: StartSession) -> None:
-    """Beyond the duration; nothing has run then."""
+def test_a_wait_beyond_the_duration_ends_with_the_run(rig_session: StartSession) -> None:
+    """For a plant time or for anything else; after a reset there is another run."""
     rig = rig_session("lockstep", controller=None, duration=0.05)
     rig.drive(5.08)
-    with pytest.raises(
-        HarnessError, match=r"plant time 0\.5 s never comes, the session's duration"
-    ):
-        rig.run_until(0.5)
-    assert rig.latest.time == 0.0
+    for condition, what in ((0.5, "plant time 0.5 s"), (lambda _: False, "the condition of")):
+        with pytest.raises(HarnessError, match=f"{what}.* has not come, and the run is over: the"):
+            rig.run_until(condition)
+        assert rig.latest.time == pytest.approx(0.05)
+        rig.reset()
     assert rig.run_until(0.05).time == pytest.approx(0.05)

@@ -172,20 +172,30 @@ def test_commands_that_measure_nothing_are_said(voltages: tuple[float, ...], wor
 
 
 def test_a_reference_that_rests_elsewhere_is_of_another_set_point() -> None:
-    """More than a second after the sending; one that moves, or rests at the target, is not."""
+    """More than a second of plant time and of wall clock, which runs at double the speed here."""
     track = Track(TARGET)
     end = rest(track, 0.0, 5000, reference=0.0)
-    assert not track.is_elsewhere, "not sent yet"
-    track.begin()
-    end = rest(track, 0.0, 1000, 0.0, end)
+    track.begin(sent(end) + REFERENCE_DELAY)
+    assert not track.is_elsewhere, "not for what came before"
+    end = rest(track, 0.0, 1002, 0.0, end)
     assert not track.is_elsewhere, "it may be late"
     for k in range(1, 2000):
         end = rest(track, 0.0, 1, 1e-6 * k, end)
         assert not track.is_elsewhere, "on its way"
-    end = rest(track, TARGET, 5000, TARGET, end)
+    end = rest(track, TARGET, 5000, TARGET + 1e-4, end)
+    assert not track.is_elsewhere, "rounded"
+    end = rest(track, 0.0, 1002, 0.12, end)
     assert not track.is_elsewhere
-    end = rest(track, TARGET, 1000, 0.12, end)
-    assert not track.is_elsewhere
-    rest(track, TARGET, 3, 0.12, end)
+    rest(track, 0.0, 1, 0.12, end)
     assert track.is_elsewhere
     assert track.reference == 0.12
+
+
+def test_a_controller_that_says_nothing_follows_nothing_else() -> None:
+    """It has failed, was disabled or is busy: what it followed before the set-point is no sign."""
+    track = Track(TARGET)
+    end = rest(track, 0.0, 100, reference=0.0)
+    track.begin(sent(end))
+    for stamp in range(end, end + 5000 * PERIOD, PERIOD):
+        track.take_sample(sent(stamp), stamp, 0.0)
+    assert not track.is_elsewhere

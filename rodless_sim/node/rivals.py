@@ -20,23 +20,30 @@ class Rivals:
         """Look on ``topic``, by its full name."""
         self._node = node
         self._topic = topic
-        self._before: str | None = None
+        self._was_there = False
         self.problem: str | None = None
 
     def check(self) -> None:
         """Look anew; a :attr:`problem` is logged once. To be called with each report.
 
-        It must be there twice: the name of a node that has just come is not known at once. A node
-        that was started again is not its own rival.
+        It must be there twice to begin with: the name of a node that has just come is not known at
+        once. A node that was started again is not its own rival.
         """
-        found = None
-        if self._node.count_publishers(self._topic) > 1:
-            publishers = self._node.get_publishers_info_by_topic(self._topic)
-            found = rivals_text(set(nodes(publishers).values()))
-        problem = found if found == self._before else None
-        if problem is not None and self.problem is None:
-            self._node.get_logger().warning(problem)
-        self._before, self.problem = found, problem
+        found = rivals_text(publishers_of(self._node, self._topic))
+        if found is not None and self._was_there:
+            if self.problem is None:
+                self._node.get_logger().warning(found)
+            self.problem = found
+        elif found is None:
+            self.problem = None
+        self._was_there = found is not None
+
+
+def publishers_of(node: Node, topic: str) -> set[str]:
+    """Return the nodes that publish on ``topic``, where there is more than one publisher."""
+    if node.count_publishers(topic) <= 1:
+        return set()
+    return set(nodes(node.get_publishers_info_by_topic(topic)).values())
 
 
 def rivals_text(names: set[str]) -> str | None:

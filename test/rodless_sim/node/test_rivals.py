@@ -10,7 +10,7 @@
 
 from types import SimpleNamespace
 
-from rodless_sim.node.commanders import Rivals
+from rodless_sim.node.rivals import Rivals
 
 
 def rivals(found: dict[bytes, str], said: list[str]) -> Rivals:
@@ -40,8 +40,13 @@ def test_two_that_stay_are_named_once_in_the_log() -> None:
         looked.check()
         assert looked.problem is not None
         assert looked.problem.startswith("2 nodes publish on valve/voltage (/controller, /mine),")
-    assert said == [looked.problem]
-    del found[b"2"]
+    assert said == [looked.problem], "once"
+    found[b"3"] = "another"
+    looked.check()
+    assert looked.problem is not None
+    assert looked.problem.startswith("3 nodes publish on valve/voltage (/another, /controller, ")
+    assert len(said) == 1
+    del found[b"2"], found[b"3"]
     looked.check()
     assert looked.problem is None
 
