@@ -200,7 +200,9 @@ def run_sine(
 def check_within_stroke(amplitude: float, centre: float) -> None:
     """Raise ValueError for a sine that does not move, or leaves the stroke; lengths in m."""
     stroke = RigParameters().number("cylinder.stroke")
-    if amplitude <= 0.0:
+    if amplitude == 0.0:
+        raise ValueError("a sine of 0 mm does not move")
+    if amplitude < 0.0:
         raise ValueError(f"a sine of {amplitude * 1e3:g} mm: must be positive")
     if not 0.0 <= centre - amplitude <= centre + amplitude <= stroke:
         raise ValueError(
