@@ -120,14 +120,20 @@ class Requests:
             raise ViewError(f"the plant has no {SUPPLY}, or has not told it yet")
         if cut == self.supply_is_cut:
             return
+        before, wanted, then = self._cut, ambient, None
         if cut:
-            await self.set({SUPPLY: ambient})
-            self._cut = _Cut(supply, self.state.history.run)
-        elif self._cut is None or self.state.history.run > self._cut.last_run:
+            then = _Cut(supply, self.state.history.run)
+        elif before is None or self.state.history.run > before.last_run:
             raise ViewError(f"the supply of this rig was not cut here; set {SUPPLY}")
         else:
-            await self.set({SUPPLY: self._cut.supply})
-            self._cut = None
+            wanted = before.supply
+        # First: pages see the change, and may ask for the next, before its answer is here.
+        self._cut = then
+        try:
+            await self.set({SUPPLY: wanted})
+        except ViewError:
+            self._cut = before
+            raise
 
     async def pause(self, paused: bool) -> None:
         """Stop plant time, or let it run on."""
