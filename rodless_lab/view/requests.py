@@ -122,8 +122,8 @@ class Requests:
             return
         before, wanted, then = self._cut, ambient, None
         if cut:
-            then = _Cut(supply, self.state.history.run)
-        elif before is None or self.state.history.run > before.last_run:
+            then = _Cut(supply, self.state.history.restarts)
+        elif before is None or self.state.history.restarts > before.last_run:
             raise ViewError(f"the supply of this rig was not cut here; set {SUPPLY}")
         else:
             wanted = before.supply

@@ -74,6 +74,7 @@ class History:
         """Keep the last ``length`` rows."""
         self._rows: deque[Row] = deque(maxlen=length)
         self._run = 0
+        self.restarts = 0  # how often time ran backwards: a plant that was reset, or another
         self._count = 0
         self._lock = threading.Lock()
 
@@ -85,6 +86,7 @@ class History:
             if now is None or now == last:
                 return False
             if last is not None and now < last:
+                self.restarts += 1
                 self._begin()
             self._rows.append(tuple(row))
             self._count += 1

@@ -115,7 +115,9 @@ def test_a_supply_comes_back_to_the_rig_that_lost_it_alone(
         asyncio.run(requests.cut_supply(True))
         if end_run is not None:
             asyncio.run(end_run())
-        state.history.clear()  # as where time goes back
+        state.history.clear()  # as where the law has other terms: no other rig
+        state.history.add((2.0, 0.0))
+        state.history.add((1.0, 0.0))  # time goes back
         if end_run is not None:
             asyncio.run(requests.cut_supply(False))
             assert rig.asked[-1] == {"supply.pressure": "550000.0"}
