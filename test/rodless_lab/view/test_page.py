@@ -234,7 +234,8 @@ def wait_paused(observer: "Observer", paused: str) -> None:
 
 def test_the_page_shows_the_rig_and_loads_nothing_from_elsewhere(tab: Tab) -> None:
     """Drawing, four plots, fields with the nodes' values; a lecture room may have no network."""
-    assert tab.page.locator("canvas").count() == 4
+    # The terms of the law, of which one is, come with their publishers.
+    tab.wait("() => document.querySelectorAll('canvas').length === 4")
     tab.wait("() => document.querySelector('.pa').textContent.endsWith(' kPa')")
     tab.wait("() => document.querySelector('.in').textContent.endsWith('L/min')")
     tab.page.get_by_test_id("controller.kp").wait_for()
