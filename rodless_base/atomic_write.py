@@ -74,6 +74,15 @@ def check_writable(folder: Path) -> None:
         probe.write(bytes(4096))
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for results, with those above it, where it can be written; raises OSError.
+
+    Nothing is made where it cannot.
+    """
+    check_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+
+
 def check_file_writable(file: Path) -> None:
     """Raise OSError as :func:`check_writable`, for a file that is to be written."""
     _refuse_other_than_a_file(file)

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.atomic_write import atomic_write, check_writable
+from rodless_base.atomic_write import atomic_write, make_folder
 from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
@@ -77,8 +77,7 @@ def results_folder(folder: Path) -> Iterator[None]:
     Raises HarnessError where another demo has it, and OSError where nothing can be written. The
     claim is a lock, which the kernel drops when the process ends, however it ends.
     """
-    check_writable(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         try:

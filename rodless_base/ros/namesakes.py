@@ -10,6 +10,9 @@
 
 from rclpy.node import Node
 
+# What else a node that is in the way may be: DDS keeps those that ended without a word for so long.
+KILLED = "(one that was killed is forgotten within 20 s)"
+
 
 class Namesakes:
     """How many nodes have the full name of ``node``, itself included."""
@@ -42,6 +45,5 @@ def namesakes_text(count: int, name: str, namespace: str, domain: int) -> str | 
         return None
     return (
         f"{count} nodes named {name} in namespace {namespace} of ROS domain {domain}: "
-        "stop all but one, or give each rig its own --namespace (one that was killed is "
-        "forgotten within 20 s)"
+        f"stop all but one, or give each rig its own --namespace {KILLED}"
     )

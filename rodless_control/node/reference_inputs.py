@@ -26,8 +26,8 @@ from rodless_control.trajectory import Waypoint
 
 TRAJECTORY = "~/joint_trajectory"
 
-# Warnings that could come with every message, at the rate of a control loop: say one in this time
-# (s). Diagnostics count them all.
+# What could be said of every message, at the rate of a control loop, is said once in this time (s).
+# Diagnostics count all that is refused.
 LOG_PERIOD = 1.0
 
 

@@ -21,6 +21,7 @@ from std_msgs.msg import Float64
 from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
+from rodless_base.ros.namesakes import KILLED
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import UNKNOWN, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
@@ -97,8 +98,8 @@ class Driver:
             self._beside_since = time.monotonic()
         stays = time.monotonic() - self._beside_since > STAYS
         if self.rivals is None and (stays or not (self.has_begun or UNKNOWN in found)):
-            own = f"{self.node.get_namespace().rstrip('/')}/{self.node.get_name()}"
-            self.rivals = ", ".join(sorted(found - {own})) or "another rodless drive"
+            others = found - {self.node.get_fully_qualified_name()}
+            self.rivals = ", ".join(sorted(others)) or "another rodless drive"
             self._ended()
 
     @property
@@ -160,7 +161,7 @@ def drive(
         what = since if driver.has_begun else "commands the valve too"
         print(
             f"{VALVE_VOLTAGE}: {driver.rivals} {what}; stop it, or start the rig without its "
-            "controller (one that was killed is forgotten within 20 s)",
+            f"controller {KILLED}",
             file=sys.stderr,
         )
         return 1 if driver.has_begun else 2, False

@@ -19,7 +19,7 @@ from rodless_lab.session.running_rig import OTHER_NODE_TIMEOUT, PLANT, RigError,
 def ask_each(
     rig: RunningRig, services: Mapping[str, bool | None], timeout: float
 ) -> Iterator[tuple[str, str]]:
-    """Call services by ``node/service``; yield each with its answer.
+    """Call services by ``node/service``; yield each with its answer, or that it is left out.
 
     A value is what the service is told, None for one that is told nothing. The plant, or where it
     is told nothing the controller, has ``timeout`` (wall-clock s) to be found; the other is left

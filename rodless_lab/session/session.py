@@ -20,7 +20,7 @@ from typing import get_args
 
 from std_msgs.msg import Float64
 
-from rodless_base.atomic_write import cannot_be_written, check_writable
+from rodless_base.atomic_write import cannot_be_written, make_folder
 from rodless_base.file_path import file_path
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
@@ -221,8 +221,7 @@ class RigSession(PlantTime, Controls, Faults):
         if self._output is None:
             stack.callback(shutil.rmtree, folder, ignore_errors=True)
         try:
-            check_writable(folder)
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             commands = self._plan.command_lines(folder)
             self._processes = SessionProcesses(commands, self._environment, folder)
         except OSError as error:

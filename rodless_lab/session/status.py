@@ -98,14 +98,12 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     rig.wait_for(lambda: rig.diagnostic(PLANT) and rig.diagnostic(CONTROLLER), timeout)
     nodes = {node: _node_status(rig, node) for node in NODES}
     status = RigStatus(rig.namespace, nodes, readings, tuple(rig.doubles()))
-    if status.is_paused or status.has_ended:
+    stands = status.is_paused or status.has_ended
+    if stands:
         # It sends nothing more, but shows whoever comes where it stands.
         _listen(rig, readings, THROTTLED)
-        due = set(READINGS) - {"voltage"}
-        rest = READINGS_TIMEOUT
-    else:
-        due = set(READINGS)
-        rest = READINGS_TIMEOUT if status.is_running else STANDING_TIMEOUT
+    due = READINGS.keys() - ({"voltage"} if stands else set())
+    rest = READINGS_TIMEOUT if stands or status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: all(readings[one] is not None for one in due), min(timeout, rest))
     return status
 

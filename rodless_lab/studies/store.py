@@ -19,7 +19,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from rodless_base.atomic_write import atomic_write, check_writable
+from rodless_base.atomic_write import atomic_write, make_folder
 from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
 from rodless_base.real_number import is_number
@@ -50,8 +50,7 @@ class Store:
         self._study = study
         self._size = max(min(PART, NUMBERS // (study.numbers + 1)), 1)
         self._lock = Lock()
-        check_writable(self._data)
-        self._data.mkdir(parents=True, exist_ok=True)
+        make_folder(self._data)
         self._only = locked(folder, "another sweep")
         try:
             claim(folder, FILE, study_text(study), "the results of another study")

@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import Bounds, differential_evolution
 
-from rodless_base.atomic_write import check_writable
+from rodless_base.atomic_write import make_folder
 from rodless_base.parameters import ParameterError
 from rodless_base.real_number import is_number
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
@@ -124,8 +124,7 @@ class Journal:
         Raises StudyError where the folder is another task's or another process is at work, and
         OSError.
         """
-        check_writable(folder)
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         self._path, self._finals = folder / JOURNAL, folder / FINALS
         self._only = locked(folder, "another search")
         try:

@@ -52,10 +52,10 @@ class Nodes(Protocol):
 
 @dataclass
 class _Cut:
-    """What the supply (Pa) was before it was cut here, and the last run that is of the same rig."""
+    """What the supply (Pa) was before it was cut here, and the last restart of the same rig."""
 
     supply: float
-    last_run: int
+    last_restart: int
 
 
 class Requests:
@@ -123,7 +123,7 @@ class Requests:
         before, wanted, then = self._cut, ambient, None
         if cut:
             then = _Cut(supply, self.state.history.restarts)
-        elif before is None or self.state.history.restarts > before.last_run:
+        elif before is None or self.state.history.restarts > before.last_restart:
             raise ViewError(f"the supply of this rig was not cut here; set {SUPPLY}")
         else:
             wanted = before.supply
@@ -147,7 +147,7 @@ class Requests:
         """Return the rig to its start."""
         await self._call(RESET)
         if self._cut is not None:
-            self._cut.last_run += 1
+            self._cut.last_restart += 1
 
     async def enable(self, enabled: bool) -> None:
         """Let the controller control, or close the valve and keep it closed."""

@@ -10,6 +10,7 @@
 
 from rclpy.node import Node
 
+from rodless_base.ros.namesakes import KILLED
 from rodless_base.ros.publish import nodes
 
 
@@ -52,6 +53,5 @@ def rivals_text(names: set[str]) -> str | None:
         return None
     return (
         f"{len(names)} nodes publish on valve/voltage ({', '.join(sorted(names))}), the valve "
-        "follows whichever came last: stop all but one (one that was killed is forgotten within "
-        "20 s)"
+        f"follows whichever came last: stop all but one {KILLED}"
     )

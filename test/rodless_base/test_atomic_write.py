@@ -13,6 +13,7 @@ import os
 from pathlib import Path
 
 import pytest
+from no_room import fill_up
 
 from rodless_base.atomic_write import atomic_write, check_file_writable, check_writable
 
@@ -40,11 +41,7 @@ def test_a_full_disk_is_named_with_its_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What the system says then names no file; the one of before stays."""
-
-    def full(_descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+    fill_up(monkeypatch)
     path = tmp_path / "run.csv"
     path.write_text("earlier")
     with pytest.raises(OSError, match="No space left") as caught:

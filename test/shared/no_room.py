@@ -9,8 +9,12 @@
 """A disk that is full, as far as this process can tell."""
 
 import contextlib
+import errno
+import os
 import resource
 from collections.abc import Iterator
+
+import pytest
 
 
 @contextlib.contextmanager
@@ -22,3 +26,12 @@ def no_room() -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def fill_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the disk be full when a file is to be finished, and not before."""
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)

@@ -8,12 +8,11 @@
 
 """The campaign: it goes on where it was interrupted, and its tables say what is in its file."""
 
-import errno
 import math
-import os
 from pathlib import Path
 
 import pytest
+from no_room import fill_up
 from quiet_stop import Quiet
 
 from rodless_lab.accuracy.campaign import campaign, read_verdicts
@@ -57,11 +56,7 @@ def test_a_full_disk_is_named_with_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In one line, with code 2."""
-
-    def full(_descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+    fill_up(monkeypatch)
     path = tmp_path / "campaign.csv"
     assert main(["--count", "1", "--output", str(path)], Quiet()) == 2
     error = capsys.readouterr().err

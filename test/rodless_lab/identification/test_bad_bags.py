@@ -10,13 +10,13 @@
 
 import errno
 import math
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from no_room import fill_up
 from quiet_stop import Quiet
 
 from rodless_lab.cli import compare, identify
@@ -306,10 +306,7 @@ def test_disk_that_fills_up(tmp_path: Path, write_bag, capsys, monkeypatch) -> N
     output.parent.mkdir()
     output.write_text("earlier\n")
 
-    def full(_descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+    fill_up(monkeypatch)
     arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
     assert identify.main(arguments, Quiet()) == 2
     assert "No space left on device" in capsys.readouterr().err

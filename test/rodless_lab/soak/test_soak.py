@@ -8,14 +8,13 @@
 
 """A soak in small: the nodes run, and what would be wrong in a long one is seen."""
 
-import errno
 import math
-import os
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from no_room import fill_up
 from quiet_stop import Quiet
 
 from rodless_control import PidParameters, references
@@ -110,12 +109,9 @@ def test_a_report_that_finds_the_disk_full_is_named(
     """After the hour: what it has found is printed all the same, and the code is 1."""
     from rodless_lab.soak.ros import soak  # noqa: PLC0415  needs ROS
 
-    def full(_descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
     found = soak.Soak("lockstep", 1.0, 10, memory={"plant": [(1.0, 200.0)]})
     monkeypatch.setattr(soak, "soak_lockstep", lambda *_: found)
-    monkeypatch.setattr(os, "fsync", full)
+    fill_up(monkeypatch)
     output = tmp_path / "soak.md"
     assert main(["--seconds", "0", "--steps", "10000", "--output", str(output)], Quiet()) == 1
     said = capsys.readouterr()

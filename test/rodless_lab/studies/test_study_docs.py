@@ -50,6 +50,13 @@ def test_the_files_on_the_pages_can_be_read(tmp_path: Path) -> None:
     assert [trial.name for trial in read_task(task).trials] == ["step", "sine"]
 
 
+def written(folder: Path, study: str) -> Path:
+    """Return the file of a study."""
+    path = folder / "study.yaml"
+    path.write_text(study, encoding="utf-8")
+    return path
+
+
 @pytest.mark.slow
 def test_the_python_on_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As it stands, after the sweep that the shell ran above it."""
@@ -64,8 +71,7 @@ def test_the_python_on_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_the_page_names_every_column(tmp_path: Path) -> None:
     """Each column of the data set stands in the table of the page."""
     page = (DOCS / "sweeps.md").read_text(encoding="utf-8")
-    path = tmp_path / "study.yaml"
-    path.write_text("run: {duration: 0.05}\ntraces: {columns: [position]}", encoding="utf-8")
+    path = written(tmp_path, "run: {duration: 0.05}\ntraces: {columns: [position]}")
     found = sweep(path, tmp_path / "out")
     assert "trace.position" in found.columns()
     assert [name for name in found.columns() if f"`{name}`" not in page] == []
@@ -73,11 +79,10 @@ def test_the_page_names_every_column(tmp_path: Path) -> None:
 
 def test_the_summary_counts_what_never_settled_as_worse_than_all_that_did(tmp_path: Path) -> None:
     """In 50 ms none settles: the table says never, and how many."""
-    path = tmp_path / "study.yaml"
-    path.write_text(
+    path = written(
+        tmp_path,
         "set: {reference.at: 0.01}\nrun: {duration: 0.05}\n"
         "vary: {supply.pressure: {from: 5.0e5, to: 6.0e5, count: 3}}",
-        encoding="utf-8",
     )
     found = sweep(path, tmp_path / "out")
     (line,) = (one for one in summary(found).splitlines() if one.startswith("| settling"))
@@ -90,11 +95,10 @@ def test_the_summary_counts_what_never_settled_as_worse_than_all_that_did(tmp_pa
 @pytest.mark.filterwarnings("error")
 def test_texts_are_drawn_over_their_axis(tmp_path: Path) -> None:
     """Both forms of friction stand below the panel, beside the numbers of the other axis."""
-    path = tmp_path / "study.yaml"
-    path.write_text(
+    path = written(
+        tmp_path,
         "run: {duration: 0.05}\n"
         "vary: {friction.form: [stribeck, saturating], supply.pressure: [5.0e5, 6.0e5]}",
-        encoding="utf-8",
     )
     figure = draw_rows(sweep(path, tmp_path / "out"))
     figure.draw_without_rendering()
@@ -117,13 +121,12 @@ def test_no_worst_is_better_than_the_ninetieth() -> None:
 
 def test_the_parameter_that_matters_has_the_index(tmp_path: Path) -> None:
     """Air used over 0.2 s of a step follows from the supply, and hardly from the mass."""
-    path = tmp_path / "study.yaml"
-    path.write_text(
+    path = written(
+        tmp_path,
         "set: {reference.at: 0.01}\nrun: {duration: 0.2}\n"
         "vary: {supply.pressure: {from: 5.0e5, to: 7.0e5}, "
         "cylinder.moving_mass: {from: 0.99, to: 1.01}}\n"
         "design: {method: saltelli, rows: 64, seed: 1}",
-        encoding="utf-8",
     )
     study = read_study(path)
     found = sweep(study, tmp_path / "out")
