@@ -11,6 +11,7 @@
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 from running import StartProcess, StartRig, until_it_says
@@ -96,12 +97,18 @@ def test_a_reset_leaves_the_carriage_where_it_starts(
     for _ in range(3):
         assert run(rodless, "move", "100")[0] == 0
         samples = observer.collect(JointState, "/rig/joint_states")
+        observer.more(samples, 1)
         assert run(rodless, "reset")[0] == 0
+        # Behind what has come before the reset and is still to be read.
+        start = observer.wait(partial(start_of, samples), "the start")
         observer.more(samples, round(0.5 / PERIOD))
-        stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
-        # The start is where time runs backwards.
-        start = next(k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1])
         assert max(abs(sample.position[0]) for sample in samples[start:]) < 1e-4
+
+
+def start_of(samples: list[JointState]) -> int | None:
+    """Return where time runs backwards, as after a reset; None where it does not yet."""
+    stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
+    return next((k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1]), None)
 
 
 def test_a_drive_beside_a_controller_is_refused(rodless: StartProcess, observer: Observer) -> None:
