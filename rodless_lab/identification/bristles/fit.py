@@ -18,7 +18,7 @@ it is told apart where the carriage slides faster than the bristles' damping las
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,6 @@ from rodless_lab.identification.bristles.problem import (
     COMPLIANCE,
     FORWARD,
     REVERSE,
-    STIFFEST,
     Problem,
 )
 from rodless_lab.identification.estimate import Estimate, judged, symmetric, within
@@ -63,16 +62,34 @@ DAMPING = "friction.bristle_damping"
 # A run whose force stays within this (N) moves no bristles that could be seen.
 LEAST_FORCE = 3.0
 
+# Bristles that may be this stiff (N/m) are not told from a carriage that sticks: F_s moves them by
+# 3 µm, and seals are some fifty times softer.
+STICKING = 1e7
+
 # Residuals beyond this many standard errors count linearly instead of squared.
 ROBUST = 3.0
 
 # Shares of a run that are fitted one after another before the whole.
 SHARES = (0.1, 0.3, 0.6, 1.0)
 
-# Where further searches begin, if what was found does not fit: at a stiffness next to sticking
-# (N/m), by other shares of the run; without any, with the friction that was found.
-STIFF = 3e7
-OTHER_SHARES: tuple[tuple[float, ...], ...] = ((), SHARES, (1.0,), ())
+
+class _Start(NamedTuple):
+    """Where a further search begins: the stiffness (N/m), whose friction, shares of the run."""
+
+    stiffness: float
+    as_found: bool
+    shares: tuple[float, ...]
+
+
+# Where further searches begin, if what was found does not fit: next to sticking, at a stiffness
+# that is held until friction fits, with the friction that was found or is taken to be known.
+FURTHER = (
+    _Start(3e7, True, (1.0,)),
+    _Start(3e7, False, (1.0,)),
+    _Start(1e7, True, (1.0,)),
+    _Start(3e7, False, SHARES),
+    _Start(3e7, True, (1.0,)),
+)
 
 # Until the whole run is fitted, friction is held to 1/TETHER of what it is taken to be: what the
 # beginning does not tell stays there.
@@ -179,23 +196,17 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
             "anything: record a run of `rodless drive bristles`"
         )
     problem = Problem(run, parameters)
-    least = _least(run, parameters, problem.start, SHARES)
+    least = _least(run, parameters, problem.start, SHARES, [BRISTLE_DAMPING])
     fit = _fitted(least)
-    for shares in OTHER_SHARES:
+    for further in FURTHER:
         if fit.verdict.fits:
             break
-        known = problem.start if shares else least.scaled * problem.scale
-        again = _least(run, parameters, _stiff(known), shares)
+        start = least.scaled * problem.scale if further.as_found else problem.start.copy()
+        start[COMPLIANCE] = 1.0 / further.stiffness
+        again = _least(run, parameters, start, further.shares, [COMPLIANCE, BRISTLE_DAMPING])
         if again.cost < least.cost:
             least, fit = again, _fitted(again)
     return fit
-
-
-def _stiff(values: Array) -> Array:
-    """Return ``values``, shape (p,), with bristles next to sticking."""
-    stiff: Array = values.copy()
-    stiff[COMPLIANCE] = 1.0 / STIFF
-    return stiff
 
 
 def _fitted(least: _Least) -> BristleFit:
@@ -247,17 +258,22 @@ def _refuse(parameters: RigParameters) -> None:
 
 
 def _least(
-    run: MeasuredRun, parameters: RigParameters, start: Array, shares: Sequence[float]
+    run: MeasuredRun,
+    parameters: RigParameters,
+    start: Array,
+    shares: Sequence[float],
+    last: Sequence[int],
 ) -> _Least:
     """Minimise the residuals, from ``start``, shape (p,), of ``shares`` of the run in turn.
 
     The beginning of the run is fitted first: one slide that the start values have wrong is more
-    than all the bristles do. Only then the whole, and the damping last: one that takes the place
-    of the viscous coefficient leads astray.
+    than all the bristles do. Only then the whole, and the values at the places ``last`` with it: a
+    damping that takes the place of the viscous coefficient leads astray.
     """
     problem = Problem(run, parameters)
     values = start
-    free = np.arange(len(values)) != BRISTLE_DAMPING
+    free = np.full(len(values), True)
+    free[list(last)] = False
     for share in shares:
         part = Problem(_beginning(run, share), parameters)
         values = _searched(part, values, free, ROUGH, TETHER).x * part.scale
@@ -282,6 +298,9 @@ def _searched(
     # In natural sizes, so that the solver's finite differences suit every one.
     scale = problem.scale
     scaled = start / scale
+    # Bristles next to sticking are left by small steps: one of the natural size is all of them.
+    steps = np.ones(len(scaled))
+    steps[COMPLIANCE] = min(scaled[COMPLIANCE], 1.0)
     held = slice(FORWARD.start, REVERSE.stop)
     expected = problem.start[held]
 
@@ -299,6 +318,7 @@ def _searched(
         residuals_of,
         scaled[free],
         bounds=tuple((bound / scale)[free] for bound in problem.bounds),
+        x_scale=steps[free],
         diff_step=np.full(np.count_nonzero(free), DIFFERENCE),
         loss="soft_l1",
         f_scale=ROBUST,
@@ -345,7 +365,7 @@ def _standard_errors(solution: _Solution) -> Array:
 
 def _told(compliance: Estimate) -> bool:
     """Whether bristles give way by more than those of a carriage that sticks, as good as."""
-    return judged(compliance, "").informed and compliance.low > 1.0 / STIFFEST
+    return judged(compliance, "").informed and compliance.low > 1.0 / STICKING
 
 
 def _stiffness(compliance: Estimate) -> Estimate:
