@@ -55,11 +55,9 @@ class PlantTime(LiveSession):
                     f"run_until: {shown(condition)} refused, must be a plant time (s) or a "
                     "function of a sample"
                 )
-            instant = round(condition * NANOSECONDS_PER_SECOND)
+            instant = _instant(condition)
             what = f"plant time {condition:g} s"
-            return self._run_until(
-                lambda _, s: round(s.time * NANOSECONDS_PER_SECOND) >= instant, what, timeout
-            )
+            return self._run_until(lambda _, s: _instant(s.time) >= instant, what, timeout)
         wanted = condition
         return self._run_until(lambda _, sample: wanted(sample), what, timeout)
 
@@ -73,7 +71,7 @@ class PlantTime(LiveSession):
                 if condition(*next_sample):
                     return next_sample[1]
             self._processes.check_plant()
-            if self._duration and self.latest.time >= self._duration:
+            if self._duration and _instant(self.latest.time) >= _instant(self._duration):
                 raise HarnessError(
                     f"{what} has not come, and the run is over: the session's duration is "
                     f"{self._duration:g} s"
@@ -172,3 +170,8 @@ class PlantTime(LiveSession):
         self._ask(Trigger, "plant/reset")
         self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
         return self._received.sample(runs, 0)
+
+
+def _instant(time: float) -> int:
+    """Return plant ``time`` (s) in whole nanoseconds: sums of decimals are not what they look."""
+    return round(time * NANOSECONDS_PER_SECOND)

@@ -110,6 +110,9 @@ class Realtime(TimeKeeper):
         self._pacer.restart()
         while self._pacer.wait(self._closing.is_set):
             with self._stepping:
-                if not self._paused and not self._engine.ended:
+                if self._paused or self._engine.ended:
+                    # Nothing was due, so nothing can be late.
+                    self._pacer.restart()
+                else:
                     self._outgoing.flush()
                     self._engine.step()

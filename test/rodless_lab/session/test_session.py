@@ -531,12 +531,15 @@ def test_a_law_that_fails_leaves_its_sample_to_the_next(rig_session: StartSessio
 
 
 def test_a_wait_beyond_the_duration_ends_with_the_run(rig_session: StartSession) -> None:
-    """For a plant time or for anything else; after a reset there is another run."""
-    rig = rig_session("lockstep", controller=None, duration=0.05)
+    """For a plant time or for anything else; after a reset there is another run.
+
+    The duration is a sum of decimals, a little more than the last sample's time.
+    """
+    rig = rig_session("lockstep", controller=None, duration=0.1 + 0.2)
     rig.drive(5.08)
     for condition, what in ((0.5, "plant time 0.5 s"), (lambda _: False, "the condition of")):
         with pytest.raises(HarnessError, match=f"{what}.* has not come, and the run is over: the"):
             rig.run_until(condition)
-        assert rig.latest.time == pytest.approx(0.05)
+        assert rig.latest.time == pytest.approx(0.3)
         rig.reset()
-    assert rig.run_until(0.05).time == pytest.approx(0.05)
+    assert rig.run_until(0.3).time == pytest.approx(0.3)

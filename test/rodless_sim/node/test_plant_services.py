@@ -22,6 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_lab.session.observer import TIMEOUT, Observer
 from rodless_sim.node.engine import Engine
+from rodless_sim.node.pacing import Pacer
 from rodless_sim.node.realtime import Realtime
 
 PERIOD = 5_000_000
@@ -116,6 +117,37 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
     pausing.join(TIMEOUT)
     realtime.close()
     assert events == ["step", "paused"]
+
+
+class Ended(Steps):
+    """An engine at its end, which counts how often that is looked at."""
+
+    def __init__(self) -> None:
+        super().__init__(lambda: None)
+        self.looks = 0
+        self.enough = threading.Event()
+
+    @property
+    def ended(self) -> bool:  # type: ignore[override]
+        """Whether it has."""
+        self.looks += 1
+        if self.looks == 200:
+            self.enough.set()
+        return True
+
+
+def test_nothing_is_late_while_nothing_is_due(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At its end or paused a plant counts no overruns, on a clock whose sleeps take ten periods."""
+    slept: list[float] = []
+    monkeypatch.setattr(
+        "rodless_sim.node.realtime.Pacer",
+        lambda period: Pacer(period, lambda: 10 * period * len(slept), slept.append),
+    )
+    engine = Ended()
+    realtime = Realtime(cast(Engine, engine), 1_000_000, lambda: True, Outgoing())
+    assert engine.enough.wait(TIMEOUT)
+    realtime.close()
+    assert realtime.overruns == 0
 
 
 def test_a_plant_whose_step_breaks_off_fails_until_a_reset() -> None:
