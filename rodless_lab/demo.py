@@ -11,20 +11,17 @@
 In lock-step the numbers are the same on every machine, however busy it is.
 """
 
-import fcntl
 import json
-import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.atomic_write import atomic_write, make_folder
+from rodless_base.atomic_write import atomic_write
 from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, VALVE_VOLTAGE
@@ -68,27 +65,6 @@ class Progress:
             self._due = time.monotonic() + PROGRESS_PERIOD
             sample = self.rig.latest
             self._show(min(sample.time / DURATION, 0.999), sample.position)
-
-
-@contextmanager
-def results_folder(folder: Path) -> Iterator[None]:
-    """Keep ``folder`` for one demo; it is made where it is missing.
-
-    Raises HarnessError where another demo has it, and OSError where nothing can be written. The
-    claim is a lock, which the kernel drops when the process ends, however it ends.
-    """
-    make_folder(folder)
-    claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        try:
-            fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise HarnessError(
-                f"{folder}: another demo writes there; wait for its end or choose another --output"
-            ) from error
-        yield
-    finally:
-        os.close(claim)
 
 
 def remove_old_bag(bag: Path) -> bool:

@@ -16,10 +16,12 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TextIO
 
-from rodless_base.atomic_write import atomic_write, check_file_writable, naming
+from rodless_base.atomic_write import check_file_writable, naming
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
+from rodless_lab.results_folder import claimed
 
 # A terminal sends Ctrl-C to the workers too; it is this process that ends them.
 IGNORE_CTRL_C = (signal.signal, (signal.SIGINT, signal.SIG_IGN))
@@ -32,17 +34,17 @@ def campaign(
 
     Those that ``path`` (CSV) has already are not run again; each other one is added to it as soon
     as it is known. ``progress`` is told how many are known; ``stopped`` ends the campaign early.
+    Raises OSError where another process adds to it.
     """
-    known = {verdict.number: verdict for verdict in read_verdicts(path)}
-    wanted = [number for number in range(count) if number not in known]
-    if not known:
-        check_file_writable(path)
-        # Anew and whole: without a row that is known there may be half a header, or half a row.
-        atomic_write(path, ",".join(Verdict._fields) + "\n")
+    check_file_writable(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", newline="", encoding="utf-8") as file:
+        claimed(file.fileno(), path, "campaign")
+        known = {verdict.number: verdict for verdict in read_verdicts(path)}
+        wanted = [number for number in range(count) if number not in known]
+        with naming(path):
+            _begin(file, path, anew=not known)
         writer = csv.writer(file)
-        if not path.read_text(encoding="utf-8").endswith("\n"):
-            writer.writerow([])
         for verdict in judged(wanted, stopped):
             with naming(path):
                 writer.writerow(verdict)
@@ -50,6 +52,17 @@ def campaign(
             known[verdict.number] = verdict
             progress(sum(number < count for number in known))
     return [known[number] for number in sorted(known) if number < count]
+
+
+def _begin(file: TextIO, path: Path, anew: bool) -> None:
+    """Write the header, or end a row that an interruption cut."""
+    if anew:
+        # Without a row that is known there may be half a header, or half a row.
+        file.truncate(0)
+        file.write(",".join(Verdict._fields) + "\n")
+    elif not path.read_text(encoding="utf-8").endswith("\n"):
+        file.write("\n")
+    file.flush()
 
 
 def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verdict]:

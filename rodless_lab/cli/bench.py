@@ -14,10 +14,11 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, check_file_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
+from rodless_lab.results_folder import results_folder
 
 DESCRIPTION = (
     "Measure the rig beside other solvers, with errors, how many rigs run at once, and what the "
@@ -58,14 +59,18 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         return 1
     figures: dict[str, float] = {}
     try:
-        for name, part in PARTS.items():
-            if options.only in (None, name):
-                figures |= part(output.parent, check)
-        atomic_write(output, json.dumps(figures, indent=2, ensure_ascii=False) + "\n")
+        with results_folder(output.parent, "bench"):
+            for name, part in PARTS.items():
+                if options.only in (None, name):
+                    figures |= part(output.parent, check)
+            atomic_write(output, json.dumps(figures, indent=2, ensure_ascii=False) + "\n")
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1
-    except (RuntimeError, OSError) as error:
+    except OSError as error:
+        print(cannot_be_written(error.filename or output.parent, error), file=sys.stderr)
+        return 1
+    except RuntimeError as error:
         print(error, file=sys.stderr)
         return 1
     return 0

@@ -21,6 +21,7 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.reports.differences import IN_PLACE
+from rodless_lab.results_folder import results_folder
 from rodless_lab.runs.step_metrics import SETTLING_BAND, metric_lines
 from rodless_lab.session.errors import HarnessError, InterruptedRunError
 
@@ -38,18 +39,18 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     parser.add_argument("--output", type=named_path, default=Path("results/demo"), help="folder")
     options = parser.parse_args(arguments)
     # Here, so that help works without ROS.
-    from rodless_lab.demo import remove_old_bag, results_folder  # noqa: PLC0415
+    from rodless_lab.demo import remove_old_bag  # noqa: PLC0415
 
     stop.from_now_on_wait()
     with ExitStack() as stack:
         try:
-            stack.enter_context(results_folder(options.output))
+            stack.enter_context(results_folder(options.output, "demo"))
             replaced = remove_old_bag(options.output / "bag")
         except HarnessError as error:
             print(error, file=sys.stderr)
             return 2
         except OSError as error:
-            print(cannot_be_written(options.output, error), file=sys.stderr)
+            print(cannot_be_written(error.filename or options.output, error), file=sys.stderr)
             return 2
         return run(options.preset, options.output, replaced, stop)
 

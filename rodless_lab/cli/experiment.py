@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import cannot_be_written, check_writable
+from rodless_base.atomic_write import cannot_be_written
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
@@ -25,6 +25,7 @@ from rodless_lab.experiments.experiment import Options
 from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.reports.report import Performed, write_report
 from rodless_lab.reports.table import cells, verdict
+from rodless_lab.results_folder import results_folder
 from rodless_sim import RigParameters
 
 # Options of the user by the field of Options that they set.
@@ -51,11 +52,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     try:
         runner = over_ros(options.name) if options.ros else IN_PROCESS
         checked = chosen(options, runner)
-        check_writable(folder)
-        performed = perform(names, checked)
-        if len(names) == 1:
-            print_rows(performed[0])
-        report, summary = write_report(folder, performed)
+        with results_folder(folder, "experiment"):
+            performed = perform(names, checked)
+            if len(names) == 1:
+                print_rows(performed[0])
+            report, summary = write_report(folder, performed)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2

@@ -12,11 +12,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
 from rodless_lab.cli.number import positive_whole
+from rodless_lab.results_folder import results_folder
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -55,24 +56,24 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     try:
         laws = entries.users(chosen.law) if chosen.law else entries.of_package()
-        check_writable(chosen.output)
-        scores = contest(
-            laws,
-            tasks(chosen.seed),
-            rigs(chosen.rigs, chosen.seed),
-            lambda name: print(name, file=sys.stderr, flush=True),
-            lambda: stop.requested,
-        )
-        stop.from_now_on_wait()
-        text = markdown(scores)
-        print(text)
-        atomic_write(chosen.output / "laws.md", text)
-        atomic_write(chosen.output / "runs.csv", rows(scores))
-        write_figure(chosen.output, "laws", lambda: side_by_side(scores))
+        with results_folder(chosen.output, "laws"):
+            scores = contest(
+                laws,
+                tasks(chosen.seed),
+                rigs(chosen.rigs, chosen.seed),
+                lambda name: print(name, file=sys.stderr, flush=True),
+                lambda: stop.requested,
+            )
+            stop.from_now_on_wait()
+            text = markdown(scores)
+            print(text)
+            atomic_write(chosen.output / "laws.md", text)
+            atomic_write(chosen.output / "runs.csv", rows(scores))
+            write_figure(chosen.output, "laws", lambda: side_by_side(scores))
     except ParameterError as error:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(cannot_be_written(chosen.output, error), file=sys.stderr)
+        print(cannot_be_written(error.filename or chosen.output, error), file=sys.stderr)
         return 2
     return 0

@@ -14,7 +14,8 @@ import pytest
 from quiet_stop import Quiet
 
 from rodless_lab.cli import demo
-from rodless_lab.demo import remove_old_bag, results_folder
+from rodless_lab.demo import remove_old_bag
+from rodless_lab.results_folder import results_folder
 from rodless_lab.session.errors import HarnessError
 
 
@@ -68,10 +69,11 @@ def test_two_demos_in_one_folder_are_told_apart(
     bag = tmp_path / "bag"
     bag.mkdir()
     (bag / "metadata.yaml").touch()
-    with results_folder(tmp_path):
+    with results_folder(tmp_path, "demo"):
         assert said_of(tmp_path, capsys) == (
-            f"{tmp_path}: another demo writes there; wait for its end or choose another --output"
+            f"{tmp_path}: cannot be written: another demo writes there; wait for its end, or give "
+            "another --output"
         )
         assert (bag / "metadata.yaml").exists()
-    with results_folder(tmp_path):
+    with results_folder(tmp_path, "demo"):
         pass

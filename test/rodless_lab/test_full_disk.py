@@ -16,7 +16,7 @@ import pytest
 from no_room import no_room
 
 from rodless_lab.accuracy.campaign import campaign
-from rodless_lab.demo import results_folder
+from rodless_lab.results_folder import results_folder
 from rodless_lab.studies.store import Store
 from rodless_lab.studies.study import read_study
 from rodless_lab.studies.tune import Journal
@@ -27,7 +27,7 @@ Opening = Callable[[Path], object]
 
 def of_a_demo(folder: Path) -> None:
     """Claim the folder of a demo."""
-    with results_folder(folder):
+    with results_folder(folder, "demo"):
         pass
 
 

@@ -12,13 +12,14 @@ import math
 from pathlib import Path
 
 import pytest
-from no_room import fill_up
+from no_room import no_room
 from quiet_stop import Quiet
 
 from rodless_lab.accuracy.campaign import campaign, read_verdicts
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.accuracy.summary import summary
 from rodless_lab.cli.campaign import main
+from rodless_lab.results_folder import claimed
 
 
 def verdict(number: int, error: float, disturbed: float = 0.0, failure: str = "") -> Verdict:
@@ -53,14 +54,30 @@ def test_a_header_that_a_full_disk_cut_is_written_anew(tmp_path: Path, share: fl
 
 
 def test_a_full_disk_is_named_with_the_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In one line, with code 2."""
-    fill_up(monkeypatch)
+    """In one line, with code 2, before any rig is run."""
     path = tmp_path / "campaign.csv"
-    assert main(["--count", "1", "--output", str(path)], Quiet()) == 2
-    error = capsys.readouterr().err
-    assert error == f"{path}: cannot be written: No space left on device\n"
+    with no_room():
+        assert main(["--count", "1", "--output", str(path)], Quiet()) == 2
+    assert capsys.readouterr().err == f"{path}: cannot be written: File too large\n"
+
+
+def test_two_campaigns_in_one_file_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The second is refused in one line, with code 2, and adds nothing to what the first has."""
+    path = tmp_path / "campaign.csv"
+    with path.open("w+") as first:
+        first.write("number,aro")
+        first.flush()
+        claimed(first.fileno(), path, "campaign")
+        assert main(["--count", "1", "--output", str(path)], Quiet()) == 2
+    assert capsys.readouterr().err == (
+        f"{path}: cannot be written: another campaign writes there; wait for its end, or give "
+        "another --output\n"
+    )
+    assert path.read_text() == "number,aro"
 
 
 @pytest.mark.parametrize("content", [b"time,position\n0,0\n", b"\xff\xfe\x00"])

@@ -1,0 +1,53 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A folder of results is written by one process at a time: its files belong together."""
+
+import errno
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rodless_base.atomic_write import make_folder
+
+
+@contextmanager
+def results_folder(folder: Path, what: str) -> Iterator[None]:
+    """Keep ``folder`` for one process; it is made where it is missing.
+
+    Raises OSError where nothing can be written, or where another process, which does ``what`` such
+    as "demo", has it. The claim is a lock, which the kernel drops when the process ends, however it
+    ends.
+    """
+    make_folder(folder)
+    claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        claimed(claim, folder, what)
+        yield
+    finally:
+        os.close(claim)
+
+
+def claimed(descriptor: int, path: Path, what: str) -> None:
+    """Lock what is open as ``descriptor``, or raise OSError: another process has ``path``.
+
+    Shared file systems may have no locks; there nobody is kept out.
+    """
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise OSError(
+            errno.EBUSY,
+            f"another {what} writes there; wait for its end, or give another --output",
+            str(path),
+        ) from error
+    except OSError as error:
+        if error.errno not in (errno.EBADF, errno.ENOLCK, errno.ENOTSUP):
+            raise
