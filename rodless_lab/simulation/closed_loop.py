@@ -35,7 +35,7 @@ from rodless_control.controller import (
     law_name,
     output_limits,
 )
-from rodless_control.laws import law_with
+from rodless_control.laws import law_with, make_law
 from rodless_control.parameters import LawParameters
 from rodless_control.references import Reference, sampled
 from rodless_lab.simulation.asked_law import LawFailedError, ask
@@ -262,7 +262,7 @@ def as_law(law: AnyLaw) -> Law:
     if isinstance(law, type) and issubclass(law, Law):
         return law()
     if isinstance(law, ControllerParameters):
-        return law.LAW_CLASS(law.of_law())
+        return make_law(law.LAW_CLASS, law.of_law())
     if isinstance(law, LawParameters):
         return law_with(law)
     if callable(law) and not isinstance(law, type):

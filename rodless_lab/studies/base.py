@@ -42,9 +42,14 @@ class Base:
     controllers: Mapping[str, ControllerParameters] = field(default_factory=dict)
 
     @property
-    def all_controllers(self) -> list[ControllerParameters]:
+    def by_law(self) -> Mapping[str, ControllerParameters]:
         """The controller of each law that varies, or the one there is."""
-        return list(self.controllers.values()) or [self.controller]
+        return self.controllers or {self.controller.text(LAW): self.controller}
+
+    @property
+    def all_controllers(self) -> list[ControllerParameters]:
+        """Those of all laws."""
+        return list(self.by_law.values())
 
     def with_values(self, values: Mapping[str, object]) -> "Base":
         """Return a copy with values for either node; raises ParameterError."""
@@ -114,6 +119,8 @@ def read_base(fields: Fields, folder: Path) -> Base:
     run.end()
     if sensors == "data-sheet":
         rig = rig.with_values(DATA_SHEET)
+    for name in changes:
+        refuse_of_both(fields, "set", name, controllers)
     own = {name: value for name, value in changes.items() if name in rig}
     others = {name: value for name, value in changes.items() if name not in rig}
     try:
@@ -125,6 +132,15 @@ def read_base(fields: Fields, folder: Path) -> Base:
     for controller in found.values():
         check_reference(fields, replace(base, controller=controller))
     return base
+
+
+def refuse_of_both(
+    fields: Fields, key: str, name: str, controllers: Mapping[str, ControllerParameters]
+) -> None:
+    """Raise StudyError for a name that the rig has and a law, too: which is meant is not said."""
+    for law, controller in controllers.items():
+        if name in RigParameters.DECLARATIONS and name in controller.LAW_CLASS.PARAMETERS:
+            raise fields.error(key, f"{name}: the rig has it, and {law} too; rename the law's")
 
 
 def _laws(fields: Fields, changes: Mapping[str, object], base: str, folder: Path) -> list[str]:
@@ -173,6 +189,8 @@ def check_reference(fields: Fields, base: Base) -> None:
         )
     try:
         times = base.loop().times
+    except ParameterError as error:  # a law that cannot be made
+        raise StudyError(f"{fields.where}: {described(error)}") from error
     except ValueError as error:
         raise fields.error("run", described(error)) from error
     if not 0.0 <= base.since <= times[-1]:

@@ -32,7 +32,7 @@ from rodless_lab.simulation.design import (
     seed_of,
     shares,
 )
-from rodless_lab.studies.base import EACH_ITS_SEED, SEED, Base, read_base
+from rodless_lab.studies.base import EACH_ITS_SEED, SEED, Base, read_base, refuse_of_both
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.sensitivity import SALTELLI, saltelli
@@ -199,6 +199,7 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
         if LAW in names and name != LAW:
             raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
         for parameter in names:
+            refuse_of_both(fields, name, parameter, base.by_law)
             if parameter in owners:
                 other = in_one_line(owners[parameter])
                 raise fields.error(name, f"{parameter} is varied by {other} too; keep one")

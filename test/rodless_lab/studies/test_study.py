@@ -235,6 +235,73 @@ def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
     assert "\n" not in message
 
 
+LAW_OF_ONES_OWN = """
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Named(Law):
+    PARAMETERS = declare(Parameter("supply.pressure", 1.0, "V", "a gain", "own", 0.0, 2.0))
+
+    def update(self, measurement, reference, interval):
+        return 5.0
+
+
+class Broken(Law):
+    def __init__(self, parameters):
+        raise RuntimeError("no more")
+
+    def update(self, measurement, reference, interval):
+        return 5.0
+
+
+class Exits(Broken):
+    def __init__(self, parameters):
+        raise SystemExit(7)
+"""
+
+BOTH = "supply.pressure: the rig has it, and laws_of_study:Named too; rename the law's"
+
+
+@pytest.mark.parametrize(
+    ("law", "text", "expected"),
+    [
+        (
+            "Named",
+            "{set: {controller.law: LAW}, vary: {supply.pressure: [6.0e5]}}",
+            f"vary: supply.pressure: {BOTH}",
+        ),
+        (
+            "Named",
+            "{set: {controller.law: LAW}, vary: {supply.p*: [6.0e5]}}",
+            f"vary: supply.p*: {BOTH}",
+        ),
+        ("Named", "set: {supply.pressure: 6.0e5, controller.law: LAW}", f"set: {BOTH}"),
+        (
+            "Broken",
+            "set: {controller.law: LAW}",
+            "'laws_of_study:Broken' refused: Broken(parameters) failed: RuntimeError",
+        ),
+        (
+            "Exits",
+            "set: {controller.law: LAW}",
+            "'laws_of_study:Exits' refused: Exits(parameters) failed: SystemExit: 7",
+        ),
+    ],
+)
+def test_a_law_that_cannot_be_studied_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, law: str, text: str, expected: str
+) -> None:
+    """One with a parameter of the rig's name that is meant, and one that cannot be made."""
+    (tmp_path / "laws_of_study.py").write_text(LAW_OF_ONES_OWN, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = written(tmp_path, text.replace("LAW", f"'laws_of_study:{law}'"))
+    with pytest.raises(StudyError) as refusal:
+        read_study(path)
+    assert expected in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
 @pytest.mark.parametrize(
     "text",
     [
