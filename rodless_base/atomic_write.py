@@ -58,6 +58,8 @@ def _write_beside(path: Path, content: str | bytes) -> None:
 
 def _refuse_other_than_a_file(path: Path) -> None:
     """Raise OSError for what is there and no file: the new one would take its place."""
+    if path.is_symlink():  # of a resolved path: links in a circle
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
@@ -85,9 +87,10 @@ def make_folder(folder: Path) -> None:
 
 def check_file_writable(file: Path) -> None:
     """Raise OSError as :func:`check_writable`, for a file that is to be written."""
-    _refuse_other_than_a_file(file)
+    target = Path(os.path.realpath(file))
     with naming(file):
-        check_writable(Path(os.path.realpath(file)).parent)
+        _refuse_other_than_a_file(target)
+        check_writable(target.parent)
 
 
 def cannot_be_written(what: object, error: OSError) -> str:

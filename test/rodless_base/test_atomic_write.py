@@ -65,6 +65,19 @@ def test_what_is_no_file_stays_what_it_is(tmp_path: Path) -> None:
     assert link.is_symlink()
 
 
+def test_links_in_a_circle_stay_and_are_named(tmp_path: Path) -> None:
+    """They lead to no file that could be written."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.symlink_to(there)
+    there.symlink_to(here)
+    for write in (check_file_writable, lambda path: atomic_write(path, "1")):
+        with pytest.raises(OSError, match="Too many levels of symbolic links") as caught:
+            write(here)
+        assert caught.value.filename == str(here)
+    assert here.is_symlink()
+    assert there.is_symlink()
+
+
 def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
     """What is refused later has made no folder; one that is there keeps what it has."""
     check_writable(tmp_path / "new" / "results")

@@ -97,7 +97,7 @@ def test_what_is_no_rig_is_refused_as_in_closed_loop() -> None:
     with pytest.raises(TypeError, match=re.escape(str(expected.value))):
         ensemble([*rigs(1), given], LAW, STEP, 0.01)
     # One rig, or the name of one, in place of several.
-    for one in (RigParameters(), "paper"):
+    for one in (RigParameters(), "paper", None):
         with pytest.raises(TypeError, match=r"^rigs .* refused: must be a sequence of RigP"):
             ensemble(one, LAW, STEP, 0.01)  # type: ignore[arg-type]
 
