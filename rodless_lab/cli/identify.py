@@ -171,7 +171,7 @@ def _parser() -> Parser:
         description="Identify parameters of a rig from a recorded run.",
         epilog="Topics read: joint_states, chamber_a/pressure, chamber_b/pressure, "
         "supply/pressure, valve/state (or valve/voltage). Pressures are absolute. Exit code: 1 "
-        "the run tells none of the parameters; 2 it cannot be used; 3 the model does not fit it, and "
+        "the run tells none of the parameters; 2 it cannot be used; 3 the model does not fit it: "
         "FILE.png shows the residuals.",
     )
     parser.add_argument("subject", choices=sorted(SUBJECTS))
