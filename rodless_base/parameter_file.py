@@ -9,8 +9,10 @@
 """ROS parameter files (YAML): find the presets, read one node's section."""
 
 from collections.abc import Callable, Iterator
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TypeGuard
 
 import yaml
 
@@ -39,6 +41,9 @@ def preset_file(name: str) -> Path:
 # The last part of a section's name that stands for every node.
 EVERY_NODE = ("*", "**")
 
+# Where a section keeps its parameters.
+PARAMETERS = "ros__parameters"
+
 
 def read_parameter_file(
     path: str | Path,
@@ -50,8 +55,9 @@ def read_parameter_file(
 
     A section applies when the last part of its name is ``node``, ``*`` or ``**``
     (``plant``, ``/rig/plant``, ``/**/plant``, ``/**``), whatever the namespace before it, unless
-    ``namespace`` says which; later sections win. Parameters that every node has are left out, and
-    so are those of a section for all nodes that are ``foreign``: another node's. Raises ValueError
+    ``namespace`` says which; later sections win. Namespaces may be nested, too, as in
+    ``rig: {plant: {ros__parameters: {...}}}``. Parameters that every node has are left out, and so
+    are those of a section for all nodes that are ``foreign``: another node's. Raises ValueError
     for a file that is not a ROS parameter file, and OSError for one that cannot be read.
     """
     found = parameters_for(path, node, foreign, namespace)
@@ -92,15 +98,34 @@ def _sections(path: str | Path) -> list[tuple[str, object]]:
     document = read_yaml(path, "a ROS parameter file")
     if not isinstance(document, dict):
         raise ValueError("not a ROS parameter file: no node sections")
-    sections = []
-    for section, content in document.items():
-        if not isinstance(content, dict) or set(content) != {"ros__parameters"}:
+    return list(_nested(document, ""))
+
+
+def _nested(level: dict[object, object], namespace: str) -> Iterator[tuple[str, object]]:
+    """Yield what :func:`_sections` returns of a map of nodes and namespaces; raises ValueError."""
+    for key, content in level.items():
+        name = f"{namespace.rstrip('/')}/{key}" if namespace else str(key)
+        if "//" in name:  # ROS takes no such file
+            raise ValueError(f"section {shown(name)} has two slashes in a row; write one")
+        if isinstance(content, dict) and set(content) == {PARAMETERS}:
+            yield name, content[PARAMETERS] or {}
+        elif _holds_sections(content):
+            yield from _nested(content, name)
+        else:
             raise ValueError(
-                f"section {shown(section)} must hold ros__parameters and nothing else, as in "
+                f"section {shown(name)} must hold {PARAMETERS} and nothing else, as in "
                 "plant: {ros__parameters: {supply.pressure: 6.0e+5}}"
             )
-        sections.append((str(section), content["ros__parameters"] or {}))
-    return sections
+
+
+def _holds_sections(content: object) -> TypeGuard[dict[object, object]]:
+    """Whether this is what a namespace has: maps only, and no ``ros__parameters``, not misspelt."""
+    return (
+        isinstance(content, dict)
+        and bool(content)
+        and all(isinstance(one, dict) for one in content.values())
+        and not get_close_matches(PARAMETERS, map(str, content), n=1, cutoff=0.8)
+    )
 
 
 def sections_for(path: str | Path, node: str, namespace: str) -> list[str]:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from rodless_base.parameter_file import number_meant, read_parameter_file
+from rodless_base.parameter_file import number_meant, read_parameter_file, section_names
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
 from rodless_sim import RigParameters
@@ -48,6 +48,35 @@ def section(name: str, line: str = "a: 1") -> str:
 def test_sections_of_the_node_count_in_every_namespace(written: Write, name: str) -> None:
     """The node by name in any namespace, and sections for all nodes."""
     assert read_parameter_file(written(section(name)), "plant") == {"a": 1}
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["left: {plant: ", "/left: {plant: ", "left/: {plant: ", "'*': {plant: ", "left: {'**': "],
+)
+def test_namespaces_may_be_nested(written: Write, head: str) -> None:
+    """As ROS has it: what is nested is joined by slashes, wildcards and all."""
+    path = written(f"{head}{{ros__parameters: {{a: 1}}}}}}\n" + section("/**/controller", "b: 2"))
+    assert read_parameter_file(path, "plant", namespace="/left") == {"a": 1}
+    elsewhere = {"a": 1} if "'*'" in head else {}
+    assert read_parameter_file(path, "plant", namespace="/right") == elsewhere
+    assert read_parameter_file(path, "controller") == {"b": 2} | ({"a": 1} if "**'" in head else {})
+
+
+def test_namespaces_nest_as_deep_as_they_are(written: Write) -> None:
+    """Several in one file, beside sections of one name; of the same node the later wins."""
+    path = written(
+        "lab:\n  left/rig: {plant: {ros__parameters: {a: 1, b: 2}}}\n"
+        "  right: {rig: {plant: {ros__parameters: {a: 3}}}}\n"
+        + section("/lab/left/rig/plant", "a: 4")
+    )
+    assert section_names(path) == [
+        "lab/left/rig/plant",
+        "lab/right/rig/plant",
+        "/lab/left/rig/plant",
+    ]
+    assert read_parameter_file(path, "plant", namespace="/lab/left/rig") == {"a": 4, "b": 2}
+    assert read_parameter_file(path, "plant", namespace="/lab/right/rig") == {"a": 3}
 
 
 @pytest.mark.parametrize("name", ["controller", "/rig/controller", "/plant/controller", "plants"])
@@ -122,6 +151,12 @@ def test_an_empty_section_gives_nothing(written: Write) -> None:
         ("plant:\n  a: 1", "'plant' must hold ros__parameters"),
         ("plant:\n  ros_parameters:\n    a: 1", "'plant' must hold ros__parameters"),
         ("plant:\n  ros__parameters:\n    a: 1\n  b: 2", "'plant' must hold ros__parameters"),
+        ("left: {plant: {a: 1}}", "'left/plant' must hold ros__parameters and nothing else"),
+        ("left: {plant: {ros_parameters: {a: 1}}}", "'left/plant' must hold ros__parameters"),
+        ("left: {plant: {ros__parameters: {}, b: {}}}", "'left/plant' must hold ros__parameters"),
+        ("left: {plant: {}}", "'left/plant' must hold ros__parameters"),
+        ("left:", "'left' must hold ros__parameters"),
+        ("left: {/plant: {ros__parameters: {}}}", "'left//plant' has two slashes in a row"),
         ("plant: 3", "'plant' must hold ros__parameters"),
         ("controller: 3", "'controller' must hold ros__parameters"),
         ("plant:\n  ros__parameters: 3", "expected names and values"),
