@@ -21,12 +21,14 @@ from ament_index_python.packages import (
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.events.process import ProcessExited
+from launch.logging import get_logger
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
-from rodless_lab.session.file_parameters import own_parameters
+from rodless_lab.session.file_parameters import check_together, own_parameters
+from rodless_lab.session.launch_arguments import misspelt
 from rodless_lab.session.processes import write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes
@@ -65,14 +67,19 @@ ARGUMENTS = (
     ("description", "false", BOOL, "publish robot_description and transforms, as RViz wants them"),
     ("use_composition", "false", BOOL, "run plant and controller in one process"),
     ("log_level", "info", LEVELS, "least severe messages that the nodes log"),
-    ("record", "false", BOOL, "record a bag from the first sample on"),
+    (
+        "record",
+        "auto",
+        ["auto", *BOOL],
+        "record a bag from the first sample on; auto: if bag:= names one",
+    ),
     ("bag", "", None, "folder of that bag; empty: named after the time"),
 )
 
 
 def start_rig(context: LaunchContext) -> list[Node]:
     """Return the nodes; the launch ends when any does, so that a dead node is seen."""
-    chosen = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
+    chosen = chosen_arguments(context)
     parameters = parameter_files(chosen)
     common = {
         "package": "rodless_sim",
@@ -105,6 +112,16 @@ def start_rig(context: LaunchContext) -> list[Node]:
     return [*nodes, *others]
 
 
+def chosen_arguments(context: LaunchContext) -> dict[str, str]:
+    """Return the arguments by name; logs a warning of one that is likely misspelt."""
+    chosen = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
+    for line in misspelt(context.launch_configurations, chosen, Path(__file__).name):
+        get_logger("rodless_sim").warning(line)
+    if chosen["record"] == "auto":
+        chosen["record"] = "true" if chosen["bag"] else "false"
+    return chosen
+
+
 def state_publisher(files: list[str], namespace: str) -> Node:
     """Return what makes transforms of joint_states, for the rig that the files describe.
 
@@ -117,15 +134,13 @@ def state_publisher(files: list[str], namespace: str) -> Node:
             "description:=true needs robot_state_publisher, which is not installed: "
             "apt install ros-$ROS_DISTRO-robot-state-publisher"
         ) from None
-    values: dict[str, object] = {}
-    for file in files:
-        values.update(own_parameters(Path(file), "/" + namespace.strip("/"))["plant"])
+    rig = RigParameters(plant_values(files, namespace))
     return Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
         namespace=namespace,
         output="screen",
-        parameters=[{"robot_description": robot_description(RigParameters(values))}],
+        parameters=[{"robot_description": robot_description(rig)}],
         on_exit=end_with_it,
     )
 
@@ -143,7 +158,7 @@ def plant_values(files: list[str], namespace: str) -> dict[str, object]:
     """Return what the files say of the plant; later ones win."""
     values: dict[str, object] = {}
     for file in files:
-        own = read_parameter_file(file, "plant", RigParameters.foreign, "/" + namespace.strip("/"))
+        own = read_parameter_file(file, "plant", RigParameters.foreign, full(namespace))
         values.update(own)
     return values
 
@@ -152,7 +167,7 @@ def parameter_files(chosen: dict[str, str]) -> list[str]:
     """Return the files that give the nodes their parameters; later ones win.
 
     What no argument asks for does not stand above the user's file. Raises RuntimeError for an
-    argument that is no number and a file that is not there.
+    argument that is no number, and a user's file that is none or that a node would refuse.
     """
     files = [CONFIG / f"{chosen['preset']}.yaml"]
     if chosen["sensors"] != "ideal":
@@ -163,12 +178,37 @@ def parameter_files(chosen: dict[str, str]) -> list[str]:
         # Of several rigs, /clock can be only one's.
         own_clock = {"plant": {"time.publish_clock": False}}
         files.append(write_parameters(folder / "namespace.yaml", own_clock))
+    arguments = parameters_of_arguments(chosen)
     if chosen["parameters"]:
-        if not Path(chosen["parameters"]).is_file():
-            raise RuntimeError(f"parameters:={chosen['parameters']}: no such file")
-        files.append(Path(chosen["parameters"]))
-    files.append(write_parameters(folder / "arguments.yaml", parameters_of_arguments(chosen)))
+        found = parameters_of_file(chosen, files[0], arguments)
+        files.append(write_parameters(folder / "of_file.yaml", found))
+    files.append(write_parameters(folder / "arguments.yaml", arguments))
     return [str(file) for file in files]
+
+
+def parameters_of_file(
+    chosen: dict[str, str], preset: Path, arguments: dict[str, dict[str, object]]
+) -> dict[str, dict[str, object]]:
+    """Return what the user's file gives to each node, as `rodless rig --parameters` takes it.
+
+    It stands on the preset and under the arguments. Raises RuntimeError for what `rodless rig`
+    refuses.
+    """
+    file, namespace = Path(chosen["parameters"]), full(chosen["namespace"])
+    if not file.is_file():
+        raise RuntimeError(f"parameters:={file}: no such file")
+    nodes = ["plant", "controller"] if chosen["controller"] == "true" else ["plant"]
+    try:
+        found = own_parameters(file, namespace)
+        check_together(file, preset, found, {node: arguments[node] for node in nodes})
+    except ParameterError as error:
+        raise RuntimeError(f"parameters:={error}") from None
+    return found
+
+
+def full(namespace: str) -> str:
+    """Return a namespace from the root on."""
+    return "/" + namespace.strip("/")
 
 
 def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, object]]:

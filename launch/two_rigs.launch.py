@@ -10,18 +10,47 @@
 
 They move by themselves (`rodless move 58 --namespace left`) and hear nothing of each other. Each
 publishes its time on its own `clock`; at most one of them on `/clock`, for nodes of neither rig.
+Arguments of `rig.launch.py`, such as `speed:=0.5`, hold for both; `left_preset:=` and
+`left_parameters:=` for one.
 """
 
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
+from launch import LaunchContext, LaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument,
+    GroupAction,
+    IncludeLaunchDescription,
+    OpaqueFunction,
+)
 from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.logging import get_logger
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration
+
+from rodless_lab.session.launch_arguments import misspelt
 
 RIG = Path(get_package_share_directory("rodless_sim"), "launch", "rig.launch.py")
 NAMES = ["left", "right"]
+
+
+# Name, default, choices, meaning.
+ARGUMENTS = (
+    ("clock", "none", ["none", *NAMES], "whose time /clock shows to nodes of neither rig"),
+    *(
+        (
+            f"{name}_{argument}",
+            LaunchConfiguration(argument, default=default),
+            None,
+            f"{meaning} of {name}; not given: that of both, {argument}:={default}",
+        )
+        for argument, default, meaning in (
+            ("preset", "paper", "preset"),
+            ("parameters", "", "parameter file"),
+        )
+        for name in NAMES
+    ),
+)
 
 
 def rig(name: str) -> GroupAction:
@@ -29,28 +58,24 @@ def rig(name: str) -> GroupAction:
     arguments = {
         "namespace": name,
         "preset": LaunchConfiguration(f"{name}_preset"),
+        "parameters": LaunchConfiguration(f"{name}_parameters"),
         "publish_clock": EqualsSubstitution(LaunchConfiguration("clock"), name),
     }
     source = PythonLaunchDescriptionSource(str(RIG))
     return GroupAction([IncludeLaunchDescription(source, launch_arguments=arguments.items())])
 
 
+def tell_misspelt(context: LaunchContext) -> None:
+    """Log a warning of each argument that is likely a misspelt one of this file."""
+    names = [name for name, *_ in ARGUMENTS]
+    for line in misspelt(context.launch_configurations, names, Path(__file__).name):
+        get_logger("rodless_sim").warning(line)
+
+
 def generate_launch_description() -> LaunchDescription:
     """Describe both rigs."""
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument(
-                "clock",
-                default_value="none",
-                choices=["none", *NAMES],
-                description="whose time /clock shows to nodes of neither rig",
-            ),
-            *(
-                DeclareLaunchArgument(
-                    f"{name}_preset", default_value="paper", description=f"preset of {name}"
-                )
-                for name in NAMES
-            ),
-            *map(rig, NAMES),
-        ]
-    )
+    arguments = [
+        DeclareLaunchArgument(name, default_value=default, choices=choices, description=text)
+        for name, default, choices, text in ARGUMENTS
+    ]
+    return LaunchDescription([*arguments, OpaqueFunction(function=tell_misspelt), *map(rig, NAMES)])

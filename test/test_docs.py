@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from rodless_base.parameter_file import read_parameter_file
 from rodless_control import ControllerParameters
 from rodless_control.laws import LAWS
 from rodless_lab.reports.options import OPTIONS, Option
@@ -30,6 +31,15 @@ def test_parameter_page_is_what_the_declarations_say() -> None:
     """docs/parameters.md is the page that `rodless docs` writes from the declarations."""
     page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
     assert page == parameter_reference()
+
+
+def test_the_sections_of_the_parameter_page_mean_what_it_says(tmp_path: Path) -> None:
+    """As a file: each is for a plant, and of those that apply the last wins."""
+    (text,) = re.findall(r"```yaml\n(.*?)```", parameter_reference(), re.DOTALL)
+    path = tmp_path / "page.yaml"
+    path.write_text(text, encoding="utf-8")
+    found = [read_parameter_file(path, "plant", namespace=f"/{name}") for name in ("left", "right")]
+    assert found == [{"supply.pressure": 5e5}, {"supply.pressure": 6e5}]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)

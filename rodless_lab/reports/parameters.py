@@ -34,6 +34,23 @@ value, when any value is bad, unknown, or contradicts another; to change several
 other use the `set_parameters_atomically` service.
 
 The defaults are the `paper` preset. `calibrated` differs where the last column says so.
+
+## Parameter files
+
+A section is for the node that its name ends with, in the namespace before it; `*` and `**` stand
+for any. Namespaces may be nested. These are sections for the plant:
+
+```yaml
+plant: {ros__parameters: {supply.pressure: 600000.0}}           # in every namespace
+/**/plant: {ros__parameters: {supply.pressure: 600000.0}}       # the same; to ROS, too
+/**: {ros__parameters: {supply.pressure: 600000.0}}             # each node takes its own of it
+/left/plant: {ros__parameters: {supply.pressure: 600000.0}}     # the plant of the rig left
+left: {plant: {ros__parameters: {supply.pressure: 500000.0}}}   # so too; the last that applies wins
+```
+
+ROS itself takes `plant:` for the root namespace alone: write `/**/plant:` where nodes get the file
+by `--params-file`. A file that has nothing for the plant or controller of a rig is refused, as is a
+name that stands twice, and an alias (`*name`).
 """
 
 HEADER = """| name | default | unit | range | meaning | source | calibrated |

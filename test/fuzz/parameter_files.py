@@ -33,6 +33,10 @@ GOOD = """/**/plant:
     reference.type: sine
 /**:
   ros__parameters: {use_sim_time: true}
+lab:
+  left:
+    plant:
+      ros__parameters: {sensors.seed: 8}
 """
 
 # Put in place of something good, or between two lines.

@@ -128,6 +128,163 @@ def test_what_is_not_there_is_refused(arguments: dict[str, str], line: str) -> N
         launch_nodes(RIG, **arguments)
 
 
+@pytest.mark.parametrize("file", [RIG, "two_rigs.launch.py"])
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "/**/plannt: {ros__parameters: {supply.pressure: 600000.0}}",
+            "no section is for the plant or controller of namespace /{}; it has /**/plannt",
+        ),
+        ("", "not a ROS parameter file: no node sections"),
+        (
+            "plant:\n  ros__parameters:\n    supply.pressure: 1.0\n    supply.pressure: 2.0\n",
+            "line 4: 'supply.pressure' stands twice; keep one",
+        ),
+        (
+            "plant: {ros__parameters: {supply.pressure: &p 6.0e+5, leak.a: *p}}",
+            "line 1: aliases (*name) are not for ROS; write the values out",
+        ),
+        (
+            "plant: {ros__parameters: {supply.presure: 6.0e+5}}",
+            "supply.presure: no such parameter; did you mean supply.pressure?",
+        ),
+    ],
+)
+def test_a_parameter_file_is_refused_as_by_rodless_rig(
+    tmp_path: Path, file: str, text: str, line: str
+) -> None:
+    """One for other nodes, none at all, and what ROS would misread: in one line with its name."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RuntimeError) as refusal:
+        launch_nodes(file, parameters=str(path))
+    namespace = "" if file == RIG else "left"
+    assert str(refusal.value) == f"parameters:={path}: {line.format(namespace)}"
+
+
+def test_a_file_is_checked_with_what_it_stands_on_and_under(tmp_path: Path) -> None:
+    """Preset and arguments; of a controller that does not run nothing is checked."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "plant: {ros__parameters: {cylinder.initial_position: 0.3}}\n"
+        "controller: {ros__parameters: {controller.law: pd}}\n"
+    )
+    alone = {"parameters": str(path), "controller": "false"}
+    (plant,) = launch_nodes(RIG, cylinder="CY3R25-500", **alone)
+    assert parameters([plant], "plant")["cylinder.initial_position"] == 0.3
+    with pytest.raises(RuntimeError, match=r"mine\.yaml: cylinder\.initial_position: 0\.3 m"):
+        launch_nodes(RIG, **alone)
+    with pytest.raises(RuntimeError, match=r"mine\.yaml: controller\.law: 'pd' refused"):
+        launch_nodes(RIG, cylinder="CY3R25-500", parameters=str(path))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "plant: {ros__parameters: {supply.pressure: 600000.0}}",
+        "left: {plant: {ros__parameters: {supply.pressure: 600000.0}}}",
+        "plant: {ros__parameters: {supply.pressure: 600000.0}}\n"
+        "/right/plant: {ros__parameters: {supply.pressure: 500000.0}}",
+    ],
+)
+def test_a_file_gives_a_rig_in_a_namespace_what_it_gives_to_rodless_rig(
+    tmp_path: Path, text: str
+) -> None:
+    """A section that names no namespace is for every one, and nested ones are those they name."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    nodes = launch_nodes(RIG, parameters=str(path), namespace="left")
+    found = [yaml.safe_load(file.read_text("utf-8")) for file in nodes[0].parameters]
+    assert {"/**/plant": {"ros__parameters": {"supply.pressure": 6e5}}} in found
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("supply_presure", "supply_pressure"),
+        ("sped", "speed"),
+        ("name_space", "namespace"),
+        ("robot", ""),
+        ("left_preset", ""),
+        ("pressure", ""),
+    ],
+)
+def test_a_misspelt_argument_is_told(
+    caplog: pytest.LogCaptureFixture, given: str, meant: str
+) -> None:
+    """As a warning that names the nearest one; what may be another launch file's is left alone."""
+    launch_nodes(RIG, **{given: "600000"})
+    line = (
+        f"{given}:= is no argument of rig.launch.py and changes nothing here; "
+        f"did you mean {meant}:=?"
+    )
+    assert caplog.messages == [line] * bool(meant)
+    assert all(record.levelname == "WARNING" for record in caplog.records)
+
+
+def test_two_rigs_take_the_arguments_of_one_and_tell_misspelt_ones(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Each has a preset of its own where it is given one; a warning names the file it is about."""
+    both = {"speed": "0.5", "preset": "calibrated"}
+    nodes = launch_nodes("two_rigs.launch.py", left_preset="paper", **both)
+    speeds = [parameters(rig, "plant")["time.speed"] for rig in (nodes[:2], nodes[2:])]
+    assert speeds == [0.5, 0.5]
+    presets = [rig[0].parameters[0].stem for rig in (nodes[:2], nodes[2:])]
+    assert presets == ["paper", "calibrated"]
+    assert not caplog.messages
+    launch_nodes("two_rigs.launch.py", left_prset="calibrated")
+    assert caplog.messages == [
+        "left_prset:= is no argument of two_rigs.launch.py and changes nothing here; "
+        "did you mean left_preset:=?"
+    ]
+    caplog.clear()
+    launch_nodes("two_rigs.launch.py", sped="0.5")
+    assert len(caplog.messages) == 2
+    assert all("no argument of rig.launch.py" in line for line in caplog.messages)
+
+
+def test_two_rigs_share_a_parameter_file_or_have_their_own(tmp_path: Path) -> None:
+    """Each takes its sections of the one; a file of one rig leaves the other as it is."""
+    both, right = tmp_path / "both.yaml", tmp_path / "right.yaml"
+    both.write_text(
+        "left: {plant: {ros__parameters: {supply.pressure: 500000.0}}}\n"
+        "right: {plant: {ros__parameters: {supply.pressure: 600000.0}}}\n"
+    )
+    right.write_text("plant: {ros__parameters: {supply.pressure: 700000.0}}")
+
+    def pressures(**given: str) -> list[object]:
+        nodes = launch_nodes("two_rigs.launch.py", **given)
+        return [parameters(rig, "plant").get("supply.pressure") for rig in (nodes[:2], nodes[2:])]
+
+    assert pressures(parameters=str(both)) == [5e5, 6e5]
+    assert pressures(right_parameters=str(right)) == [None, 7e5]
+    assert pressures(parameters=str(both), right_parameters=str(right)) == [5e5, 7e5]
+
+
+@pytest.mark.parametrize(
+    ("given", "recorded"),
+    [
+        ({}, False),
+        ({"bag": "run1"}, True),
+        ({"bag": "run1", "record": "auto"}, True),
+        ({"record": "true"}, True),
+        ({"bag": "run1", "record": "false"}, False),
+    ],
+)
+@pytest.mark.parametrize("composition", ["false", "true"])
+def test_a_bag_that_is_named_is_recorded(
+    given: dict[str, str], composition: str, *, recorded: bool
+) -> None:
+    """Beside the nodes or by their process, unless it is switched off."""
+    nodes = launch_nodes(RIG, use_composition=composition, **given)
+    words = [word for node in nodes for word in (node.executable, *node.command)]
+    assert ("recorder" in words or "--record" in words) is recorded
+    assert ("run1" in words) is (recorded and "bag" in given)
+    assert ("time.recorders" in parameters(nodes, "plant")) is recorded
+
+
 def test_what_is_published_on_request_is_recorded() -> None:
     """Of truth and voltages what is on, before the topics that the plant waits for."""
     (*_, recorder) = launch_nodes(RIG, record="true", raw="true")
@@ -140,20 +297,20 @@ def test_what_is_published_on_request_is_recorded() -> None:
 
 def test_a_node_that_fails_fails_the_launch(tmp_path: Path, start_process: StartProcess) -> None:
     """One that refused to start, too; the end of one that was asked to end is no failure."""
-    file = tmp_path / "misspelt.yaml"
-    file.write_text("plant: {ros__parameters: {supply.presure: 6.0e+5}}", encoding="utf-8")
-    plant, _ = launch_nodes(RIG, parameters=str(file))
-    with start_process(plant.command) as process:
+    file = tmp_path / "no_law.yaml"
+    file.write_text("controller: {ros__parameters: {controller.law: 'nowhere:Law'}}", "utf-8")
+    _, controller = launch_nodes(RIG, parameters=str(file))
+    with start_process(controller.command) as process:
         code = process.wait()
-        assert "refused to start: supply.presure: no such parameter" in process.output
+        assert "refused to start: controller.law: 'nowhere:Law'" in process.output
     context = Context({})
-    event = SimpleNamespace(process_name="plant-1", returncode=code)
-    with pytest.raises(RuntimeError, match="plant-1 has ended with exit code 1"):
-        plant.on_exit(event, context)
+    event = SimpleNamespace(process_name="controller-1", returncode=code)
+    with pytest.raises(RuntimeError, match="controller-1 has ended with exit code 1"):
+        controller.on_exit(event, context)
     context.is_shutdown = True
-    assert plant.on_exit(event, context).kind == "shutdown"
+    assert controller.on_exit(event, context).kind == "shutdown"
     event.returncode = 0
-    assert plant.on_exit(event, Context({})).reason == "plant-1 has ended"
+    assert controller.on_exit(event, Context({})).reason == "controller-1 has ended"
 
 
 def test_in_one_process_both_nodes_run_on_their_parameters(
@@ -219,7 +376,9 @@ def test_two_rigs_start_side_by_side(clock: str, owners: list[bool]) -> None:
     assert presets == ["paper", "calibrated"]
 
 
-def test_the_description_is_that_of_the_rig_it_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_description_is_that_of_the_rig_it_starts(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """In its namespace, with its prefix; a missing robot_state_publisher is named."""
     with pytest.raises(RuntimeError, match="needs robot_state_publisher, which is not installed"):
         launch_nodes(RIG, description="true")
@@ -232,6 +391,11 @@ def test_the_description_is_that_of_the_rig_it_starts(monkeypatch: pytest.Monkey
     values = {"supply.pressure": 401325.0, "frame_prefix": "left/"}
     preset = RigParameters.preset("paper")
     assert given == {"robot_description": robot_description(preset.with_values(values))}
+    file = tmp_path / "all.yaml"
+    file.write_text("/**: {ros__parameters: {use_sim_time: true, supply.pressure: 401325.0}}")
+    *_, publisher = launch_nodes(RIG, description="true", parameters=str(file))
+    described = robot_description(preset.with_values({"supply.pressure": 401325.0}))
+    assert publisher.parameters == [{"robot_description": described}]
     both = launch_nodes(RIG, description="true", use_composition="true")
     assert [node.executable for node in both] == ["rig", "robot_state_publisher"]
 

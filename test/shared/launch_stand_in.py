@@ -12,6 +12,7 @@ What a launch file makes of its arguments is the file's own; each Node is turned
 line that launch_ros would run.
 """
 
+import logging
 import runpy
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -31,19 +32,22 @@ class Context:
     """Holds the launch configurations."""
 
     def __init__(self, arguments: dict[str, str]) -> None:
-        self.arguments = arguments
+        self.launch_configurations = arguments
         self.is_shutdown = False
 
 
 class LaunchConfiguration:
     """One argument's value."""
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, name: str, default: str | None = None) -> None:
+        self._name, self._default = name, default
 
     def perform(self, context: Context) -> str:
-        """Return it."""
-        return context.arguments[self._name]
+        """Return it; raises KeyError for one that is not there and has no default."""
+        found = context.launch_configurations.get(self._name, self._default)
+        if found is None:
+            raise KeyError(self._name)
+        return found
 
 
 class EqualsSubstitution:
@@ -121,6 +125,7 @@ def _modules() -> dict[str, ModuleType]:
         },
         "launch.events": {},
         "launch.events.process": {"ProcessExited": object},
+        "launch.logging": {"get_logger": logging.getLogger},
         "launch.launch_description_sources": {"PythonLaunchDescriptionSource": str},
         "launch.substitutions": {
             "LaunchConfiguration": LaunchConfiguration,
@@ -145,32 +150,34 @@ def _stand_in() -> Iterator[None]:
 def launch_nodes(file: str, **arguments: str) -> list[Node]:
     """Return the nodes that `ros2 launch rodless_sim FILE NAME:=VALUE` starts.
 
-    Raises RuntimeError where launch would end with an error, for arguments it has not too.
+    Of arguments that are not declared launch says nothing, and hands them on to what is included.
+    Raises RuntimeError where launch would end with an error.
     """
     with _stand_in():
         description = runpy.run_path(str(ROOT / "launch" / file))["generate_launch_description"]()
         declared = {action.name: action for action in description if action.kind == "argument"}
-        if unknown := arguments.keys() - declared.keys():
-            raise RuntimeError(f"no such argument: {', '.join(unknown)}")
-        values = {name: action.default_value for name, action in declared.items()} | arguments
+        context = Context(dict(arguments))
         for name, action in declared.items():
-            choices = getattr(action, "choices", None)
-            if choices and values[name] not in choices:
-                raise RuntimeError(f"{name}:={values[name]}: not one of {choices}")
-        context = Context(values)
+            default = _performed(action.default_value, context)
+            value = context.launch_configurations.setdefault(name, default)
+            if action.choices and value not in action.choices:
+                raise RuntimeError(f"{name}:={value}: not one of {action.choices}")
         return [node for action in description for node in _visit(action, context)]
+
+
+def _performed(value: Any, context: Context) -> str:
+    """Return the text that a text or a substitution stands for."""
+    return value if isinstance(value, str) else str(value.perform(context))
 
 
 def _visit(action: Any, context: Context) -> list[Node]:
     match action.kind:
         case "function":
-            return list(action.function(context))
+            return list(action.function(context) or [])
         case "group":
             return [node for inner in action.actions for node in _visit(inner, context)]
         case "include":
-            given = {
-                name: value if isinstance(value, str) else value.perform(context)
-                for name, value in action.arguments.items()
-            }
-            return launch_nodes(Path(action.source).name, **given)
+            given = {name: _performed(value, context) for name, value in action.arguments.items()}
+            inherited = context.launch_configurations
+            return launch_nodes(Path(action.source).name, **{**inherited, **given})
     return []
