@@ -40,7 +40,7 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
         if not any(found.values()):
             raise ValueError(
                 f"no section is for the plant or controller of namespace {namespace or '/'}; it "
-                f"has {', '.join(section_names(path))}"
+                f"has {', '.join(section_names(path)) or 'none'}"
             )
     return found
 

@@ -204,6 +204,8 @@ def test_what_a_node_would_refuse_is_refused_before_one_starts(
         ("/**/plant: {ros__parameters: {supply: {pressure: 1.0}, supply.pressure: 2.0}}", "twice"),
         ("/left/rig_plant: {ros__parameters: {}}", "no section is for .* it has /left/rig_plant"),
         ("/right/plant: {ros__parameters: {supply.pressure: 5.0e+5}}", "namespace /left"),
+        ("right: {plant: {ros__parameters: {supply.pressure: 5.0e+5}}}", "it has right/plant"),
+        ("{}", "no section is for .* it has none"),
         ("supply.pressure: 5.0e+5", "as in plant: {ros__parameters: {supply.pressure: 6"),
     ],
 )
