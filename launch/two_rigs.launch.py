@@ -10,8 +10,8 @@
 
 They move by themselves (`rodless move 58 --namespace left`) and hear nothing of each other. Each
 publishes its time on its own `clock`; at most one of them on `/clock`, for nodes of neither rig.
-Arguments of `rig.launch.py`, such as `speed:=0.5`, hold for both; `left_preset:=` and
-`left_parameters:=` for one.
+Arguments of `rig.launch.py`, such as `speed:=0.5`, hold for both; `left_preset:=`,
+`left_parameters:=` and `left_bag:=` for one.
 """
 
 from pathlib import Path
@@ -50,6 +50,10 @@ ARGUMENTS = (
         )
         for name in NAMES
     ),
+    *(
+        (f"{name}_bag", "", None, f"folder of the bag of {name}; given: it records")
+        for name in NAMES
+    ),
 )
 
 
@@ -59,14 +63,25 @@ def rig(name: str) -> GroupAction:
         "namespace": name,
         "preset": LaunchConfiguration(f"{name}_preset"),
         "parameters": LaunchConfiguration(f"{name}_parameters"),
+        "bag": LaunchConfiguration(f"{name}_bag"),
         "publish_clock": EqualsSubstitution(LaunchConfiguration("clock"), name),
     }
     source = PythonLaunchDescriptionSource(str(RIG))
     return GroupAction([IncludeLaunchDescription(source, launch_arguments=arguments.items())])
 
 
-def tell_misspelt(context: LaunchContext) -> None:
-    """Log a warning of each argument that is likely a misspelt one of this file."""
+def check_arguments(context: LaunchContext) -> None:
+    """Log a warning of each argument that is likely a misspelt one of this file.
+
+    Raises RuntimeError for one bag of both rigs, or two that are named after one time.
+    """
+    for name in ("bag", "record"):
+        given = context.launch_configurations.get(name, "")
+        if given not in ("", "auto", "false"):
+            raise RuntimeError(
+                f"{name}:={given} refused: each rig has a bag of its own; give left_bag:= or "
+                "right_bag:=, or both"
+            )
     names = [name for name, *_ in ARGUMENTS]
     for line in misspelt(context.launch_configurations, names, Path(__file__).name):
         get_logger("rodless_sim").warning(line)
@@ -78,4 +93,6 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(name, default_value=default, choices=choices, description=text)
         for name, default, choices, text in ARGUMENTS
     ]
-    return LaunchDescription([*arguments, OpaqueFunction(function=tell_misspelt), *map(rig, NAMES)])
+    return LaunchDescription(
+        [*arguments, OpaqueFunction(function=check_arguments), *map(rig, NAMES)]
+    )

@@ -285,6 +285,15 @@ def test_a_bag_that_is_named_is_recorded(
     assert ("time.recorders" in parameters(nodes, "plant")) is recorded
 
 
+@pytest.mark.parametrize("argument", [{"bag": "run1"}, {"record": "true"}])
+def test_two_rigs_have_bags_of_their_own(argument: dict[str, str]) -> None:
+    """One for both, or two named after the same second, are refused; one rig may have none."""
+    with pytest.raises(RuntimeError, match=r"refused: each rig has a bag of its own; give left_b"):
+        launch_nodes("two_rigs.launch.py", **argument)
+    nodes = launch_nodes("two_rigs.launch.py", left_bag="run1", record="auto")
+    assert [node.command.count("run1") for node in nodes if node.executable == "recorder"] == [1]
+
+
 def test_what_is_published_on_request_is_recorded() -> None:
     """Of truth and voltages what is on, before the topics that the plant waits for."""
     (*_, recorder) = launch_nodes(RIG, record="true", raw="true")

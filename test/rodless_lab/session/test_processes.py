@@ -20,7 +20,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from rodless_base.parameters import ParameterError
-from rodless_lab.session.errors import NodeDiedError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, NodeDiedError, WaitTimeoutError
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
@@ -93,7 +93,7 @@ def test_the_first_ends_when_the_second_cannot_be_started(
     """A machine out of processes between the two leaves none running."""
     commands = {"plant": ["sleep", "600"], "controller": ["/no/such/python"]}
     processes = SessionProcesses(commands, domain, tmp_path)
-    with pytest.raises(FileNotFoundError, match="no/such/python"):
+    with pytest.raises(HarnessError, match="no/such/python. cannot be started: No such file"):
         processes.__enter__()
     assert processes.exit_codes == {"plant": -signal.SIGINT, "controller": None}
 
