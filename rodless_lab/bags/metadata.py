@@ -10,10 +10,10 @@
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
 
@@ -30,6 +30,12 @@ METADATA_FILE = "metadata.yaml"
 COMPRESSED = ".zstd"
 
 _STORAGES = (".mcap", ".db3")
+
+# What holds everything that metadata.yaml says.
+_INFORMATION = "rosbag2_bagfile_information"
+
+# How many bags within a folder are named to somebody who took it for one.
+_NAMED = 3
 
 # Bytes. A description of a thousand files, with as many topics, is shorter.
 _LONGEST_METADATA = 10_000_000
@@ -177,8 +183,36 @@ def _storage_files(bag: Path) -> list[Path]:
         return _listed_files(bag)
     found = [path for path in bag.iterdir() if _storage(path)]
     if not found:
-        raise BagError(f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it")
+        raise BagError(
+            f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it{_bags_within(bag)}"
+        )
     return sorted(found, key=_file_number)
+
+
+def _bags_within(folder: Path) -> str:
+    """Name the bags in a folder that is none itself, such as that of `rodless demo`."""
+    bags = sorted(filter(_holds_a_bag, folder.iterdir()))
+    return f"; try {' or '.join(map(str, bags[:_NAMED]))}" if bags else ""
+
+
+def _holds_a_bag(folder: Path) -> bool:
+    with suppress(OSError):  # a folder that may not be read
+        return any(one.name == METADATA_FILE or _storage(one) for one in folder.iterdir())
+    return False
+
+
+def unlisted_files(bag: Path, listed: Iterable[Path]) -> list[Path]:
+    """Return the storage files in the bag's folder beside its own, which are ``listed``.
+
+    A file of the same name, compressed or not, is no other. Raises as :func:`storage_files`.
+    """
+    own = {path.name.removesuffix(COMPRESSED) for path in listed}
+    with _reading(bag):
+        found = bag.iterdir() if bag.is_dir() else ()
+        others = [path for path in found if path.name.removesuffix(COMPRESSED) not in own]
+        return sorted(
+            (path for path in others if _storage(path) and path.is_file()), key=_file_number
+        )
 
 
 def _listed_files(bag: Path) -> list[Path]:
@@ -203,11 +237,6 @@ def _storage(file: Path) -> str:
     return suffix if suffix in _STORAGES else ""
 
 
-def is_mcap(file: Path) -> bool:
-    """Whether a storage file is MCAP, compressed or not."""
-    return _storage(file) == ".mcap"
-
-
 def is_plain(file: Path) -> bool:
     """Whether a storage file is MCAP and not compressed as a whole, as recordings here are."""
     return file.suffix == ".mcap"
@@ -216,7 +245,7 @@ def is_plain(file: Path) -> bool:
 def listed_messages(bag: Path) -> int | None:
     """Return how many messages the description says there are; None for a bag without one.
 
-    Raises :class:`BagError` for a bag that cannot be read.
+    Raises :class:`BagError` for a bag that cannot be read, or whose description has no such number.
     """
     with _reading(bag):
         if not (bag / METADATA_FILE).is_file():
@@ -228,21 +257,34 @@ def listed_messages(bag: Path) -> int | None:
         return count
 
 
-def listed_counts(bag: Path) -> Mapping[str, int] | None:
-    """Return how many messages of each topic the description says there are, None if it does not.
+class ListedCounts(NamedTuple):
+    """How many messages a description says there are, of each topic and in all; None: nothing."""
 
-    Raises as :func:`listed_messages`.
+    by_topic: Mapping[str, int] | None
+    messages: int | None
+
+
+def listed_counts(bag: Path) -> ListedCounts:
+    """Return what the description of the bag says of its messages; raises as above.
+
+    Counts that are none say nothing: another program may have written it.
     """
     with _reading(bag):
         if not (bag / METADATA_FILE).is_file():
-            return None
-        try:
-            entries = _listed(bag, "topics_with_message_count")
-            return {
-                str(one["topic_metadata"]["name"]): int(one["message_count"]) for one in entries
-            }
-        except (BagError, KeyError, TypeError, ValueError, OverflowError):
-            return None
+            return ListedCounts(None, None)
+        information = _information(bag)
+        messages = information.get("message_count")
+        return ListedCounts(
+            _by_topic(information.get("topics_with_message_count")),
+            messages if isinstance(messages, int) else None,
+        )
+
+
+def _by_topic(entries: Any) -> Mapping[str, int] | None:
+    try:
+        return {str(one["topic_metadata"]["name"]): int(one["message_count"]) for one in entries}
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return None
 
 
 @contextmanager
@@ -259,15 +301,40 @@ def _reading(bag: Path) -> Iterator[None]:
 
 
 def _listed(bag: Path, entry: str) -> Any:
+    information = _information(bag)
+    if entry not in information:
+        raise BagError(_no_description(bag / METADATA_FILE, f"it has no {entry}"))
+    return information[entry]
+
+
+def _information(bag: Path) -> dict[Any, Any]:
     path = bag / METADATA_FILE
     try:
         if path.stat().st_size > _LONGEST_METADATA:
             raise ValueError(f"longer than {_LONGEST_METADATA} bytes")
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return content["rosbag2_bagfile_information"][entry]
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, RecursionError) as error:
-        fault = str(error).partition("\n")[0]
-        raise BagError(f"{path}: not the description of a rosbag2 bag ({fault})") from error
+    except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
+        raise BagError(_no_description(path, _fault(error))) from error
+    information = content.get(_INFORMATION) if isinstance(content, dict) else None
+    if not isinstance(information, dict):
+        raise BagError(_no_description(path, f"it has no entries below {_INFORMATION}"))
+    return information
+
+
+def _no_description(path: Path, fault: str) -> str:
+    return (
+        f"{path}: not the description of a rosbag2 bag ({fault}); without it the bag is read as "
+        "far as its files go"
+    )
+
+
+def _fault(error: Exception) -> str:
+    """Say why a description cannot be read, where Python's words say little to who has a bag."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is no text in UTF-8"
+    if isinstance(error, RecursionError):
+        return "it is nested too deeply"
+    return str(error).partition("\n")[0]
 
 
 def _checked(files: Iterable[Path], bag: Path) -> list[Path]:

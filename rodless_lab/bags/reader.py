@@ -24,10 +24,10 @@ from rodless_lab.bags.metadata import (
     METADATA_FILE,
     BagError,
     BagTopic,
-    is_mcap,
     is_plain,
     listed_counts,
     storage_files,
+    unlisted_files,
 )
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
@@ -66,6 +66,11 @@ class TopicMessages(Columns):
     def messages(self) -> list[Any]:
         """Messages as objects of their ROS type; raises :class:`BagError`."""
         name = self.topic.type_name
+        if not name:
+            raise BagError(
+                f"{self.topic.name}: the bag does not say of which type its messages are, so they "
+                "cannot be read"
+            )
         try:
             kind = message_class(name)
         except (ImportError, AttributeError) as error:
@@ -85,7 +90,7 @@ class TopicMessages(Columns):
 
     def __repr__(self) -> str:
         """Show the topic and how many messages it has, not what is in them."""
-        return f"<{self.topic.name}: {len(self)} of {self.topic.type_name}>"
+        return f"<{self.topic.name}: {len(self)} of {self.topic.type_name or 'no type'}>"
 
     @cached_property
     def stamp(self) -> npt.NDArray[np.float64]:
@@ -145,6 +150,8 @@ class TopicMessages(Columns):
 class Bag:
     """Messages by topic; ``complete`` unless the bag was never closed or is damaged.
 
+    ``notes`` say, one line each, what else to know of it, such as a file that is left out.
+
     Examples
     --------
     >>> bag = read_bag("run1")
@@ -154,9 +161,16 @@ class Bag:
     0.0
     """
 
-    def __init__(self, path: Path, messages: Mapping[str, TopicMessages], complete: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        messages: Mapping[str, TopicMessages],
+        complete: bool,
+        notes: Sequence[str] = (),
+    ) -> None:
         self.path = path
         self.complete = complete
+        self.notes = tuple(notes)
         self._messages = messages
 
     def __repr__(self) -> str:
@@ -219,27 +233,58 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     files = storage_files(bag)
     for file in files:
         read_storage(file, contents)
-    contents.fault = contents.fault or _other_counts(bag, files, contents)
-    if contents.fault and not recover:
-        count = sum(len(one.payloads) for one in contents.recorded.values())
-        way = "rodless recover" if all(map(is_plain, files)) else "read_bag(..., recover=True)"
-        rest = f"; {count} messages can be recovered ({way})" if count else ""
-        raise BagError(f"{path}: {contents.fault}{rest}")
+    left_out = _left_out(bag, files)
+    differ = "" if contents.fault else _other_counts(bag, contents)
+    if (contents.fault or differ) and not recover:
+        raise BagError(f"{path}: {_refusal(files, contents, differ, left_out)}")
     by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
-    return Bag(bag, by_topic, complete=not contents.fault)
+    complete = not (contents.fault or differ)
+    return Bag(bag, by_topic, complete, [f"{path}: {left_out}"] if left_out else [])
 
 
-def _other_counts(bag: Path, files: Sequence[Path], contents: Storage) -> str:
-    """Say where SQLite has other messages than the description: it has no sums that tell damage."""
-    listed = None if all(map(is_mcap, files)) else listed_counts(bag)
-    for name, count in (listed or {}).items():
-        found = len(contents.recorded[name].payloads) if name in contents.recorded else 0
-        if found != count:
-            return (
-                f"{name} has {found} messages, {METADATA_FILE} says {count}: the bag or its "
-                "description is damaged"
-            )
-    return ""
+def _refusal(files: Sequence[Path], contents: Storage, differ: str, left_out: str) -> str:
+    """Say why a bag is not read as a whole one, and the way to what there is of it."""
+    if differ and left_out:
+        return f"{differ}; {left_out}"
+    plain, anyhow = all(map(is_plain, files)), "read_bag(..., recover=True)"
+    way = "rodless recover" if plain else anyhow
+    if differ and plain:  # recovery leaves a bag alone that was closed
+        way = f"remove {METADATA_FILE}, then rodless recover"
+    count = sum(len(one.payloads) for one in contents.recorded.values())
+    rest = f"; {count} messages can be recovered ({way})" if count else ""
+    return f"{contents.fault or differ}{rest}"
+
+
+def _left_out(bag: Path, files: Sequence[Path]) -> str:
+    """Say which storage files in the folder are not the bag's by its description, if any."""
+    names = ", ".join(file.name for file in unlisted_files(bag, files))
+    return names and (
+        f"{names} left out: {METADATA_FILE} lists no such file. Where it belongs to the bag, "
+        f"remove {METADATA_FILE}, and all files are read"
+    )
+
+
+def _other_counts(bag: Path, contents: Storage) -> str:
+    """Say where there are other messages than the description says.
+
+    SQLite has no sums that tell damage, and no storage tells that a file is gone. Not looked at is
+    what the description says of each file: rosbag2 counts there what it drops for want of memory.
+    """
+    found = {name: len(one.payloads) for name, one in contents.recorded.items()}
+    by_topic, messages = listed_counts(bag)
+    for name, count in (by_topic or {}).items():
+        if found.get(name, 0) != count:
+            return _counts_differ(f"{name} has", found.get(name, 0), count)
+    # Of the topics listed alone: rosbag2 forgets one that was taken off while it recorded.
+    held = sum(found.get(name, 0) for name in by_topic or found)
+    return "" if messages in (None, held) else _counts_differ("it has", held, messages)
+
+
+def _counts_differ(what: str, found: int, said: int | None) -> str:
+    return (
+        f"{what} {found} messages, {METADATA_FILE} says {said}: the bag or its description is "
+        "damaged"
+    )
 
 
 def _of_topic(recorded: Recorded) -> TopicMessages:

@@ -10,6 +10,7 @@
 
 import errno
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -217,11 +218,14 @@ def _description(files: list[FileContents]) -> tuple[str, dict[str, str]]:
 
 
 def _contents(name: str, index: McapIndex) -> FileContents:
-    counts = index.counts
+    # A topic may have several channels, where others have written the file.
+    counts: Counter[str] = Counter()
+    for number, count in index.counts.items():
+        counts[index.channels[number].topic] += count
     return FileContents(
         name=name,
         first_time=index.first_time,
         last_time=index.last_time,
         topics=list(recorded_topics(index).values()),
-        counts={channel.topic: counts[number] for number, channel in index.channels.items()},
+        counts={channel.topic: counts[channel.topic] for channel in index.channels.values()},
     )

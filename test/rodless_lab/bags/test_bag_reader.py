@@ -190,6 +190,15 @@ def test_what_is_no_bag_is_refused_in_words(sample_bag, tmp_path: Path) -> None:
         (tmp_path / name / f"{name}_0.mcap").write_bytes(content)
         with pytest.raises(BagError, match=said):
             read_bag(tmp_path / name)
+    (tmp_path / "results" / "nothing").mkdir(parents=True)
+    with pytest.raises(BagError, match=r"nor a storage file in it$"):
+        read_bag(tmp_path / "results")
+    for name in ("results/bag", "results/second/"):
+        shutil.copytree(sample_bag.path, tmp_path / name)
+    (tmp_path / "results/second" / METADATA_FILE).unlink()
+    results = tmp_path / "results"
+    with pytest.raises(BagError, match=f"in it; try {results}/bag or {results}/second$"):
+        read_bag(results)
     description = sample_bag.path / "metadata.yaml"
     shutil.move(sample_bag.path / "sample_0.mcap", tmp_path)
     with pytest.raises(BagError, match=r"its file sample_0\.mcap is missing"):

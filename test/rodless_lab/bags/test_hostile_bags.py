@@ -224,7 +224,8 @@ def test_a_type_that_is_no_message_is_not_imported(
     """A name that leads elsewhere, or to a module of Python, whose import would run it."""
     before = set(sys.modules)
     bag = file_of(tmp_path / "bag", records(kind=kind))
-    assert f"/joint_states: its type {kind} is not installed" in refusal(bag, capsys)
+    said = f"its type {kind} is not installed" if kind else "the bag does not say of which type its"
+    assert f"/joint_states: {said}" in refusal(bag, capsys)
     assert "antigravity" not in set(sys.modules) - before
 
 
@@ -268,7 +269,32 @@ DESCRIPTIONS = {
     "relative_file_paths: [x.mcap]": "its file x.mcap is missing",
     "relative_file_paths: " + "[" * 5000: "not the description of a rosbag2 bag",
     "other: 2001-99-99": "not the description of a rosbag2 bag",
+    "other: 5": "not the description of a rosbag2 bag (it has no relative_file_paths)",
 }
+
+JUNK = {
+    b"hello": "it has no entries below rosbag2_bagfile_information",
+    b"": "it has no entries below rosbag2_bagfile_information",
+    b"[5]": "it has no entries below rosbag2_bagfile_information",
+    b"5": "it has no entries below rosbag2_bagfile_information",
+    b"rosbag2_bagfile_information: 3": "it has no entries below rosbag2_bagfile_information",
+    b"rosbag2_bagfile_information: [3]": "it has no entries below rosbag2_bagfile_information",
+    b"rosbag2_bagfile_information: {}": "it has no relative_file_paths",
+    b"a: \xff": "byte 3 is no text in UTF-8",
+    b"[" * 5000: "it is nested too deeply",
+}
+
+
+@pytest.mark.parametrize("content", JUNK)
+def test_a_description_that_is_none(
+    sample_bag, capsys: pytest.CaptureFixture[str], content: bytes
+) -> None:
+    """What it lacks, in words of our own; and without it the bag is read, as the line says."""
+    (sample_bag.path / METADATA_FILE).write_bytes(content)
+    said = f"{sample_bag.path / METADATA_FILE}: not the description of a rosbag2 bag"
+    assert f"{said} ({JUNK[content]}); without it the bag is" in refusal(sample_bag.path, capsys)
+    (sample_bag.path / METADATA_FILE).unlink()
+    assert read_bag(sample_bag.path).complete
 
 
 @pytest.mark.parametrize("entry", DESCRIPTIONS)

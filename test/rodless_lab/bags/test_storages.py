@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 import rig_bag
 import yaml
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -122,6 +123,7 @@ def test_a_split_bag_is_read_as_one(
     about = description["rosbag2_bagfile_information"]
     about["relative_file_paths"] = names
     about["topics_with_message_count"][0]["message_count"] = len(sent)
+    about["message_count"] = len(sent)
     (bags[0] / METADATA_FILE).write_text(yaml.safe_dump(description))
     assert contents(bags[0]) == {"/joint_states": sent}
 
@@ -169,6 +171,118 @@ def test_a_description_without_counts_tells_nothing(sample_bag, tmp_path: Path) 
         whole["rosbag2_bagfile_information"]["topics_with_message_count"] = odd
         (bag / METADATA_FILE).write_text(yaml.safe_dump(whole))
         assert contents(bag) == sent
+
+
+def in_two_files(path: Path, sent: list[tuple[int, bytes]], storage: StoragePlugin) -> Path:
+    """Write a split bag whose description names the first file alone, and counts both."""
+    halves = [
+        write(path / str(k), {"/joint_states": half}, storage)
+        for k, half in enumerate((sent[:100], sent[100:]))
+    ]
+    (second,) = (file for file in halves[1].iterdir() if file.name != METADATA_FILE)
+    shutil.move(second, halves[0])
+    whole = yaml.safe_load((halves[0] / METADATA_FILE).read_text())
+    about = whole["rosbag2_bagfile_information"]
+    about["topics_with_message_count"][0]["message_count"] = about["message_count"] = len(sent)
+    (halves[0] / METADATA_FILE).write_text(yaml.safe_dump(whole))
+    return halves[0]
+
+
+STORAGES = {StoragePlugin.SQLITE3: "1.db3", StoragePlugin.MCAP: "1.mcap"}
+
+
+@pytest.mark.parametrize("storage", STORAGES)
+def test_a_file_that_the_description_leaves_out_is_missed(
+    sample_bag, tmp_path: Path, storage: StoragePlugin
+) -> None:
+    """By the number of messages, in one line with the file's name and the way to all of it."""
+    sent = sample_bag.messages["/joint_states"]
+    bag = in_two_files(tmp_path, sent, storage)
+    said = (
+        f"/joint_states has 100 messages, {METADATA_FILE} says 300: the bag or its description is "
+        f"damaged; {STORAGES[storage]} left out: {METADATA_FILE} lists no such file. Where it "
+        f"belongs to the bag, remove {METADATA_FILE}, and all files are read"
+    )
+    with pytest.raises(BagError) as refusal:
+        read_bag(bag)
+    assert str(refusal.value) == f"{bag}: {said}"
+    assert len(read_bag(bag, recover=True)["/joint_states"]) == 100
+    (bag / METADATA_FILE).unlink()
+    assert contents(bag) == {"/joint_states": sent}
+
+
+@pytest.mark.parametrize("storage", STORAGES)
+def test_a_file_that_is_another_bags_is_told_and_left_out(
+    tmp_path: Path, sample_bag, storage: StoragePlugin
+) -> None:
+    """The counts agree without it: the bag is read, and its runs say so; a packed copy is none."""
+    time = np.arange(200) * 1e-3
+    run = MeasuredRun(time, 0 * time, 0 * time + 4e5, 0 * time + 4e5, 0 * time + 6e5, 0 * time + 5)
+    ours = contents(rig_bag.write(tmp_path / "ours", run))
+    bag = write(tmp_path / "bag", ours, storage)
+    (own,) = (file for file in bag.iterdir() if file.name != METADATA_FILE)
+    (bag / f"{own.name}.zstd").write_bytes(b"packed")
+    assert read_bag(bag).notes == read_run(bag).notes == ()
+    shutil.copy(sample_bag.path / "sample_0.mcap", bag / "other.mcap")
+    found = read_bag(bag)
+    assert found.complete
+    (note,) = read_run(bag).notes
+    assert (note,) == found.notes
+    assert note.startswith(f"{bag}: other.mcap left out: {METADATA_FILE} lists no such file")
+
+
+@pytest.mark.parametrize("storage", STORAGES)
+def test_a_sum_of_messages_that_is_not_there_is_told(
+    sample_bag, tmp_path: Path, storage: StoragePlugin
+) -> None:
+    """The sum over all topics counts too; what rosbag2 says of one file, or left out, does not."""
+    sent = {topic: sample_bag.messages[topic] for topic in ("/joint_states", "/valve/voltage")}
+    bag = write(tmp_path / "bag", sent, storage)
+    whole = yaml.safe_load((bag / METADATA_FILE).read_text())
+    about = whole["rosbag2_bagfile_information"]
+    about["files"][0]["message_count"] = 5000  # with those that a full cache dropped
+    (bag / METADATA_FILE).write_text(yaml.safe_dump(whole))
+    assert read_bag(bag).complete
+    taken_off = yaml.safe_load((bag / METADATA_FILE).read_text())
+    about = taken_off["rosbag2_bagfile_information"]
+    del about["topics_with_message_count"][1]
+    about["message_count"] = 300
+    (bag / METADATA_FILE).write_text(yaml.safe_dump(taken_off))
+    assert read_bag(bag).complete
+    whole["rosbag2_bagfile_information"]["message_count"] = 999
+    (bag / METADATA_FILE).write_text(yaml.safe_dump(whole))
+    with pytest.raises(BagError, match=r"it has 600 messages, metadata.yaml says 999: the bag or"):
+        read_bag(bag)
+
+
+def test_the_way_to_a_bag_with_other_counts_leads_there(sample_bag) -> None:
+    """Without its description, as the line says, `rodless recover` makes a new one."""
+    description = sample_bag.path / METADATA_FILE
+    description.write_text(
+        description.read_text().replace("message_count: 300", "message_count: 7")
+    )
+    way = r"600 messages can be recovered \(remove metadata.yaml, then rodless recover\)"
+    with pytest.raises(BagError, match=way):
+        read_bag(sample_bag.path)
+    description.unlink()
+    recover_bag(sample_bag.path)
+    assert read_bag(sample_bag.path).complete
+
+
+def test_a_topic_on_two_channels_is_counted_once_by_recovery(sample_bag, tmp_path: Path) -> None:
+    """Others write a channel for each publisher: recovery counts the messages of both."""
+    with (tmp_path / "bag_0.mcap").open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start("ros2")
+        schema = writer.register_schema(TYPES["/joint_states"], "ros2msg", b"")
+        for place, half in enumerate((slice(0, 100), slice(100, 300))):
+            metadata = {"publisher": str(place)}
+            channel = writer.register_channel("/joint_states", "cdr", schema, metadata)
+            for log_time, data in sample_bag.messages["/joint_states"][half]:
+                writer.add_message(channel, log_time, data, log_time)
+        writer.finish()
+    assert recover_bag(tmp_path) == 300
+    assert len(read_bag(tmp_path)["/joint_states"]) == 300
 
 
 def test_paths_of_an_older_rosbag2_are_found(sample_bag, tmp_path: Path) -> None:
