@@ -70,7 +70,8 @@ def _run(options: argparse.Namespace) -> tuple[MeasuredRun, Setpoint | None]:
         if options.namespace:
             raise RunError(f"--namespace {options.namespace}: refused, a preset has no topics")
         return preset_step(options.run)
-    return read_run_and_setpoint(options.run, options.namespace)
+    run, setpoint = read_run_and_setpoint(options.run, options.namespace)
+    return run, None if setpoint is None or setpoint.doubt else setpoint
 
 
 def _film(options: argparse.Namespace, run: MeasuredRun) -> Film:

@@ -68,6 +68,8 @@ def _pair(options: argparse.Namespace, second: MeasuredRun, setpoint: Setpoint |
         return resimulate(RigParameters.preset(options.first), second), second
     if setpoint is None:
         raise RunError("no set-points were recorded; compare with --drive voltage")
+    if setpoint.doubt:
+        raise RunError(f"{setpoint.doubt}, or compare with --drive voltage")
     return follow(options.first, second, setpoint), second
 
 

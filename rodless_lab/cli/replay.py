@@ -25,7 +25,7 @@ from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
 from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
-from rodless_lab.runs.from_bag import read_commands, read_run
+from rodless_lab.runs.from_bag import Recording, read_commands, read_recording
 from rodless_lab.runs.measured_run import MeasuredRun, RunError
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import RigParameters
@@ -38,8 +38,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
 
 
 def _replay(options: argparse.Namespace) -> None:
-    recorded = read_run(options.bag, options.namespace)
-    _report(options, recorded, replay(_parameters(options), recorded))
+    recording = read_recording(options.bag, options.namespace)
+    _report(options, recording, replay(_parameters(options), recording.run))
 
 
 def _parser() -> Parser:
@@ -68,7 +68,8 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
         )
 
 
-def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: MeasuredRun) -> None:
+def _report(options: argparse.Namespace, recording: Recording, replayed: MeasuredRun) -> None:
+    recorded = recording.run
     names = (options.bag.resolve().name, "replay")
     runs, time = (recorded, replayed), recorded.time
     found = differences(*runs, time)
@@ -76,15 +77,18 @@ def _report(options: argparse.Namespace, recorded: MeasuredRun, replayed: Measur
     replaced = write_differences(options.output / "replay", names, runs, time, numbers)
     print(differences_table(names, found))
     print_notes(recorded)
-    _print_commands(options.bag, options.namespace, recorded.period)
+    _print_commands(options.bag, options.namespace, recording)
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")
     print(f"replay.json and replay.png are in {options.output}{IN_PLACE if replaced else ''}")
 
 
-def _print_commands(bag: Path, namespace: str, period: float) -> None:
+def _print_commands(bag: Path, namespace: str, recording: Recording) -> None:
     """Print how fast the commands came; a bag repeats by the valve's state without them, too."""
+    run, begin = recording.run, recording.begin
     try:
-        print(summary(read_commands(bag, namespace), period))
+        commands = read_commands(bag, namespace)
+        used = commands.during(begin, begin + float(run.time[-1]))
+        print(summary(used, run.period, recorded=len(commands.time)))
     except RunError as error:
         print(error, file=sys.stderr)

@@ -29,6 +29,10 @@ _ACCIDENTS = 0.01
 # A sample less than this share of a period after the one before: one of them was held up.
 _BUNCHED = 0.5
 
+# Fewer times of their own than this share of the samples tell none of them apart: not even a
+# recorder that writes all that waits at once does that for a hundred samples on end.
+_TOLD_APART = 0.01
+
 # Samples over which their period by the bag's clock is measured.
 _SPAN = 100
 
@@ -78,13 +82,23 @@ class SampleTimes:
         took = float(self._sent[-1] - self._sent[0]) * 1e-9
         return float(self._stamp[-1] - self._stamp[0]) / took if took > 0.0 else 1.0
 
+    @property
+    def useless(self) -> str:
+        """Say why the bag's times do not tell which sample came before a message, if so."""
+        distinct = 1 + int(np.count_nonzero(np.diff(self._sent) > _HAIR))
+        count = len(self._sent)
+        if count < 2 or distinct >= max(2, _TOLD_APART * count):
+            return ""
+        kind = "publication time" if self._by_sender else "log time"
+        return f"{count} samples share {distinct} {kind}{'s' if distinct > 1 else ''}"
+
     def doubt(self, commands: TopicMessages) -> str:
         """Say why the plant may have got ``commands`` at other samples than they answer, if so.
 
         That is not in the bag. Where machine or recorder were late, though, it shows.
         """
-        if len(self._sent) < 2:
-            return ""
+        if len(self._sent) < 2 or self.useless:
+            return self.useless
         steps = np.diff(self.answered(commands), append=len(self._sent) - 1)
         count = len(steps)
         if np.median(steps) == 1:
@@ -126,6 +140,19 @@ class Commands(Columns):
     latency: Annotated[Array, "s"]
     held_from: Annotated[Array, "s"]
 
+    def during(self, begin: float, end: float) -> "Commands":
+        """Return those in force from ``begin`` to ``end`` (s), each until the next.
+
+        Of several at ``end`` the first: where that is the last sample, all later ones answer it.
+        """
+        hair = _HAIR * 1e-9
+        until = np.append(self.time[1:], np.inf)
+        inside = (self.time >= begin - hair) | (until > begin + hair)
+        inside &= self.time <= end + hair
+        last = np.flatnonzero(inside & (self.time >= end - hair))
+        inside[last[1:]] = False
+        return Commands(**{name: values[inside] for name, values in self.columns().items()})
+
 
 def held_from(
     answered: Array, voltage: Array, held: tuple[Array, Array], limits: tuple[float, float]
@@ -148,10 +175,15 @@ def held_from(
     return found
 
 
-def summary(commands: Commands, period: float) -> str:
-    """Say in one line how fast the commands came and when the valve followed them."""
+def summary(commands: Commands, period: float, recorded: int | None = None) -> str:
+    """Say in one line how fast the commands came and when the valve followed them.
+
+    They may be some of the ``recorded`` ones.
+    """
     count = len(commands.time)
     parts = [f"{count} commands"]
+    if recorded is not None and recorded != count:
+        parts = [f"{count} of {recorded} commands used"]
     late = np.round((commands.held_from - commands.time) / period)
     followed = np.isfinite(late)
     if not followed.any():

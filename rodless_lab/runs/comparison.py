@@ -87,9 +87,12 @@ def common_time(first: Array, second: Array) -> Array:
 def aligned(
     first: tuple[MeasuredRun, Setpoint | None], second: tuple[MeasuredRun, Setpoint | None]
 ) -> tuple[MeasuredRun, MeasuredRun]:
-    """Put two recorded runs on one time: by their first set-points, else by their starts."""
+    """Put two recorded runs on one time: by their first set-points, else by their starts.
+
+    Set-points of which it is not known when they were given say nothing of it.
+    """
     (run, own), (other, others) = first, second
-    if own is None or others is None:
+    if own is None or others is None or own.doubt or others.doubt:
         return run, other
     shift = others.time[0] - own.time[0]
     return replace(run, time=run.time + shift), other

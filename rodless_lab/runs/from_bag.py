@@ -25,6 +25,7 @@ from rodless_lab.runs.commands import Commands, SampleTimes, held_from
 from rodless_lab.runs.joints import JointMessages, joint_messages, joint_values
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.runs.missing_samples import missing_samples
+from rodless_lab.runs.off_any_rig import off_any_rig
 
 Array = npt.NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
         Names topic and place, for a bag that is missing, damaged or empty, lacks a topic, holds
         values that are not finite, or time going backwards. Where commands cannot be dated to a
         sample, ``doubt`` of the run says why, and the run cannot be replayed; where samples were
-        lost, ``missing`` says which.
+        lost, ``missing`` says which, and ``remarks`` what else is odd.
 
     Examples
     --------
@@ -73,9 +74,14 @@ def read_run_and_setpoint(
     path: str | Path, namespace: str = ""
 ) -> tuple[MeasuredRun, Setpoint | None]:
     """Read a run as :func:`read_run` does, and its set-points if they were recorded."""
+    found = read_recording(path, namespace)
+    return found.run, found.setpoint
+
+
+def read_recording(path: str | Path, namespace: str = "") -> "Recording":
+    """Read a run as :func:`read_run` does, and where it lies in the bag."""
     with _naming(path):
-        found = recording_in(read_bag(path), namespace.rstrip("/"))
-        return found.run, found.setpoint
+        return recording_in(read_bag(path), namespace.rstrip("/"))
 
 
 @contextmanager
@@ -117,12 +123,30 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     voltage, doubt = _voltage(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
     begin = float(run.time[0])
-    run = replace(run, doubt=doubt, missing=_missing(bag, namespace, joint, begin))
-    setpoint = None
-    if f"{namespace}/{SETPOINT}" in bag and len(bag[f"{namespace}/{SETPOINT}"]):
-        when, wanted = _unstamped(_recorded(bag, namespace, SETPOINT), sent)
-        setpoint = Setpoint(when - begin, wanted)
-    return Recording(replace(run, time=run.time - begin), setpoint, begin, sent)
+    run = replace(run, time=run.time - begin, doubt=doubt)
+    setpoint = _setpoint(bag, namespace, sent, begin)
+    remarks = [*bag.notes, setpoint.doubt if setpoint else ""]
+    if strange := off_any_rig(run):
+        remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
+    run = replace(
+        run,
+        missing=_missing(bag, namespace, joint, begin),
+        remarks=tuple(filter(None, remarks)),
+    )
+    return Recording(run, setpoint, begin, sent)
+
+
+def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, begin: float) -> Setpoint | None:
+    """Set-points by times from ``begin`` (s) on, if they were recorded."""
+    name = f"{namespace}/{SETPOINT}"
+    if name not in bag or not len(bag[name]):
+        return None
+    when, wanted = _unstamped(bag[name], sent)
+    doubt = sent.useless and (
+        f"{bag.path}: {name}: {sent.useless}, so it is not known when set-points were given; "
+        "record with `rodless record`"
+    )
+    return Setpoint(when - begin, wanted, doubt)
 
 
 def _carriage(bag: Bag, namespace: str) -> JointMessages:
@@ -161,7 +185,8 @@ def read_commands(path: str | Path, namespace: str = "") -> Commands:
     Raises
     ------
     RunError
-        For a bag that is missing, damaged, or lacks ``joint_states`` or ``valve/voltage``.
+        For a bag that is missing, damaged, or lacks ``joint_states`` or ``valve/voltage``, or whose
+        times do not tell its samples apart.
 
     Examples
     --------
@@ -178,6 +203,11 @@ def _commands(bag: Bag, namespace: str) -> Commands:
     joint = _carriage(bag, namespace).messages
     sent = SampleTimes(joint, stamps_of(joint))
     messages = _recorded(bag, namespace, VALVE_VOLTAGE)
+    if sent.useless:
+        raise RunError(
+            f"{messages.topic.name}: {sent.useless}, so it is not known which one each command "
+            "answers"
+        )
     time, voltage = sent.plant_time(messages), _field(messages, "data")
     held = _held(bag, namespace) or (np.empty(0), np.empty(0))
     limits = (MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE)
@@ -218,6 +248,8 @@ def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, 
             f"{bag.path}: {commands.topic.name}: {doubt}, so it is not known when the valve took "
             f"them; record {VALVE_STATE} too, as the plant publishes it"
         )
+    if sent.useless:  # not even where the run begins
+        raise RunError(doubt)
     return _unstamped(commands, sent), doubt
 
 

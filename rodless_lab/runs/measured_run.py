@@ -38,7 +38,8 @@ class MeasuredRun(Columns):
 
     ``voltage[k]`` is held from sample k to sample k+1; ``doubt`` says why that is not known sample
     by sample, if so, and ``missing`` which samples the recording lacks, whose values are those of
-    their neighbours. Saved and made a data frame by :class:`~rodless_base.columns.Columns`.
+    their neighbours; ``remarks`` say what else is odd about it, one line each. Saved and made a
+    data frame by :class:`~rodless_base.columns.Columns`.
 
     Examples
     --------
@@ -59,6 +60,7 @@ class MeasuredRun(Columns):
     voltage: Annotated[Array, "V"]
     doubt: str = ""
     missing: str = ""
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Raise :class:`RunError` for a run too short, not finite, or with time going backwards.
@@ -89,7 +91,7 @@ class MeasuredRun(Columns):
     @property
     def notes(self) -> tuple[str, ...]:
         """What to know of the recording before its numbers are trusted: one line each."""
-        return tuple(note for note in (self.doubt, self.missing) if note)
+        return tuple(note for note in (self.doubt, self.missing, *self.remarks) if note)
 
     def check_voltage(self) -> None:
         """Raise :class:`RunError` where the voltage is not known well enough to repeat the run."""
@@ -99,10 +101,14 @@ class MeasuredRun(Columns):
 
 @dataclass(frozen=True)
 class Setpoint:
-    """Set-points and when each was given, on the time base of the run; shapes (k,)."""
+    """Set-points and when each was given, on the time base of the run; shapes (k,).
+
+    ``doubt`` says why it is not known when they were given, if so.
+    """
 
     time: Array  # s
     position: Array  # m
+    doubt: str = ""
 
 
 def run_of_trace(trace: Trace, supply_pressure: float) -> MeasuredRun:

@@ -11,11 +11,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64, Header
 
+from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_lab.bags.metadata import BagTopic
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.runs.measured_run import MeasuredRun
@@ -40,6 +42,8 @@ def payload(topic: str, time: float, value: float) -> bytes:
     header = Header(stamp=Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9))
     if topic == "/joint_states":
         return serialize_message(JointState(header=header, name=["carriage"], position=[value]))
+    if topic == "/valve/state":
+        return serialize_message(JointState(header=header, name=["valve_spool"], effort=[value]))
     if topic in PRESSURES:
         return serialize_message(FluidPressure(header=header, fluid_pressure=value))
     return serialize_message(Float64(data=value))
@@ -51,11 +55,19 @@ def write(
     spoil: Spoil = untouched,
     without: str = "",
     setpoint: tuple[float, float] | None = None,
+    clock: Callable[[float], float] = lambda time: time,
+    held: bool = False,
 ) -> Path:
-    """Write ``run`` as a bag; a set-point is (time in s, m)."""
+    """Write ``run`` as a bag; a set-point is (time in s, m), ``clock`` the log time of a time.
+
+    ``held`` adds what the valve held.
+    """
     columns = {"/joint_states": run.position, "/valve/voltage": run.voltage}
     columns |= {topic: getattr(run, name) for topic, name in PRESSURES.items()}
-    types = {"/joint_states": "JointState", "/valve/voltage": "Float64", "/setpoint": "Float64"}
+    if held:
+        columns["/valve/state"] = np.append(CLOSED_VOLTAGE, run.voltage[:-1])
+    types = dict.fromkeys(("/joint_states", "/valve/state"), "JointState")
+    types |= {"/valve/voltage": "Float64", "/setpoint": "Float64"}
     with BagWriter(path) as writer:
         for topic in [*columns, *(["/setpoint"] if setpoint else [])]:
             if topic != without:
@@ -66,9 +78,9 @@ def write(
             for topic, values in columns.items():
                 message = spoil(topic, k, time, float(values[k]))
                 if topic != without and message is not None:
-                    log_time = round(message[0] * 1e9)
+                    log_time = round(clock(message[0]) * 1e9)
                     writer.write(topic, payload(topic, *message), log_time, log_time)
         if setpoint is not None:
-            log_time = round(setpoint[0] * 1e9)
+            log_time = round(clock(setpoint[0]) * 1e9)
             writer.write("/setpoint", payload("/setpoint", *setpoint), log_time, log_time)
     return path

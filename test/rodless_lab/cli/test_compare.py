@@ -142,6 +142,61 @@ def test_bags_begun_at_different_times_are_aligned_by_their_set_points(tmp_path:
     assert found["position"]["largest"] < 1e-9
 
 
+@pytest.mark.parametrize("clock", [lambda _: 0.0, lambda time: 2e-9 * round(1e3 * time)])
+def test_set_points_that_no_time_dates_align_nothing(tmp_path: Path, capsys, clock) -> None:
+    """Log times at zero, or that count: said in a line, and both runs are laid on their starts."""
+    measured = run_of_trace(step_run("paper"), SUPPLY_PRESSURE)
+    whole = rig_bag.write(tmp_path / "whole", measured, setpoint=(0.2, 0.058), held=True)
+    timeless = rig_bag.write(
+        tmp_path / "timeless", measured, setpoint=(0.2, 0.058), clock=clock, held=True
+    )
+    for pair in ((whole, timeless), (timeless, whole)):
+        assert compared(*pair, output=tmp_path / "out")["position"]["largest"] < 1e-9
+        said = capsys.readouterr().err
+        assert "timeless: /setpoint: 1501 samples share 1 " in said
+        assert "so it is not known when set-points were given" in said
+    driven = ["paper", str(timeless), "--drive", "setpoint", "--output", str(tmp_path / "driven")]
+    assert compare.main(driven, Quiet()) == 2
+    assert "or compare with --drive voltage" in capsys.readouterr().err
+    assert not (tmp_path / "driven").exists()
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0, 100.0])
+def test_a_clock_of_any_speed_aligns_by_set_points(tmp_path: Path, capsys, speed: float) -> None:
+    """Slow and fast simulations have other log times than stamps: nothing is odd about that."""
+    whole = rig_bag.write(
+        tmp_path / "bag",
+        run_of_trace(step_run("paper"), SUPPLY_PRESSURE),
+        setpoint=(0.2, 0.058),
+        clock=lambda time: 1e9 + time / speed,
+    )
+    found = compared("paper", whole, "--drive", "setpoint", output=tmp_path / "out")
+    assert found["position"]["largest"] < 1e-9
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("scale", "said"),
+    [
+        (1.0, ""),
+        (40.0, ""),
+        (1e3, "positions leave -1 to 10 m, at 0.000 s with 50 m; they must be in m, and may be in"),
+        (-1e3, "positions leave -1 to 10 m, at 0.000 s with -50 m; they must be in m, and may b"),
+        (1e30, "positions leave -1 to 10 m, at 0.000 s with 5e+28 m; they must be in m, and may"),
+    ],
+)
+def test_positions_of_no_rig_are_told(tmp_path: Path, capsys, scale: float, said: str) -> None:
+    """In mm, for example: compare and replay go on, and say so."""
+    run = simulate(RigParameters(), [5.4] * 600, 1e-3, position=0.05)
+    bag = record(tmp_path / "bag", Trace(**{**run.columns(), "position": scale * run.position}))
+    for command, first in ((compare, ["paper"]), (compare, [str(bag)]), (replay, [])):
+        output = ["--output", str(tmp_path / "out")]
+        assert command.main([*first, str(bag), *output], Quiet()) == 0
+        error = capsys.readouterr().err
+        assert error.startswith(f"{bag}: /joint_states: {said}" if said else "")
+        assert error.count("\n") == bool(said)
+
+
 FIELDS = tuple(State._fields)
 
 

@@ -296,6 +296,66 @@ def test_samples_that_the_recorder_lost_are_counted(
     assert departure(bag) > 2.0 * departure(whole)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("topic", ["/joint_states", "/chamber_a/pressure", "/valve/state"])
+def test_a_topic_that_ends_early_is_told(
+    tmp_path: Path, step: MeasuredRun, capsys: pytest.CaptureFixture[str], topic: str
+) -> None:
+    """The run is as long as all are there, but for the valve's; the line says what it lacks.
+
+    How many commands it holds is said too.
+    """
+    answers = step.time, step.voltage
+    lost = {topic: range(701, 1501)}
+    bag = write(tmp_path / "bag", step, step.time, answers, held=True, lost=lost)
+    run = read_run(bag)
+    line = f"from 0.700 s on: 800 of 1501 of {topic}, which ends 0.800 s early; a replay departs"
+    assert run.missing.startswith(f"{bag}: samples are missing, {line}")
+    assert replay_command.main([str(bag), "--output", str(tmp_path / "out")], Quiet()) == 0
+    shown = capsys.readouterr()
+    assert line in shown.err
+    used = "1501 commands, " if topic == "/valve/state" else "701 of 1501 commands used, "
+    assert f"\n{used}" in shown.out
+    ragged = {name: range(1460, 1501) for name in lost}
+    whole = write(tmp_path / "whole", step, step.time, answers, held=True, lost=ragged)
+    assert read_run(whole).notes == ()
+
+
+def test_commands_of_a_stretch_are_those_in_force_in_it(tmp_path: Path, step: MeasuredRun) -> None:
+    """The one sent last before it, too; not those that it does not last until."""
+    answers = np.array([0.1, 0.2, 0.3, 0.4]), np.array([5.0, 6.0, 7.0, 8.0])
+    commands = read_commands(write(tmp_path / "bag", step, step.time, answers))
+    for begin, end, volts in (
+        (0.25, 0.35, [6.0, 7.0]),
+        (0.2, 0.3, [6.0, 7.0]),
+        (0.0, 9.0, [5.0, 6.0, 7.0, 8.0]),
+        (0.5, 0.6, [8.0]),
+        (0.0, 0.05, []),
+    ):
+        assert commands.during(begin, end).voltage.tolist() == volts
+    assert summary(commands.during(0.0, 0.05), PERIOD, recorded=4).startswith("0 of 4 commands use")
+
+
+@pytest.mark.parametrize("clock", [0.0, 1e-9, 2e-4], ids=["zero", "a count", "five times"])
+def test_times_that_tell_no_samples_apart_date_no_command(
+    tmp_path: Path, step: MeasuredRun, clock: float
+) -> None:
+    """A recorder that logs all messages at zero, by their number, or at a handful of times."""
+    places = np.arange(len(step.time))
+    sent = clock * (places if clock < 1e-6 else places // 300)
+    old = write(tmp_path / "old", step, sent, (sent, step.voltage))
+    said = "1501 samples share 6 log times" if clock > 1e-6 else "1501 samples share 1 log time"
+    if clock:  # publication times were written too, which are the senders'
+        said = said.replace("log", "publication")
+    with pytest.raises(RunError, match=f"/valve/voltage: {said}, so it is not known when the val"):
+        replay(PAPER, read_run(old))
+    new = write(tmp_path / "new", step, sent, (sent, step.voltage), held=True)
+    assert read_run(new).notes == ()
+    assert departure(new) < 1e-9
+    with pytest.raises(RunError, match=f"{said}, so it is not known which one each command answ"):
+        read_commands(new)
+
+
 def test_a_run_begins_where_the_valve_is_known(tmp_path: Path, step: MeasuredRun) -> None:
     """A recorder that heard of the valve three samples late has the run from there on."""
     written = rig_bag.write(tmp_path / "bag", step)

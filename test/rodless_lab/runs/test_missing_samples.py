@@ -9,6 +9,8 @@
 """Samples missing from a recording are told from samples that came late."""
 
 import numpy as np
+import numpy.typing as npt
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -46,6 +48,59 @@ def test_late_samples_are_not_missing(seed: int) -> None:
     late[-1] = 0.0
     stamps = {"/jitter": 0.97 * EVEN + jitter, "/late": 0.97 * EVEN + late}
     assert missing_samples(stamps) == ""
+
+
+@pytest.mark.parametrize(
+    ("kept", "said"),
+    [
+        (EVEN[:500], "from 0.499 s on: 500 of 1000 of /cut, which ends 0.500 s early"),
+        (EVEN[400:], "from its start on: 400 of 1000 of /cut, which begins 0.400 s late"),
+        (
+            EVEN[400:600],
+            "from its start on: 800 of 1000 of /cut, which begins 0.400 s late and ends 0.400 s ea",
+        ),
+        (
+            np.delete(EVEN[:500], 200),
+            "from 0.199 s on: 501 of 1000 of /cut, which ends 0.500 s early",
+        ),
+        (EVEN[:500:100], "from 0.400 s on: 6 of 11 of /cut, which ends 0.599 s early"),
+    ],
+    ids=["end", "start", "both", "between too", "a slow topic"],
+)
+@pytest.mark.parametrize("begin", [0.0, 0.4], ids=["whole", "from where all are there"])
+def test_a_topic_that_ends_before_the_others_lacks_the_rest(
+    kept: npt.NDArray[np.float64], said: str, begin: float
+) -> None:
+    """Its name, how many samples, and how early it ends, or how late it begins."""
+    late = begin and kept[0] > 0.0
+    found = missing_samples({"/whole": EVEN - late * begin, "/cut": kept - late * begin})
+    if not late:
+        said = said.replace("from its start", "from 0.000 s")
+    assert found.startswith(f"samples are missing, {said}")
+
+
+def test_topics_with_jitter_that_end_early_are_told_too() -> None:
+    """How many are missing in between nobody can say of them, beyond the end all can."""
+    jitter = np.random.default_rng(2).uniform(0.0, 0.9e-3, EVEN.shape)
+    found = missing_samples({"/whole": EVEN, "/cut": (EVEN + jitter)[:500]})
+    assert found.endswith(" of /cut, which ends 0.500 s early")
+
+
+@given(st.integers(0, 90), st.integers(0, 290))
+def test_ragged_ends_of_a_recorder_are_no_loss(early: int, late: int) -> None:
+    """Ctrl-C and discovery do not come to all topics at one time; nor has a slow one the last."""
+    slow = np.arange(-1.0, 0.95, 0.2)
+    assert missing_samples({"/whole": EVEN, "/cut": EVEN[late : 1000 - early]}) == ""
+    assert missing_samples({"/whole": np.arange(-1.0, 1.0, 1e-3), "/slow": slow}) == ""
+
+
+def test_what_is_missing_before_the_run_is_missing_from_its_start_on() -> None:
+    """Stamps count from the last topic's beginning: no time in a message is negative."""
+    stamps = np.delete(EVEN, 2) - 3e-3
+    assert missing_samples({"/early": stamps}) == (
+        "samples are missing, from its start on: 1 of 1000 of /early"
+    )
+    assert "from 0.000 s on" in missing_samples({"/early": np.delete(EVEN, 4) - EVEN[3] - 1e-12})
 
 
 def test_stamps_that_tell_nothing_are_passed_over() -> None:
