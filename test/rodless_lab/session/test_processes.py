@@ -93,7 +93,7 @@ def test_the_first_ends_when_the_second_cannot_be_started(
     """A machine out of processes between the two leaves none running."""
     commands = {"plant": ["sleep", "600"], "controller": ["/no/such/python"]}
     processes = SessionProcesses(commands, domain, tmp_path)
-    with pytest.raises(HarnessError, match="no/such/python. cannot be started: No such file"):
+    with pytest.raises(HarnessError, match=r"no/such/python' cannot be started: No such file"):
         processes.__enter__()
     assert processes.exit_codes == {"plant": -signal.SIGINT, "controller": None}
 
