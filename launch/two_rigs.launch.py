@@ -71,20 +71,28 @@ def rig(name: str) -> GroupAction:
 
 
 def check_arguments(context: LaunchContext) -> None:
-    """Log a warning of each argument that is likely a misspelt one of this file.
+    """Log a warning of each argument that has no effect, or is likely a misspelt one of this file.
 
-    Raises RuntimeError for one bag of both rigs, or two that are named after one time.
+    Raises RuntimeError where both rigs would record into one bag.
     """
-    for name in ("bag", "record"):
-        given = context.launch_configurations.get(name, "")
-        if given not in ("", "auto", "false"):
-            raise RuntimeError(
-                f"{name}:={given} refused: each rig has a bag of its own; give left_bag:= or "
-                "right_bag:=, or both"
-            )
-    names = [name for name, *_ in ARGUMENTS]
-    for line in misspelt(context.launch_configurations, names, Path(__file__).name):
-        get_logger("rodless_sim").warning(line)
+    given = context.launch_configurations
+    named = any(given[f"{name}_bag"] for name in NAMES)
+    if given.get("bag") or (given.get("record") == "true" and not named):
+        raise RuntimeError(
+            "bag:= and record:=true refused: each rig has a bag of its own; give left_bag:= or "
+            "right_bag:=, or both"
+        )
+    if given.get("namespace"):
+        warn(f"namespace:={given['namespace']} changes nothing: the rigs are in left and right")
+    if given.get("publish_clock", "auto") != "auto":
+        warn("publish_clock:= changes nothing: clock:= says whose time /clock shows")
+    for line in misspelt(given, [name for name, *_ in ARGUMENTS], Path(__file__).name):
+        warn(line)
+
+
+def warn(line: str) -> None:
+    """Log a warning."""
+    get_logger("rodless_sim").warning(line)
 
 
 def generate_launch_description() -> LaunchDescription:

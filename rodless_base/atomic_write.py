@@ -98,6 +98,12 @@ def cannot_be_written(what: object, error: OSError) -> str:
     return f"{what}: cannot be written: {error.strerror or error}"
 
 
+def named_or_as_it_is(error: OSError) -> str:
+    """Return :func:`cannot_be_written` of the file that the error names; its text without one."""
+    named = error.filename is not None and error.strerror
+    return cannot_be_written(error.filename, error) if named else str(error)
+
+
 def _mask() -> int:
     mask = os.umask(0)
     os.umask(mask)

@@ -12,30 +12,34 @@ import errno
 import fcntl
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rodless_base.atomic_write import make_folder
 
 
 @contextmanager
-def results_folder(folder: Path, what: str) -> Iterator[None]:
+def results_folder(folder: Path) -> Iterator[None]:
     """Keep ``folder`` for one process; it is made where it is missing.
 
-    Raises OSError where nothing can be written, or where another process, which does ``what`` such
-    as "demo", has it. The claim is a lock, which the kernel drops when the process ends, however it
-    ends.
+    Raises OSError where nothing can be written, or where another process has it. The claim is a
+    lock, which the kernel drops when the process ends, however it ends. A folder that is new and
+    got nothing is removed.
     """
+    new = [place for place in (folder, *folder.parents) if not place.exists()]
     make_folder(folder)
     claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        claimed(claim, folder, what)
+        lock_or_refuse(claim, folder)
         yield
     finally:
         os.close(claim)
+        with suppress(OSError):  # one that holds something
+            for place in new:
+                place.rmdir()
 
 
-def claimed(descriptor: int, path: Path, what: str) -> None:
+def lock_or_refuse(descriptor: int, path: Path) -> None:
     """Lock what is open as ``descriptor``, or raise OSError: another process has ``path``.
 
     Shared file systems may have no locks; there nobody is kept out.
@@ -45,7 +49,7 @@ def claimed(descriptor: int, path: Path, what: str) -> None:
     except BlockingIOError as error:
         raise OSError(
             errno.EBUSY,
-            f"another {what} writes there; wait for its end, or give another --output",
+            "another process writes there; wait for its end, or give another --output",
             str(path),
         ) from error
     except OSError as error:

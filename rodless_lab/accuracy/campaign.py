@@ -21,7 +21,7 @@ from typing import TextIO
 from rodless_base.atomic_write import check_file_writable, naming
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
-from rodless_lab.results_folder import claimed
+from rodless_lab.results_folder import lock_or_refuse
 
 # A terminal sends Ctrl-C to the workers too; it is this process that ends them.
 IGNORE_CTRL_C = (signal.signal, (signal.SIGINT, signal.SIG_IGN))
@@ -39,7 +39,7 @@ def campaign(
     check_file_writable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", newline="", encoding="utf-8") as file:
-        claimed(file.fileno(), path, "campaign")
+        lock_or_refuse(file.fileno(), path)
         known = {verdict.number: verdict for verdict in read_verdicts(path)}
         wanted = [number for number in range(count) if number not in known]
         with naming(path):

@@ -9,6 +9,7 @@
 """What a rosbag2 bag says about itself: its topics, and ``metadata.yaml``."""
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -281,10 +282,13 @@ def listed_counts(bag: Path) -> ListedCounts:
 
 
 def _by_topic(entries: Any) -> Mapping[str, int] | None:
+    counts: Counter[str] = Counter()  # others list a topic once for each kind of publisher
     try:
-        return {str(one["topic_metadata"]["name"]): int(one["message_count"]) for one in entries}
+        for one in entries:
+            counts[str(one["topic_metadata"]["name"])] += int(one["message_count"])
     except (KeyError, TypeError, ValueError, OverflowError):
         return None
+    return counts
 
 
 @contextmanager

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.atomic_write import atomic_write, check_file_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         return 1
     figures: dict[str, float] = {}
     try:
-        with results_folder(output.parent, "bench"):
+        with results_folder(output.parent):
             for name, part in PARTS.items():
                 if options.only in (None, name):
                     figures |= part(output.parent, check)
@@ -68,7 +68,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         print("interrupted", file=sys.stderr)
         return 1
     except OSError as error:
-        print(cannot_be_written(error.filename or output.parent, error), file=sys.stderr)
+        print(named_or_as_it_is(error), file=sys.stderr)
         return 1
     except RuntimeError as error:
         print(error, file=sys.stderr)

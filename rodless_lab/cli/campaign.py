@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written
+from rodless_base.atomic_write import atomic_write, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.number import positive_whole
@@ -53,8 +53,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         print(text)
         atomic_write(chosen.output.with_suffix(".md"), text)
     except OSError as error:
-        named = error.filename is not None and error.strerror
-        print(cannot_be_written(error.filename, error) if named else error, file=sys.stderr)
+        print(named_or_as_it_is(error), file=sys.stderr)
         return 2
     except ValueError as error:
         print(error, file=sys.stderr)

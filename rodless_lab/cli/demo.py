@@ -44,7 +44,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     stop.from_now_on_wait()
     with ExitStack() as stack:
         try:
-            stack.enter_context(results_folder(options.output, "demo"))
+            stack.enter_context(results_folder(options.output))
             replaced = remove_old_bag(options.output / "bag")
         except HarnessError as error:
             print(error, file=sys.stderr)

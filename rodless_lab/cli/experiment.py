@@ -52,7 +52,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     try:
         runner = over_ros(options.name) if options.ros else IN_PROCESS
         checked = chosen(options, runner)
-        with results_folder(folder, "experiment"):
+        with results_folder(folder):
             performed = perform(names, checked)
             if len(names) == 1:
                 print_rows(performed[0])

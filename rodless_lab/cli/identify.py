@@ -170,9 +170,9 @@ def _parser() -> Parser:
         prog="rodless identify",
         description="Identify parameters of a rig from a recorded run.",
         epilog="Topics read: joint_states, chamber_a/pressure, chamber_b/pressure, "
-        "supply/pressure, valve/state (or valve/voltage). Pressures are absolute. Exit code: 1 "
-        "the run tells none of the parameters; 2 it cannot be used; 3 the model does not fit it: "
-        "FILE.png shows the residuals.",
+        "supply/pressure, valve/state (or valve/voltage). Pressures are absolute. Exit code: 0 "
+        "found; 1 the run tells none of the parameters; 2 it cannot be used; 3 the model does not "
+        "fit it, or does not predict the bag of --validate. FILE.png shows the residuals.",
     )
     parser.add_argument("subject", choices=sorted(SUBJECTS))
     parser.add_argument("bag", type=named_path, metavar="BAG", help="folder of a rosbag2 bag")

@@ -73,17 +73,17 @@ class SampleTimes:
         The plant acts on a message from there on if it gets it at once: before the next sample.
         """
         place = self.answered(messages)
-        before = (self._times(messages) - self._sent[0]) * 1e-9 * self._speed
+        before = (self._times(messages) - self._sent[0]) * 1e-9 * self.speed
         return np.where(place < 0, self._stamp[0] + before, self._stamp[np.maximum(place, 0)])
 
     @property
-    def _speed(self) -> float:
+    def speed(self) -> float:
         """Plant time per time of the bag's clock."""
         took = float(self._sent[-1] - self._sent[0]) * 1e-9
         return float(self._stamp[-1] - self._stamp[0]) / took if took > 0.0 else 1.0
 
     @property
-    def useless(self) -> str:
+    def why_useless(self) -> str:
         """Say why the bag's times do not tell which sample came before a message, if so."""
         distinct = 1 + int(np.count_nonzero(np.diff(self._sent) > _HAIR))
         count = len(self._sent)
@@ -97,8 +97,8 @@ class SampleTimes:
 
         That is not in the bag. Where machine or recorder were late, though, it shows.
         """
-        if len(self._sent) < 2 or self.useless:
-            return self.useless
+        if len(self._sent) < 2 or self.why_useless:
+            return self.why_useless
         steps = np.diff(self.answered(commands), append=len(self._sent) - 1)
         count = len(steps)
         if np.median(steps) == 1:
@@ -183,7 +183,7 @@ def summary(commands: Commands, period: float, recorded: int | None = None) -> s
     count = len(commands.time)
     parts = [f"{count} commands"]
     if recorded is not None and recorded != count:
-        parts = [f"{count} of {recorded} commands used"]
+        parts = [f"{count} of {recorded} commands lie in the run"]
     late = np.round((commands.held_from - commands.time) / period)
     followed = np.isfinite(late)
     if not followed.any():

@@ -130,7 +130,7 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
         remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
     run = replace(
         run,
-        missing=_missing(bag, namespace, joint, begin),
+        missing=_missing(bag, namespace, joint, begin, sent),
         remarks=tuple(filter(None, remarks)),
     )
     return Recording(run, setpoint, begin, sent)
@@ -142,10 +142,12 @@ def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, begin: float) -> Setp
     if name not in bag or not len(bag[name]):
         return None
     when, wanted = _unstamped(bag[name], sent)
-    doubt = sent.useless and (
-        f"{bag.path}: {name}: {sent.useless}, so it is not known when set-points were given; "
-        "record with `rodless record`"
-    )
+    doubt = ""
+    if sent.why_useless:
+        doubt = (
+            f"{bag.path}: {name}: {sent.why_useless}, so it is not known when set-points were "
+            "given; record with `rodless record`"
+        )
     return Setpoint(when - begin, wanted, doubt)
 
 
@@ -153,18 +155,21 @@ def _carriage(bag: Bag, namespace: str) -> JointMessages:
     return joint_messages(_recorded(bag, namespace, JOINT_STATES), CARRIAGE)
 
 
-def _missing(bag: Bag, namespace: str, joint: TopicMessages, begin: float) -> str:
+def _missing(
+    bag: Bag, namespace: str, joint: TopicMessages, begin: float, sent: SampleTimes
+) -> str:
     """Say which samples were lost on the way into the bag, if any, and how to lose none.
 
     Times count from ``begin`` (s, a stamp), as those of the run do.
     """
     topics = (*PRESSURES.values(), VALVE_STATE)
     recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
-    lost = missing_samples({found.topic.name: found.stamp - begin for found in (joint, *recorded)})
-    return lost and (
-        f"{bag.path}: {lost}; a replay departs where the valve's were lost: record with "
-        "`rodless record`, or as docs/bags.md says"
-    )
+    stamps = {found.topic.name: found.stamp - begin for found in (joint, *recorded)}
+    lost = missing_samples(stamps, pace=1.0 if sent.why_useless else max(sent.speed, 1.0))
+    if not lost:
+        return ""
+    departs = "; a replay departs where the valve's were lost" if VALVE_STATE in lost else ""
+    return f"{bag.path}: {lost}{departs}; record with `rodless record`, or as docs/bags.md says"
 
 
 def read_commands(path: str | Path, namespace: str = "") -> Commands:
@@ -203,9 +208,9 @@ def _commands(bag: Bag, namespace: str) -> Commands:
     joint = _carriage(bag, namespace).messages
     sent = SampleTimes(joint, stamps_of(joint))
     messages = _recorded(bag, namespace, VALVE_VOLTAGE)
-    if sent.useless:
+    if sent.why_useless:
         raise RunError(
-            f"{messages.topic.name}: {sent.useless}, so it is not known which one each command "
+            f"{messages.topic.name}: {sent.why_useless}, so it is not known which one each command "
             "answers"
         )
     time, voltage = sent.plant_time(messages), _field(messages, "data")
@@ -248,7 +253,7 @@ def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, 
             f"{bag.path}: {commands.topic.name}: {doubt}, so it is not known when the valve took "
             f"them; record {VALVE_STATE} too, as the plant publishes it"
         )
-    if sent.useless:  # not even where the run begins
+    if sent.why_useless:  # not even where the run begins
         raise RunError(doubt)
     return _unstamped(commands, sent), doubt
 

@@ -23,9 +23,9 @@ UNEVEN = 0.25
 # The share of intervals taken to have lost nothing: of nine samples in ten lost, one in ten is so.
 WHOLE = 0.05
 
-# By how much (s) a topic may end before the last one does. A recorder that is asked to stop takes
-# what waits of one topic after the other, and a kill costs what came since it last wrote, at most
-# 0.1 s ago: tens of ms on a busy machine.
+# By how much (s of the recorder) a topic may end before the last one does. A recorder that is asked
+# to stop takes what waits of one topic after the other, and a kill costs what came since it last
+# wrote, at most 0.1 s ago: tens of ms on a busy machine.
 ENDS = 0.1
 
 # And begin after the first one (s): who joins a running rig finds its topics one by one, in
@@ -43,8 +43,10 @@ class Loss(NamedTuple):
     where: str = ""  # beyond which end of the topic, if so
 
 
-def missing_samples(stamps: Mapping[str, Array]) -> str:
+def missing_samples(stamps: Mapping[str, Array], pace: float = 1.0) -> str:
     """Say which topics lack samples, and since when; empty where none does.
+
+    ``pace`` is how many s of the stamps' time passed in a second of the recorder's.
 
     ``stamps`` (s, in order, shape (n,) each) by the topic's name; a topic whose stamps its
     publisher left at zero tells nothing, nor does one whose stamps jitter of those in between. A
@@ -60,7 +62,7 @@ def missing_samples(stamps: Mapping[str, Array]) -> str:
     losses = [
         loss
         for name, one in times.items()
-        if len(one) > 1 and (loss := _loss(name, one, span)).lost > 0
+        if len(one) > 1 and (loss := _loss(name, one, span, pace)).lost > 0
     ]
     if not losses:
         return ""
@@ -75,7 +77,7 @@ def _since(time: float) -> str:
     return "from its start" if time < -5e-4 else f"from {abs(time):.3f} s"
 
 
-def _loss(topic: str, times: Array, span: tuple[float, float]) -> Loss:
+def _loss(topic: str, times: Array, span: tuple[float, float], pace: float) -> Loss:
     """Return what a topic lacks of ``span`` (s, that of all topics); ``times`` increase."""
     apart = np.diff(times)
     shortest = float(np.quantile(apart, WHOLE, method="inverted_cdf"))
@@ -83,11 +85,13 @@ def _loss(topic: str, times: Array, span: tuple[float, float]) -> Loss:
     periods = np.rint(apart / period)
     even = bool(np.quantile(np.abs(apart / period - periods), 0.99) <= UNEVEN)
     inside = int(np.sum(periods - 1)) if even else 0
-    # Where samples come as they please, the next one may be as far off as any other was.
-    usual = period if even else float(apart.max())
+    # Where samples come as they please, the next one may be as far off as any other was, and their
+    # mean tells how many would have followed.
+    usual, each = (period, period) if even else (float(apart.max()), float(apart.mean()))
     late, early = float(times[0]) - span[0], span[1] - float(times[-1])
-    late, early = (late if late > BEGINS + usual else 0.0), (early if early > ENDS + usual else 0.0)
-    lost = inside + int(late / period + 0.5) + int(early / period + 0.5)
+    late = late if late > BEGINS * pace + usual else 0.0
+    early = early if early > ENDS * pace + usual else 0.0
+    lost = inside + int(late / each + 0.5) + int(early / each + 0.5)
     since = float(times[np.argmax(periods > 1)]) if inside else float(times[-1])
     return Loss(topic, lost, len(times) + lost, span[0] if late else since, _where(late, early))
 

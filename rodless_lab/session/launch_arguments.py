@@ -12,7 +12,10 @@ from collections.abc import Collection, Iterable, Iterator
 from difflib import get_close_matches
 
 # Share of its letters that a misspelt name has in common with the one that is meant.
-NEAR = 0.75
+NEAR = 0.8
+
+# Arguments that launch files of others often have.
+OTHERS = frozenset({"model"})
 
 
 def misspelt(given: Iterable[str], declared: Collection[str], file: str) -> Iterator[str]:
@@ -29,7 +32,7 @@ def misspelt(given: Iterable[str], declared: Collection[str], file: str) -> Iter
     ['sped:= is no argument of rig.launch.py and changes nothing here; did you mean speed:=?']
     """
     for name in given:
-        if name in declared:
+        if name in declared or name in OTHERS:
             continue
         near = get_close_matches(name, declared, n=1, cutoff=NEAR)
         if near and not _is_longer(name, near[0]):

@@ -8,7 +8,6 @@
 
 """Lines that are kept as soon as they are known, in a folder of one process at a time."""
 
-import fcntl
 import json
 import os
 from collections.abc import Callable
@@ -17,24 +16,23 @@ from typing import Any, TypeVar
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.one_line import in_one_line
+from rodless_lab.results_folder import lock_or_refuse
 from rodless_lab.studies.errors import StudyError
 
 Found = TypeVar("Found")
 
 
-def locked(folder: Path, what: str) -> int:
+def locked(folder: Path) -> int:
     """Return the descriptor that keeps others out until it is closed, or the process ends.
 
-    Raises StudyError where another process has it; ``what`` is at work there, such as "a sweep".
+    Raises StudyError where another process has it.
     """
     descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock_or_refuse(descriptor, folder)
     except OSError as error:
         os.close(descriptor)
-        raise StudyError(
-            f"{folder}: {what} is at work there; wait for it, or give another --output"
-        ) from error
+        raise StudyError(f"{folder}: {error.strerror}") from error
     return descriptor
 
 

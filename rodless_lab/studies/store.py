@@ -51,7 +51,7 @@ class Store:
         self._size = max(min(PART, NUMBERS // (study.numbers + 1)), 1)
         self._lock = Lock()
         make_folder(self._data)
-        self._only = locked(folder, "another sweep")
+        self._only = locked(folder)
         try:
             claim(folder, FILE, study_text(study), "the results of another study")
             self._known = [self._read_part(part) for part in range(self._parts)]

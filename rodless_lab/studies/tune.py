@@ -126,7 +126,7 @@ class Journal:
         """
         make_folder(folder)
         self._path, self._finals = folder / JOURNAL, folder / FINALS
-        self._only = locked(folder, "another search")
+        self._only = locked(folder)
         try:
             claim(folder, TASK, task_text(task), "the search of another task")
             count = len(task.ranges)

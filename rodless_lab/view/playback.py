@@ -130,9 +130,9 @@ def _of_joint(
 def _reference(bag: Bag, namespace: str, found: Recording) -> Array:
     """Reference (m) as recorded, else the set-points; NaN before the first.
 
-    And where the bag does not tell when they were sent.
+    NaN throughout where the bag does not tell when they were sent.
     """
-    if found.sent.useless:
+    if found.sent.why_useless:
         return np.full(found.run.time.shape, np.nan)
     topic = f"{namespace}/{REFERENCE}"
     if topic in bag and len(bag[topic]):

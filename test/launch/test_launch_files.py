@@ -208,6 +208,9 @@ def test_a_file_gives_a_rig_in_a_namespace_what_it_gives_to_rodless_rig(
         ("robot", ""),
         ("left_preset", ""),
         ("pressure", ""),
+        ("model", ""),
+        ("controllers_file", ""),
+        ("tf_prefix", ""),
     ],
 )
 def test_a_misspelt_argument_is_told(
@@ -290,8 +293,31 @@ def test_two_rigs_have_bags_of_their_own(argument: dict[str, str]) -> None:
     """One for both, or two named after the same second, are refused; one rig may have none."""
     with pytest.raises(RuntimeError, match=r"refused: each rig has a bag of its own; give left_b"):
         launch_nodes("two_rigs.launch.py", **argument)
-    nodes = launch_nodes("two_rigs.launch.py", left_bag="run1", record="auto")
-    assert [node.command.count("run1") for node in nodes if node.executable == "recorder"] == [1]
+    for record in ("auto", "true"):
+        nodes = launch_nodes("two_rigs.launch.py", left_bag="a", right_bag="b", record=record)
+        recorders = [node.command for node in nodes if node.executable == "recorder"]
+        assert [(one.count("a"), one.count("b")) for one in recorders] == [(1, 0), (0, 1)]
+    nodes = launch_nodes("two_rigs.launch.py", right_bag="b")
+    assert sum(node.executable == "recorder" for node in nodes) == 1
+
+
+@pytest.mark.parametrize(
+    ("argument", "line"),
+    [
+        ({"namespace": "lab"}, "namespace:=lab changes nothing: the rigs are in left and right"),
+        (
+            {"publish_clock": "true"},
+            "publish_clock:= changes nothing: clock:= says whose time /clock shows",
+        ),
+    ],
+)
+def test_two_rigs_say_what_has_no_effect(
+    caplog: pytest.LogCaptureFixture, argument: dict[str, str], line: str
+) -> None:
+    """What this launch file gives each rig itself."""
+    nodes = launch_nodes("two_rigs.launch.py", **argument)
+    assert len(nodes) == 4
+    assert caplog.messages == [line]
 
 
 def test_what_is_published_on_request_is_recorded() -> None:

@@ -69,11 +69,11 @@ def test_two_demos_in_one_folder_are_told_apart(
     bag = tmp_path / "bag"
     bag.mkdir()
     (bag / "metadata.yaml").touch()
-    with results_folder(tmp_path, "demo"):
+    with results_folder(tmp_path):
         assert said_of(tmp_path, capsys) == (
-            f"{tmp_path}: cannot be written: another demo writes there; wait for its end, or give "
-            "another --output"
+            f"{tmp_path}: cannot be written: another process writes there; wait for its end, or "
+            "give another --output"
         )
         assert (bag / "metadata.yaml").exists()
-    with results_folder(tmp_path, "demo"):
+    with results_folder(tmp_path):
         pass

@@ -40,13 +40,27 @@ def test_a_second_process_is_refused(
 ) -> None:
     """In one line, before its work; the folder stays as it is."""
     output = tmp_path / "metrics.json" if what == "bench" else tmp_path
-    with results_folder(tmp_path, what):
+    with results_folder(tmp_path):
         assert main([*arguments, "--output", str(output)], Quiet()) == code
     assert capsys.readouterr().err == (
-        f"{tmp_path}: cannot be written: another {what} writes there; wait for its end, or give "
+        f"{tmp_path}: cannot be written: another process writes there; wait for its end, or give "
         "another --output\n"
     )
     assert not list(tmp_path.iterdir())
+
+
+def test_a_new_folder_that_gets_nothing_goes_again(tmp_path: Path) -> None:
+    """With those made for it; one that was there, or that got something, stays."""
+    with pytest.raises(KeyboardInterrupt), results_folder(tmp_path / "new" / "folder"):
+        raise KeyboardInterrupt
+    assert tmp_path.exists()
+    assert not list(tmp_path.iterdir())
+    with results_folder(tmp_path / "new" / "folder"):
+        (tmp_path / "new" / "file").touch()
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["file"]
+    with results_folder(tmp_path / "new"):
+        pass
+    assert (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize("number", [errno.EBADF, errno.ENOLCK, errno.ENOTSUP])
@@ -59,8 +73,8 @@ def test_a_file_system_without_locks_keeps_nobody_out(
         raise OSError(number, "no locks")
 
     monkeypatch.setattr(fcntl, "flock", refuse)
-    with results_folder(tmp_path, "demo"):
+    with results_folder(tmp_path):
         pass
     number = errno.EIO
-    with pytest.raises(OSError, match="no locks"), results_folder(tmp_path, "demo"):
+    with pytest.raises(OSError, match="no locks"), results_folder(tmp_path):
         pass

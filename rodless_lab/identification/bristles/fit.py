@@ -82,7 +82,8 @@ class _Start(NamedTuple):
 
 
 # Where further searches begin, if what was found does not fit: next to sticking, at a stiffness
-# that is held until friction fits, with the friction that was found or is taken to be known.
+# that is held until friction fits, with the friction that was found or is taken to be known. The
+# last is the first once more, from what the others have found.
 FURTHER = (
     _Start(3e7, True, (1.0,)),
     _Start(3e7, False, (1.0,)),
@@ -196,10 +197,11 @@ def identify_bristles(run: MeasuredRun, parameters: RigParameters) -> BristleFit
             "anything: record a run of `rodless drive bristles`"
         )
     problem = Problem(run, parameters)
-    least = _least(run, parameters, problem.start, SHARES, [BRISTLE_DAMPING])
+    least = first = _least(run, parameters, problem.start, SHARES, [BRISTLE_DAMPING])
     fit = _fitted(least)
-    for further in FURTHER:
-        if fit.verdict.fits:
+    for place, further in enumerate(FURTHER):
+        nothing_new = least is first and place == len(FURTHER) - 1
+        if fit.verdict.fits or nothing_new:
             break
         start = least.scaled * problem.scale if further.as_found else problem.start.copy()
         start[COMPLIANCE] = 1.0 / further.stiffness

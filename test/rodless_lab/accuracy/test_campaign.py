@@ -19,7 +19,7 @@ from rodless_lab.accuracy.campaign import campaign, read_verdicts
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.accuracy.summary import summary
 from rodless_lab.cli.campaign import main
-from rodless_lab.results_folder import claimed
+from rodless_lab.results_folder import lock_or_refuse
 
 
 def verdict(number: int, error: float, disturbed: float = 0.0, failure: str = "") -> Verdict:
@@ -71,10 +71,10 @@ def test_two_campaigns_in_one_file_are_told_apart(
     with path.open("w+") as first:
         first.write("number,aro")
         first.flush()
-        claimed(first.fileno(), path, "campaign")
+        lock_or_refuse(first.fileno(), path)
         assert main(["--count", "1", "--output", str(path)], Quiet()) == 2
     assert capsys.readouterr().err == (
-        f"{path}: cannot be written: another campaign writes there; wait for its end, or give "
+        f"{path}: cannot be written: another process writes there; wait for its end, or give "
         "another --output\n"
     )
     assert path.read_text() == "number,aro"

@@ -255,6 +255,18 @@ def test_a_sum_of_messages_that_is_not_there_is_told(
         read_bag(bag)
 
 
+def test_a_topic_that_is_listed_twice_has_the_sum(sample_bag, tmp_path: Path) -> None:
+    """As by programs that list it once for each kind of publisher."""
+    sent = {"/joint_states": sample_bag.messages["/joint_states"]}
+    bag = write(tmp_path / "bag", sent, StoragePlugin.MCAP)
+    whole = yaml.safe_load((bag / METADATA_FILE).read_text())
+    (one,) = whole["rosbag2_bagfile_information"]["topics_with_message_count"]
+    halves = [{**one, "message_count": count} for count in (200, 100)]
+    whole["rosbag2_bagfile_information"]["topics_with_message_count"] = halves
+    (bag / METADATA_FILE).write_text(yaml.safe_dump(whole))
+    assert read_bag(bag).complete
+
+
 def test_the_way_to_a_bag_with_other_counts_leads_there(sample_bag) -> None:
     """Without its description, as the line says, `rodless recover` makes a new one."""
     description = sample_bag.path / METADATA_FILE

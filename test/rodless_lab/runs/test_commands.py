@@ -283,7 +283,7 @@ def test_samples_that_the_recorder_lost_are_counted(
     bag = write(tmp_path / "bag", step, step.time, answers, held=True, lost=lost)
     line = (
         f"{bag}: samples are missing, from 0.119 s on: 1 of 1501 of /joint_states, 10 of 1501 of "
-        "/valve/state; a replay departs where the valve's were lost: record with"
+        "/valve/state; a replay departs where the valve's were lost; record with"
     )
     for command, first in ((replay_command, []), (compare, ["paper"]), (compare, [str(bag)])):
         output = ["--output", str(tmp_path / "out")]
@@ -309,12 +309,13 @@ def test_a_topic_that_ends_early_is_told(
     lost = {topic: range(701, 1501)}
     bag = write(tmp_path / "bag", step, step.time, answers, held=True, lost=lost)
     run = read_run(bag)
-    line = f"from 0.700 s on: 800 of 1501 of {topic}, which ends 0.800 s early; a replay departs"
+    line = f"from 0.700 s on: 800 of 1501 of {topic}, which ends 0.800 s early; "
+    line += "a replay departs" if topic == "/valve/state" else "record with"
     assert run.missing.startswith(f"{bag}: samples are missing, {line}")
     assert replay_command.main([str(bag), "--output", str(tmp_path / "out")], Quiet()) == 0
     shown = capsys.readouterr()
     assert line in shown.err
-    used = "1501 commands, " if topic == "/valve/state" else "701 of 1501 commands used, "
+    used = "1501 commands, " if topic == "/valve/state" else "701 of 1501 commands lie in the run, "
     assert f"\n{used}" in shown.out
     ragged = {name: range(1460, 1501) for name in lost}
     whole = write(tmp_path / "whole", step, step.time, answers, held=True, lost=ragged)
@@ -333,7 +334,8 @@ def test_commands_of_a_stretch_are_those_in_force_in_it(tmp_path: Path, step: Me
         (0.0, 0.05, []),
     ):
         assert commands.during(begin, end).voltage.tolist() == volts
-    assert summary(commands.during(0.0, 0.05), PERIOD, recorded=4).startswith("0 of 4 commands use")
+    none = summary(commands.during(0.0, 0.05), PERIOD, recorded=4)
+    assert none.startswith("0 of 4 commands lie in the run")
 
 
 @pytest.mark.parametrize("clock", [0.0, 1e-9, 2e-4], ids=["zero", "a count", "five times"])

@@ -150,7 +150,7 @@ def test_two_sweeps_at_once_do_not_share_a_folder(tmp_path: Path) -> None:
     """The second is refused while the first has it open, and not after."""
     study = read_study(write_study(tmp_path))
     first = store.Store(tmp_path / "out", study)
-    with pytest.raises(StudyError, match="another sweep is at work there"):
+    with pytest.raises(StudyError, match="another process writes there"):
         store.Store(tmp_path / "out", study)
     first.close()
     store.Store(tmp_path / "out", study).close()

@@ -393,7 +393,7 @@ def test_two_searches_at_once_do_not_share_a_folder(tmp_path: Path) -> None:
     """The second is refused while the first has it open, and not after."""
     task = read_task(written(tmp_path))
     first = Journal(tmp_path / "out", task)
-    with pytest.raises(StudyError, match="another search is at work there"):
+    with pytest.raises(StudyError, match="another process writes there"):
         search(task, tmp_path / "out")
     first.close()
     Journal(tmp_path / "out", task).close()

@@ -119,34 +119,30 @@ def test_the_answer_to_pause_comes_after_the_last_sample() -> None:
     assert events == ["step", "paused"]
 
 
-class Ended(Steps):
-    """An engine at its end, which counts how often that is looked at."""
+@pytest.mark.parametrize("paused", [True, False], ids=["paused", "at its end"])
+def test_nothing_is_late_while_nothing_is_due(
+    monkeypatch: pytest.MonkeyPatch, *, paused: bool
+) -> None:
+    """No step and no overrun, on a clock whose sleeps take ten periods."""
+    slept, enough, ready, steps = list[float](), threading.Event(), threading.Event(), list[int]()
 
-    def __init__(self) -> None:
-        super().__init__(lambda: None)
-        self.looks = 0
-        self.enough = threading.Event()
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        if len(slept) == 200:
+            enough.set()
 
-    @property
-    def ended(self) -> bool:  # type: ignore[override]
-        """Whether it has."""
-        self.looks += 1
-        if self.looks == 200:
-            self.enough.set()
-        return True
-
-
-def test_nothing_is_late_while_nothing_is_due(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At its end or paused a plant counts no overruns, on a clock whose sleeps take ten periods."""
-    slept: list[float] = []
     monkeypatch.setattr(
         "rodless_sim.node.realtime.Pacer",
-        lambda period: Pacer(period, lambda: 10 * period * len(slept), slept.append),
+        lambda period: Pacer(period, lambda: 10 * period * len(slept), sleep),
     )
-    engine = Ended()
-    realtime = Realtime(cast(Engine, engine), 1_000_000, lambda: True, Outgoing())
-    assert engine.enough.wait(TIMEOUT)
+    engine = Steps(lambda: steps.append(0))
+    engine.ended = not paused
+    realtime = Realtime(cast(Engine, engine), 1_000_000, ready.is_set, Outgoing())
+    realtime.pause(paused)
+    ready.set()
+    assert enough.wait(TIMEOUT)
     realtime.close()
+    assert steps == []
     assert realtime.overruns == 0
 
 
