@@ -13,7 +13,7 @@ import re
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from rodless_lab.runs.missing_samples import missing_samples
@@ -30,12 +30,17 @@ def test_what_was_taken_out_is_counted(lost: set[int]) -> None:
     )
 
 
-@given(st.integers(0, 2**32 - 1), st.floats(0.01, 0.8))
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 0.9))
 def test_heavy_losses_are_counted(seed: int, share: float) -> None:
-    """Up to four samples in five, by chance, with stamps that came twice among the rest."""
+    """Up to nine samples in ten, by chance, with stamps that came twice among the rest.
+
+    One in twenty of those that are left, and one more, follow the one before, as the method wants.
+    """
     generator = np.random.default_rng(seed)
     there = generator.random(EVEN.shape) >= share
     there[[0, 1, -1]] = True
+    apart = np.diff(np.flatnonzero(there))
+    assume(np.sum(apart == 1) > 0.05 * len(apart))
     kept = np.sort(np.concatenate([EVEN[there], EVEN[there][:10]]))
     found = missing_samples({"/cut": kept})
     assert found.endswith(f": {np.sum(~there)} of 1000 of /cut") == (not there.all())
