@@ -13,7 +13,7 @@ import importlib.util
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from types import FrameType
 
@@ -42,6 +42,8 @@ class Stop:
 
     def __init__(self) -> None:
         self.requested = False
+        # What takes back what a process would leave that ends on the spot.
+        self.undo: Callable[[], object] = lambda: None
         self._running = False
         self._code, self._line = 0, ""
         for number in SIGNALS:
@@ -64,6 +66,8 @@ class Stop:
             # code.
             with suppress(OSError):
                 os.write(STANDARD_ERROR, self._line.encode())
+            with suppress(OSError):
+                self.undo()
             os._exit(self._code)
 
     @staticmethod

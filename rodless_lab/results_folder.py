@@ -11,7 +11,7 @@
 import errno
 import fcntl
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -19,24 +19,28 @@ from rodless_base.atomic_write import make_folder
 
 
 @contextmanager
-def results_folder(folder: Path) -> Iterator[None]:
+def results_folder(folder: Path) -> Iterator[Callable[[], None]]:
     """Keep ``folder`` for one process; it is made where it is missing.
 
     Raises OSError where nothing can be written, or where another process has it. The claim is a
     lock, which the kernel drops when the process ends, however it ends. A folder that is new and
-    got nothing is removed.
+    got nothing is removed in the end, or by what is yielded: by a process that ends on the spot.
     """
     new = [place for place in (folder, *folder.parents) if not place.exists()]
+
+    def remove_what_is_empty() -> None:
+        with suppress(OSError):  # one that holds something
+            for place in new:
+                place.rmdir()
+
     make_folder(folder)
     claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         lock_or_refuse(claim, folder)
-        yield
+        yield remove_what_is_empty
     finally:
         os.close(claim)
-        with suppress(OSError):  # one that holds something
-            for place in new:
-                place.rmdir()
+        remove_what_is_empty()
 
 
 def lock_or_refuse(descriptor: int, path: Path) -> None:

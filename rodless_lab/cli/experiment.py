@@ -41,7 +41,7 @@ FLAGS = {
 LENGTHS = {"amplitude": "sine", "centre": "sine", "position": "held piston"}
 
 
-def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
+def main(arguments: Sequence[str], stop: Stop) -> int:
     """Return 0 if every judged number keeps its limits, 1 if one leaves them, 2 for bad options.
 
     1 too where the nodes do not finish a run.
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     try:
         runner = over_ros(options.name) if options.ros else IN_PROCESS
         checked = chosen(options, runner)
-        with results_folder(folder):
+        with results_folder(folder) as stop.undo:
             performed = perform(names, checked)
             if len(names) == 1:
                 print_rows(performed[0])

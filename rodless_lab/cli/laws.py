@@ -56,7 +56,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     try:
         laws = entries.users(chosen.law) if chosen.law else entries.of_package()
-        with results_folder(chosen.output):
+        with results_folder(chosen.output) as stop.undo:
             scores = contest(
                 laws,
                 tasks(chosen.seed),

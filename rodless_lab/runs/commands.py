@@ -9,6 +9,7 @@
 """Commands, which carry no stamp, and the samples that do: which of these each command answers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -82,7 +83,7 @@ class SampleTimes:
         took = float(self._sent[-1] - self._sent[0]) * 1e-9
         return float(self._stamp[-1] - self._stamp[0]) / took if took > 0.0 else 1.0
 
-    @property
+    @cached_property
     def why_useless(self) -> str:
         """Say why the bag's times do not tell which sample came before a message, if so."""
         distinct = 1 + int(np.count_nonzero(np.diff(self._sent) > _HAIR))

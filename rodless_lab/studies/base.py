@@ -46,11 +46,6 @@ class Base:
         """The controller of each law that varies, or the one there is."""
         return self.controllers or {self.controller.text(LAW): self.controller}
 
-    @property
-    def all_controllers(self) -> list[ControllerParameters]:
-        """Those of all laws."""
-        return list(self.by_law.values())
-
     def with_values(self, values: Mapping[str, object]) -> "Base":
         """Return a copy with values for either node; raises ParameterError."""
         own = {name: value for name, value in values.items() if name in self.rig}

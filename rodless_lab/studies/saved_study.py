@@ -30,7 +30,7 @@ def study_text(study: Study) -> str:
     return json.dumps(
         {
             "sources": rules_digest(),
-            "laws": [law_digest(one.LAW_CLASS) for one in base.all_controllers],
+            "laws": [law_digest(one.LAW_CLASS) for one in base.by_law.values()],
             "name": study.name,
             "rig": dict(base.rig),
             "controller": dict(base.controller),

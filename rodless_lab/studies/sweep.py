@@ -127,4 +127,4 @@ def _run(
 
 
 def _is_compiled(base: Base) -> bool:
-    return all(is_compiled(as_law(one)) for one in base.all_controllers)
+    return all(is_compiled(as_law(one)) for one in base.by_law.values())
