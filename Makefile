@@ -87,14 +87,15 @@ PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 test test-fast test-lowest fuzz mutation: export OPENBLAS_NUM_THREADS = 1
 
 # First what needs no nodes, on every core; then the nodes, which mostly wait, each file of tests in a
-# ROS domain of its own. A ROS test that fails gets further tries, and stands in the summary as RERUN.
+# ROS domain of its own. A ROS test that fails gets further tries, with a rig of its own, and stands
+# with what failed in the summary as RERUN.
 # The coverage data has a folder of its own, so that two runs at once do not mix theirs.
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \
 	$(VENV)/bin/python -m pytest $(PARALLEL) -m "not ros" --cov --cov-report= && \
-	$(VENV)/bin/python -m pytest $(PARALLEL) --maxprocesses 4 -m ros --reruns 3 -rR --cov --cov-append \
-	--cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
+	$(VENV)/bin/python -m pytest $(PARALLEL) --maxprocesses 4 -m ros --reruns 3 \
+	--rerun-show-tracebacks --cov --cov-append --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \
 	$(VENV)/bin/python -m coverage report --skip-covered \
 	--include='*/rodless_base/*,*/rodless_sim/*,*/rodless_control/*' \

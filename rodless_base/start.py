@@ -31,6 +31,10 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 STANDARD_ERROR = 2
 
 
+class StoppedError(Exception):
+    """A request to stop came while something took long that a process needs before it runs."""
+
+
 class Stop:
     """Whether the process has been asked to stop.
 

@@ -24,7 +24,7 @@ from rclpy.task import Future
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
-from rodless_base.start import Stop
+from rodless_base.start import Stop, StoppedError
 
 # How long one spin of the executor lasts at most, which bounds the answer to a signal.
 SPIN_SECONDS = 0.1
@@ -142,6 +142,8 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     except ParameterError as error:
         print(f"refused to start: {error}", file=sys.stderr)
         return 1
+    except StoppedError:
+        return 0
     finally:
         for member in reversed(running):
             member.close()

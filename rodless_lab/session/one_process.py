@@ -30,8 +30,9 @@ def main(stop: Stop) -> int:
     leave_out_own_endpoints()
     plant_node.load()
     controller_node.load()
+    make_plant = partial(plant_node.PlantNode, stop)
     if folder is None:
-        return run_nodes([plant_node.PlantNode, controller_node.ControllerNode], stop)
+        return run_nodes([make_plant, controller_node.ControllerNode], stop)
     # Here, so that the nodes run without what bags need.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
 
@@ -45,7 +46,7 @@ def main(stop: Stop) -> int:
         stop,
         optional=OPTIONAL_TOPICS,
         beside=[
-            partial(plant_node.PlantNode, parameter_overrides=plant),
+            partial(make_plant, parameter_overrides=plant),
             partial(controller_node.ControllerNode, parameter_overrides=controller),
         ],
     )

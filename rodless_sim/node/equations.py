@@ -13,12 +13,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from rodless_base.kernels import keeps
-from rodless_base.one_line import in_one_line
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.parameters import NotYetError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.motion import advance_at_voltage
-from rodless_sim.precompile import compile_changes, compile_elsewhere
+from rodless_sim.precompile import compile_changes, compile_elsewhere, last_words
 from rodless_sim.rig import SWITCHES, Rig, equations_are_kept
 
 # Which of the SWITCHES are on.
@@ -112,13 +111,12 @@ class Equations:
         if self._compiling is None or self._compiling.process.poll() is None:
             return
         (process, names, wanted), self._compiling = self._compiling, None
-        _, said = process.communicate()
+        words = last_words(process)
         if all(map(equations_are_kept, wanted)):
             self._say(f"{names}: compiled, and can be set now")
             return
         self._done.update(map(_switched, wanted))
-        *_, last = said.splitlines() or [f"exit code {process.returncode}"]
-        self._failure = in_one_line(last)
+        self._failure = words
         self._say(f"{names}: not compiled: {self._failure}")
 
     def close(self) -> None:

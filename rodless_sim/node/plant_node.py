@@ -8,6 +8,8 @@
 
 """The plant as a ROS node: samples out, valve voltage in, parameters changeable while running."""
 
+from functools import partial
+
 from rclpy.logging import get_logger
 from std_msgs.msg import Float64
 
@@ -35,6 +37,7 @@ from rodless_sim.node.services import PlantServices
 from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.state import State
+from rodless_sim.precompile import compile_unless_stopped
 from rodless_sim.rig import Rig
 from rodless_sim.timing import nanoseconds
 
@@ -42,8 +45,11 @@ from rodless_sim.timing import nanoseconds
 class PlantNode:
     """A rig in plant time, which the wall clock or the commands drive."""
 
-    def __init__(self, **node_options: object) -> None:
-        """Settle and start; raises ParameterError for parameters that are no rig's."""
+    def __init__(self, stop: Stop | None = None, **node_options: object) -> None:
+        """Settle and start; raises ParameterError for parameters that are no rig's.
+
+        Where the equations have to be compiled first, ``stop`` ends that by StoppedError.
+        """
         self.node = DirectNode(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
@@ -51,12 +57,16 @@ class PlantNode:
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
+        say = self.node.get_logger().info
+        compile_unless_stopped(values, [values], stop, say)
         self._engine = Engine(
             values, self._publish, values.text("time.scenario") or None, self._publishers.configure
         )
-        self._equations = Equations(self.node.get_logger().info)
+        self._equations = Equations(say)
         # Those of a scenario, too, before time runs.
-        self._equations.load(values, self._engine.rig.ahead(values))
+        ahead = [*self._engine.rig.ahead(values)]
+        compile_unless_stopped(values, ahead, stop, say)
+        self._equations.load(values, ahead)
         self._present, self._played = values, 0
         self._failure: str | None = None
         self._commands = self.node.create_subscription(
@@ -164,4 +174,4 @@ def load() -> None:
 def main(stop: Stop) -> int:
     """Run the plant until ``stop``."""
     load()
-    return run_node(PlantNode, stop)
+    return run_node(partial(PlantNode, stop), stop)

@@ -21,6 +21,7 @@ from std_srvs.srv import SetBool
 
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
+from rodless_lab.session.processes import node_command, write_parameters
 
 # The product's promise: from the signal to the end of the process, in wall-clock seconds.
 STOP_SECONDS = 2.0
@@ -91,6 +92,35 @@ def test_nodes_that_are_still_compiling_end_at_once(
     with start_node("controller", namespace=name) as controller:
         until_it_says(controller, "loading")
         ends_cleanly([controller], signals, again)
+
+
+# No other test compiles these equations, and where they are interrupted nothing is kept of them.
+UNHEARD_OF = {
+    "friction.dynamics": "lugre",
+    "coupling.kind": "magnetic",
+    "valve.dynamics": "second_order",
+    "valve.flow_law": "iso_6358",
+    "supply.kind": "compressor",
+    "chambers.thermodynamics": "energy_balance",
+}
+
+
+@SIGNALS
+@pytest.mark.parametrize("executable", ["plant", "rig"])
+def test_a_plant_whose_equations_are_compiled_ends_at_once(
+    start_process: StartProcess,
+    tmp_path: Path,
+    executable: str,
+    signals: list[int],
+    again: bool,
+) -> None:
+    """Its node is there already, and what it needs for its parameters takes another minute."""
+    file = write_parameters(tmp_path / "plant.yaml", {"plant": UNHEARD_OF})
+    command = node_command(executable, [file], next(NAMESPACES))
+    with start_process(command, "plant") as plant:
+        until_it_says(plant, "compiling the equations of these parameters")
+        ends_cleanly([plant], signals, again)
+        assert "ready" not in plant.output
 
 
 @SIGNALS
