@@ -22,6 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from rodless_base.parameters import ParameterError
+from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
 from rodless_base.start import Stop, StoppedError
@@ -60,11 +61,24 @@ def spin(executor: Executor, stop: Stop, nodes: Sequence[GuardedNode] = ()) -> N
     All of ``nodes`` are told what else comes out of the executor: a message that it cannot read
     belongs to none of their callbacks.
     """
+    over = Future()
+
+    def end_if_asked() -> None:
+        if stop.requested:
+            over.set_result(None)
+
+    # An executor that always has something to do, as behind a publisher that a stopped reader holds
+    # up, never looks at its timeout.
+    timers = [
+        (one, one.create_timer(SPIN_SECONDS, end_if_asked, clock=steady_clock()))
+        for one in nodes[:1]
+    ]
     while not stop.requested:
         try:
             # Without a timeout the events executor of jazzy burns a core and runs nothing. A new
             # future each time: other executors leave a callback in it that nobody takes out again.
-            executor.spin_until_future_complete(Future(), SPIN_SECONDS)
+            over = Future()
+            executor.spin_until_future_complete(over, SPIN_SECONDS)
         except KeyboardInterrupt:
             stop.requested = True
         except Exception as error:
@@ -72,6 +86,8 @@ def spin(executor: Executor, stop: Stop, nodes: Sequence[GuardedNode] = ()) -> N
                 raise
             for node in nodes:
                 node.take_error(error)
+    for node, timer in timers:
+        node.destroy_timer(timer)
 
 
 def _settle_memory() -> None:

@@ -9,6 +9,7 @@
 """Lock-step outlives those who listen and those who command: killed, stopped, started again."""
 
 import itertools
+import signal
 import sys
 from collections.abc import Iterator
 
@@ -28,6 +29,9 @@ PERIOD = 1_000_000
 
 LOCKSTEP = {"time.mode": "lockstep", "time.command_timeout": 2.0}
 SINE = {"reference.type": "sine"}
+
+# From the signal to the end of the process, in wall-clock s.
+STOP_SECONDS = 2.0
 
 # Of a reader that the middleware has to give up, 20 s, and a crowded machine.
 TIMEOUT = 120.0
@@ -123,6 +127,9 @@ def test_a_stopped_listener_holds_the_plant_and_misses_nothing(
 ) -> None:
     """The plant names it and not the controller; thawed, it has every sample."""
     stamps = Stamps(observer)
+    # It has samples before others have its name, and frozen it tells them nothing.
+    observer.wait(lambda: "listener" in observer.node.get_node_names(), "its name", TIMEOUT)
+    observer.diagnostic("/plant", fresh=True)
     listener.freeze()
     message = wait_for(observer, "has stopped reading")
     assert "/listener" in message
@@ -133,6 +140,22 @@ def test_a_stopped_listener_holds_the_plant_and_misses_nothing(
     assert "gap" not in listener.output
     assert stamps.steps <= {0, PERIOD}
     assert observer.counter("/plant", "messages lost to a stopped subscriber") == 0
+
+
+@pytest.mark.parametrize("one_process", [True, False])
+def test_a_plant_that_a_stopped_listener_holds_ends_on_request(
+    start_rig: StartRig, start_process: StartProcess, observer: Observer, one_process: bool
+) -> None:
+    """Each try to publish takes longer than the time to the next, so it never has nothing to do."""
+    with start_rig(plant=LOCKSTEP, controller=SINE, one_process=one_process) as processes:
+        for listener in _listening(start_process):
+            listener.freeze()
+            wait_for(observer, "has stopped reading")
+            for name in processes.names:
+                processes[name].signal(signal.SIGINT)
+            for name in processes.names:
+                assert processes[name].wait(STOP_SECONDS) == 0
+            listener.thaw()
 
 
 def test_a_killed_listener_does_not_hold_the_plant_for_good(
