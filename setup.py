@@ -44,7 +44,7 @@ TEST_REQUIREMENTS = [
     "pytest",
     "pytest-cov",
     "pytest-xdist>=3.7",  # tests use every core, files of slow ones first (--no-loadscope-reorder)
-    "pytest-rerunfailures>=16.7",  # a crowded machine may keep two processes apart for minutes
+    "pytest-rerunfailures>=16.3",  # a crowded machine may keep two processes apart for minutes
     "coverage>=7.10",  # measures the nodes, which are processes of their own
     "hypothesis",  # draws rigs from all declared ranges at once
     "rosbags>=0.10.11",  # an independent reader of the bags

@@ -33,6 +33,8 @@ LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator") or caching._UserPro
 
 LOGGER = logging.getLogger("rodless_sim")
 
+COMPILING = "compiling, which takes about a minute"
+
 CHECKSUM_BYTES = hashlib.sha256().digest_size
 
 
@@ -62,7 +64,7 @@ def complain(line: str) -> None:
 @cache
 def announce() -> None:
     """Say once that this process has to compile: without logging set up, too."""
-    line = "compiling, which takes about a minute; the next start finds the result"
+    line = f"{COMPILING}; the next start finds the result"
     if LOGGER.hasHandlers() and LOGGER.isEnabledFor(logging.INFO):
         LOGGER.info(line)
     else:

@@ -8,9 +8,9 @@
 
 """Compile the equations of rigs before a plant needs them, here or in a process of its own.
 
-Run as a program, with Python's path and its niceness as arguments, it reads one line of JSON from
-standard input: a list of parameter sets, the first that of a rig and the others what it is to
-change to. It ends early where standard input does, with the process that started it.
+Run as a program, with Python's path and by how much nicer it is to be as arguments, it reads one
+line of JSON from standard input: a list of parameter sets, the first that of a rig and the others
+what it is to change to. It ends early where standard input does, with the process that started it.
 """
 
 import json
@@ -21,21 +21,20 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 
-from rodless_base.kernels import keeps
+from rodless_base.kernel_cache import COMPILING
+from rodless_base.kernels import is_kept, keeps, outlined_kernel
 from rodless_base.one_line import in_one_line
 from rodless_base.start import Stop, StoppedError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.physics.motion import advance_at_voltage
-from rodless_sim.rig import Rig, equations_are_kept
+from rodless_sim.physics.plant import Plant
+from rodless_sim.rig import Rig, equations_are_kept, kinds_of
 
 # Of a process beside one that keeps time.
 NICENESS = 5
 
 # How often to look whether the wait is over, in wall-clock s.
 LOOK_SECONDS = 0.1
-
-COMPILING = "compiling the equations of these parameters, which takes about a minute"
 
 STANDARD_INPUT = 0
 
@@ -48,6 +47,21 @@ main(int(sys.argv[2]))
 """
 
 
+@outlined_kernel
+def _mark(_kinds: tuple[float | None, ...]) -> float:
+    return 0.0
+
+
+def _kinds(values: RigParameters) -> tuple[float | None, ...]:
+    """Return what :func:`_mark` is compiled for: each kind of equations gives another type."""
+    return tuple(0.0 if kind else None for kind in kinds_of(Plant.of(values)))
+
+
+def is_compiled(values: RigParameters) -> bool:
+    """Whether all that :func:`compile_changes` compiles for a rig is kept, to the last."""
+    return is_kept(_mark, _kinds(values))
+
+
 def compile_changes(before: RigParameters, changed: Iterable[RigParameters]) -> None:
     """Compile, or load, what a rig needs to change from one set of parameters to each other."""
     for values in changed:
@@ -58,46 +72,51 @@ def compile_changes(before: RigParameters, changed: Iterable[RigParameters]) -> 
             rig.configure(values)
             rig.advance(rig.state.voltage, 1e-3)
             rig.read()
+            _ = rig.free_air_flow
             rig.reset()
+        _mark(_kinds(values))
 
 
 def compile_unless_stopped(
     before: RigParameters,
     changed: Iterable[RigParameters],
-    stop: Stop | None,
+    stop: Stop,
     say: Callable[[str], object],
 ) -> None:
-    """Have another process compile what is not kept of the equations of ``changed``, and wait.
+    """Have another process compile what is lacking of the equations of ``changed``, and wait.
 
     This process could not end in the midst of it: an exception would get lost in the compiler, and
     an end on the spot leaves DDS's shared memory half written. Raises StoppedError where ``stop``
-    is requested. What cannot be compiled elsewhere is left to this process, as all is without
-    ``stop``; ``say`` is told.
+    is requested. What cannot be compiled elsewhere is left to this process, and ``say`` is told.
     """
-    lacking = [values for values in changed if not equations_are_kept(values)]
-    if stop is None or not lacking or not keeps(advance_at_voltage):
+    lacking = {_kinds(values): values for values in changed if not is_compiled(values)}
+    if not lacking or not keeps(_mark):
         return
-    say(f"{COMPILING}; the next start finds the result")
+    if not all(map(equations_are_kept, lacking.values())):
+        say(f"{COMPILING}; the next start finds the result")
     try:
-        failure = _wait(compile_elsewhere(before, lacking, niceness=0), stop)
+        failure = _wait(compile_elsewhere(before, lacking.values(), niceness=0), stop)
     except OSError as error:
-        failure = error.strerror
-    # Ctrl-C in a terminal reaches a process that is just being started, too.
+        failure = str(error.strerror)
+    # Ctrl-C in a terminal reaches a process that is just being started, too: then that has failed.
     if stop.requested:
         raise StoppedError
-    if failure:
-        say(f"no other process could compile them ({failure}): {COMPILING}, and nothing ends that")
+    if not all(map(is_compiled, lacking.values())):
+        say(
+            f"no other process could compile the equations of these parameters ({failure}): this "
+            "one does, for about a minute, and does not end before that"
+        )
 
 
-def _wait(process: "subprocess.Popen[str]", stop: Stop) -> str | None:
-    """Return why ``process`` has failed, if so, also where a request to stop ends it."""
+def _wait(process: "subprocess.Popen[str]", stop: Stop) -> str:
+    """Wait for ``process``, or kill it once ``stop`` is requested; return its last words."""
     with process:
         while process.poll() is None:
             if stop.requested:
                 process.kill()
             with suppress(subprocess.TimeoutExpired):
                 process.wait(LOOK_SECONDS)
-        return last_words(process) if process.returncode else None
+        return last_words(process)
 
 
 def last_words(process: "subprocess.Popen[str]") -> str:
@@ -117,12 +136,14 @@ def compile_elsewhere(
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
-        # Ctrl-C in a terminal is for the one that waits.
+        # Ctrl-C in a terminal is for the process that starts this one, and ends it.
         start_new_session=True,
     )
     # It stays open: where it ends, so does the process.
     assert process.stdin is not None
-    print(json.dumps([dict(one) for one in (before, *changed)]), file=process.stdin, flush=True)
+    # One that has ended already says why where it is waited for.
+    with suppress(BrokenPipeError):
+        print(json.dumps([dict(one) for one in (before, *changed)]), file=process.stdin, flush=True)
     return process
 
 

@@ -58,7 +58,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Give a further try of a test fixtures of its own: the tries before changed the file's."""
+    """Give a further try of a test new fixtures of the module, which it would have as they are."""
     if isinstance(item, pytest.Function) and getattr(item, "execution_count", 1) > 1:
         for fixtures in item._fixtureinfo.name2fixturedefs.values():
             for fixture in fixtures:

@@ -27,7 +27,7 @@ from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
 from rodless_base.start import Stop, StoppedError
 
-# How long one spin of the executor lasts at most, which bounds the answer to a signal.
+# How often to look for a request to stop, in wall-clock s.
 SPIN_SECONDS = 0.1
 
 
@@ -61,18 +61,16 @@ def spin(executor: Executor, stop: Stop, nodes: Sequence[GuardedNode] = ()) -> N
     All of ``nodes`` are told what else comes out of the executor: a message that it cannot read
     belongs to none of their callbacks.
     """
-    over = Future()
+    over = None
 
     def end_if_asked() -> None:
-        if stop.requested:
+        if stop.requested and over is not None:
             over.set_result(None)
 
-    # An executor that always has something to do, as behind a publisher that a stopped reader holds
-    # up, never looks at its timeout.
-    timers = [
-        (one, one.create_timer(SPIN_SECONDS, end_if_asked, clock=steady_clock()))
-        for one in nodes[:1]
-    ]
+    if nodes:
+        # The events executor looks at its timeout only where it has nothing to do: never, where a
+        # stopped reader holds a publisher up.
+        nodes[0].create_timer(SPIN_SECONDS, end_if_asked, clock=steady_clock())
     while not stop.requested:
         try:
             # Without a timeout the events executor of jazzy burns a core and runs nothing. A new
@@ -86,8 +84,6 @@ def spin(executor: Executor, stop: Stop, nodes: Sequence[GuardedNode] = ()) -> N
                 raise
             for node in nodes:
                 node.take_error(error)
-    for node, timer in timers:
-        node.destroy_timer(timer)
 
 
 def _settle_memory() -> None:

@@ -17,8 +17,8 @@ from rodless_base.parameters import ParameterError
 from rodless_base.ros.parameters import NotYetError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.motion import advance_at_voltage
-from rodless_sim.precompile import compile_changes, compile_elsewhere, last_words
-from rodless_sim.rig import SWITCHES, Rig, equations_are_kept
+from rodless_sim.precompile import compile_changes, compile_elsewhere, is_compiled, last_words
+from rodless_sim.rig import SWITCHES, Rig
 
 # Which of the SWITCHES are on.
 Switched = tuple[bool, ...]
@@ -72,7 +72,7 @@ class Equations:
         if not names:
             return
         new = self._new(rig.ahead(rig.parameters.with_values(changes)))
-        lacking = [values for values in new if not self._is_compiled(values)]
+        lacking = [values for values in new if not self._is_there(values)]
         if lacking and keeps(advance_at_voltage):
             if self._compiling is None:
                 self._start(names, rig.parameters, lacking)
@@ -88,12 +88,12 @@ class Equations:
             )
         self._load(rig.parameters, new)
 
-    def _is_compiled(self, values: RigParameters) -> bool:
-        """Whether another process has all that such a rig needs, what is kept last included."""
+    def _is_there(self, values: RigParameters) -> bool:
+        """Whether it is compiled, and whoever asked for it has been told so."""
         under_way = self._compiling is not None and _switched(values) in map(
             _switched, self._compiling.wanted
         )
-        return not under_way and equations_are_kept(values)
+        return not under_way and is_compiled(values)
 
     def _start(self, names: str, before: RigParameters, wanted: Sequence[RigParameters]) -> None:
         try:
@@ -111,8 +111,8 @@ class Equations:
         if self._compiling is None or self._compiling.process.poll() is None:
             return
         (process, names, wanted), self._compiling = self._compiling, None
-        words = last_words(process)
-        if all(map(equations_are_kept, wanted)):
+        words = last_words(process)  # and no zombie is left of it
+        if all(map(is_compiled, wanted)):
             self._say(f"{names}: compiled, and can be set now")
             return
         self._done.update(map(_switched, wanted))

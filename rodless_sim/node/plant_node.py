@@ -8,6 +8,7 @@
 
 """The plant as a ROS node: samples out, valve voltage in, parameters changeable while running."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from rclpy.logging import get_logger
@@ -23,7 +24,7 @@ from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import UNKNOWN, nodes
 from rodless_base.ros.topics import QUEUE_DEPTH
-from rodless_base.start import Stop
+from rodless_base.start import Stop, StoppedError
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_sim.node.awake_clock import AwakeClock
 from rodless_sim.node.engine import Engine
@@ -37,8 +38,9 @@ from rodless_sim.node.services import PlantServices
 from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.state import State
-from rodless_sim.precompile import compile_unless_stopped
-from rodless_sim.rig import Rig
+from rodless_sim.precompile import compile_changes, compile_unless_stopped
+from rodless_sim.scenario import as_scenario
+from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.timing import nanoseconds
 
 
@@ -57,15 +59,12 @@ class PlantNode:
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
-        say = self.node.get_logger().info
-        compile_unless_stopped(values, [values], stop, say)
-        self._engine = Engine(
-            values, self._publish, values.text("time.scenario") or None, self._publishers.configure
-        )
-        self._equations = Equations(say)
-        # Those of a scenario, too, before time runs.
-        ahead = [*self._engine.rig.ahead(values)]
-        compile_unless_stopped(values, ahead, stop, say)
+        scenario = as_scenario(values.text("time.scenario") or None)
+        # What a scenario makes of the plant, too, before time runs.
+        ahead = [values] if scenario is None else [*ScenarioPlayer(scenario, values).ahead(values)]
+        self._await_equations([values, *ahead], stop)
+        self._engine = Engine(values, self._publish, scenario, self._publishers.configure)
+        self._equations = Equations(self.node.get_logger().info)
         self._equations.load(values, ahead)
         self._present, self._played = values, 0
         self._failure: str | None = None
@@ -87,6 +86,16 @@ class PlantNode:
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
         line = ready_line(values, self._publishers.topic, self._commands.topic_name)
         self.node.get_logger().info(line)
+
+    def _await_equations(self, needed: Sequence[RigParameters], stop: Stop | None) -> None:
+        """See that a request to stop need not wait for the compiler; the first is this rig's."""
+        if stop is None:
+            return
+        try:
+            compile_unless_stopped(needed[0], needed, stop, self.node.get_logger().info)
+        except StoppedError:
+            self.node.destroy_node()
+            raise
 
     def close(self) -> None:
         """Stop the plant and destroy the node."""
@@ -168,7 +177,8 @@ def load() -> None:
     """Load the compiled plant, so that the first sample does not wait for it."""
     log_through("plant")
     get_logger("plant").info("loading the compiled plant")
-    Rig().advance(0.0, 1e-3)
+    paper = RigParameters()
+    compile_changes(paper, [paper])
 
 
 def main(stop: Stop) -> int:

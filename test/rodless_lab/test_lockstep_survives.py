@@ -12,6 +12,7 @@ import itertools
 import signal
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 from running import StartProcess, StartRig, until_it_says
@@ -77,11 +78,16 @@ def listener(start_rig: StartRig, start_process: StartProcess) -> Iterator[NodeP
     Plant and controller share a process: before the middleware misses a stopped listener, its
     queue of 5000 messages is full on a crowded machine, too.
     """
-    with start_rig(plant=LOCKSTEP, controller=SINE, one_process=True):
-        yield from _listening(start_process)
+    with (
+        start_rig(plant=LOCKSTEP, controller=SINE, one_process=True),
+        listening(start_process) as process,
+    ):
+        yield process
 
 
-def _listening(start_process: StartProcess) -> Iterator[NodeProcess]:
+@contextmanager
+def listening(start_process: StartProcess) -> Iterator[NodeProcess]:
+    """Run the reader of every sample, from its first on."""
     with start_process([sys.executable, "-c", LISTENER], "listener") as process:
         until_it_says(process, "listening")
         yield process
@@ -147,15 +153,16 @@ def test_a_plant_that_a_stopped_listener_holds_ends_on_request(
     start_rig: StartRig, start_process: StartProcess, observer: Observer, one_process: bool
 ) -> None:
     """Each try to publish takes longer than the time to the next, so it never has nothing to do."""
-    with start_rig(plant=LOCKSTEP, controller=SINE, one_process=one_process) as processes:
-        for listener in _listening(start_process):
-            listener.freeze()
-            wait_for(observer, "has stopped reading")
-            for name in processes.names:
-                processes[name].signal(signal.SIGINT)
-            for name in processes.names:
-                assert processes[name].wait(STOP_SECONDS) == 0
-            listener.thaw()
+    with (
+        start_rig(plant=LOCKSTEP, controller=SINE, one_process=one_process) as processes,
+        listening(start_process) as listener,
+    ):
+        listener.freeze()
+        wait_for(observer, "has stopped reading")
+        for name in processes.names:
+            processes[name].signal(signal.SIGINT)
+        for name in processes.names:
+            assert processes[name].wait(STOP_SECONDS) == 0
 
 
 def test_a_killed_listener_does_not_hold_the_plant_for_good(

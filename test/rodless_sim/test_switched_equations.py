@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from ended import ended
 
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.parameters import NotYetError
@@ -195,23 +196,11 @@ def compiled() -> None:
     compile_changes(RigParameters(), map(RigParameters, OPTIONS))
 
 
-def ended(code: str) -> "subprocess.Popen[str]":
-    """A process that has ended by ``code``."""
-    process = subprocess.Popen(
-        [sys.executable, "-I", "-S", "-c", code],
-        stdin=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    process.wait()
-    return process
-
-
 def test_what_cannot_be_compiled_elsewhere_is_said_and_refused_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Whatever the other process says: nothing is kept. Then the plant does it itself."""
-    monkeypatch.setattr(equations, "equations_are_kept", lambda _: False)
+    monkeypatch.setattr(equations, "is_compiled", lambda _: False)
     monkeypatch.setattr(
         equations, "compile_elsewhere", lambda *_: ended("raise SystemExit('no room')")
     )
@@ -236,7 +225,7 @@ def test_without_another_process_the_change_is_refused(monkeypatch: pytest.Monke
     def none(*_arguments: object) -> None:
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    monkeypatch.setattr(equations, "equations_are_kept", lambda _: False)
+    monkeypatch.setattr(equations, "is_compiled", lambda _: False)
     monkeypatch.setattr(equations, "compile_elsewhere", none)
     tried = equations.Equations(lambda _: None)
     with pytest.raises(ParameterError, match=r"^supply\.droop: refused, no process .*unavailable"):
