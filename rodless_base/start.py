@@ -13,6 +13,7 @@ import importlib.util
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from types import FrameType
@@ -29,6 +30,10 @@ NO_ROS = (
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 STANDARD_ERROR = 2
+
+# A request after so long is another one: `ros2 launch` and a terminal may deliver one twice.
+AGAIN_SECONDS = 0.5
+ONCE_MORE = "\nending with what is under way; Ctrl-C once more ends it at once\n"
 
 
 class StoppedError(Exception):
@@ -48,7 +53,8 @@ class Stop:
         self.requested = False
         # What takes back what a process would leave that ends on the spot.
         self.undo: Callable[[], object] = lambda: None
-        self._running = False
+        self._running = self._impatient = False
+        self._asked_at = 0.0
         self._code, self._line = 0, ""
         for number in SIGNALS:
             signal.signal(number, self._handle)
@@ -59,13 +65,24 @@ class Stop:
         """Let a request end the process with this exit code, after a line on standard error."""
         self._code, self._line = code, f"{line}\n" if line else ""
 
-    def from_now_on_wait(self) -> None:
-        """Let the program end itself; requests only set ``requested``."""
-        self._running = True
+    def from_now_on_wait(self, impatient: bool = False) -> None:
+        """Let the program end itself; requests only set ``requested``.
+
+        Where it may take a minute until it looks, as for the compiler, and has nothing to lose, let
+        a user be ``impatient``: a second request ends the process on the spot after all.
+        """
+        self._running, self._impatient = True, impatient
 
     def _handle(self, _number: int, _frame: FrameType | None) -> None:
-        self.requested = True
-        if not self._running:
+        first, self.requested = not self.requested, True
+        if self._running and first:
+            self._asked_at = time.monotonic()
+            if self._impatient:
+                with suppress(OSError):
+                    os.write(STANDARD_ERROR, ONCE_MORE.encode())
+        elif not self._running or (
+            self._impatient and time.monotonic() > self._asked_at + AGAIN_SECONDS
+        ):
             # An exception would get lost, or come out as another one, on its way through compiled
             # code.
             with suppress(OSError):

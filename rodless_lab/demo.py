@@ -14,7 +14,8 @@ In lock-step the numbers are the same on every machine, however busy it is.
 import json
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,6 +40,10 @@ TARGET = 0.058  # m
 PERIOD = 1e-3
 LEAD = 0.5
 DURATION = 6.0
+
+# What a demo leaves in its folder, and where that is while another one begins.
+BAG, METRICS, PICTURE = RESULTS = ("bag", "metrics.json", "step.png")
+ASIDE = ".earlier"
 
 # How often the progress is shown, in wall-clock s.
 PROGRESS_PERIOD = 0.1
@@ -67,19 +72,42 @@ class Progress:
             self._show(min(sample.time / DURATION, 0.999), sample.position)
 
 
-def remove_old_bag(bag: Path) -> bool:
-    """Remove the bag of an earlier demo; return whether there was one.
+@contextmanager
+def earlier_results(folder: Path) -> Iterator[bool]:
+    """Make room for the results in ``folder``; yield whether there is a bag of an earlier demo.
 
-    Raises HarnessError for anything else at its place.
+    What an earlier demo has left goes once there is a new bag; where none comes, it stands as it
+    was. Raises HarnessError for anything else at the place of the bag.
     """
-    if not bag.exists():
-        return False
-    if not bag.is_dir() or any(
-        file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir()
-    ):
-        raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
-    shutil.rmtree(bag)
-    return True
+    bag, aside = folder / BAG, folder / ASIDE
+    _settle(folder)  # after a demo that was killed
+    if there := bag.exists():
+        if not bag.is_dir() or any(
+            file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir()
+        ):
+            raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
+        aside.mkdir()
+        _move(folder, aside)
+    try:
+        yield there
+    finally:
+        _settle(folder)
+
+
+def _settle(folder: Path) -> None:
+    """Take the earlier results back where there is no other bag."""
+    aside = folder / ASIDE
+    if not aside.exists():
+        return
+    if not (folder / BAG).exists():
+        _move(aside, folder)
+    shutil.rmtree(aside)
+
+
+def _move(source: Path, to: Path) -> None:
+    for name in RESULTS:
+        if (source / name).exists():
+            (source / name).rename(to / name)
 
 
 def move(
@@ -178,8 +206,8 @@ def write_results(preset: str, path: Path, folder: Path) -> Outcome:
         "supply_pressure": outcome.supply_pressure,
         "preset": preset,
     }
-    atomic_write(folder / "metrics.json", json.dumps(values, indent=2) + "\n")
-    draw(preset, bag, folder / "step.png")
+    atomic_write(folder / METRICS, json.dumps(values, indent=2) + "\n")
+    draw(preset, bag, folder / PICTURE)
     return outcome
 
 

@@ -41,6 +41,9 @@ _NAMED = 3
 # Bytes. A description of a thousand files, with as many topics, is shorter.
 _LONGEST_METADATA = 10_000_000
 
+# Of one topic, in characters: rosbag2 writes some 300 for each publisher.
+_LONGEST_PROFILES = 100_000
+
 # rosbag2's own format version in the distribution jazzy; newer ones read it too.
 _VERSION = 9
 
@@ -84,6 +87,11 @@ def _topic(channel: "Channel", index: McapIndex) -> BagTopic:
 
 def _profiles(channel: "Channel") -> tuple[Mapping[str, object], ...]:
     text = channel.metadata.get("offered_qos_profiles", "")
+    if len(text) > _LONGEST_PROFILES:
+        raise BagError(
+            f"{channel.topic}: profiles of quality of service of {len(text)} characters, more than "
+            f"{_LONGEST_PROFILES}"
+        )
     try:
         profiles = yaml.safe_load(text) or []
     except (yaml.YAMLError, ValueError, TypeError, RecursionError):

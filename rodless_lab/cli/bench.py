@@ -47,7 +47,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     if options.only != "solvers" and importlib.util.find_spec("psutil") is None:
         print("rodless bench needs psutil: pip install 'rodless_sim[bench]'", file=sys.stderr)
         return 2
-    stop.from_now_on_wait()
+    stop.from_now_on_wait(impatient=True)
 
     def check() -> None:
         if stop.requested:

@@ -38,7 +38,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         help="figures of each rig (default: %(default)s); the tables go beside it, as .md",
     )
     chosen = parser.parse_args(arguments)
-    stop.from_now_on_wait()
+    stop.from_now_on_wait(impatient=True)
     # They load numba: not for help.
     from rodless_lab.accuracy.campaign import campaign  # noqa: PLC0415
     from rodless_lab.accuracy.summary import summary  # noqa: PLC0415

@@ -30,22 +30,22 @@ if TYPE_CHECKING:
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Return 0 if the carriage ends within 0.2 mm of the target, or after Ctrl-C.
+    """Return 0 if the carriage ends within 0.2 mm of the target.
 
-    Returns 1 where the run fails, 2 for a folder that cannot be written to.
+    Returns 1 where the run fails or is interrupted, 2 for a folder that cannot be written to.
     """
     parser = Parser(prog="rodless demo", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument("--output", type=named_path, default=Path("results/demo"), help="folder")
     options = parser.parse_args(arguments)
     # Here, so that help works without ROS.
-    from rodless_lab.demo import remove_old_bag  # noqa: PLC0415
+    from rodless_lab.demo import earlier_results  # noqa: PLC0415
 
     stop.from_now_on_wait()
     with ExitStack() as stack:
         try:
             stack.enter_context(results_folder(options.output))
-            replaced = remove_old_bag(options.output / "bag")
+            replaced = stack.enter_context(earlier_results(options.output))
         except HarnessError as error:
             print(error, file=sys.stderr)
             return 2
@@ -57,16 +57,17 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 def run(preset: str, folder: Path, replaced: bool, stop: Stop) -> int:
     """Move, measure and print; return the exit code. ``replaced``: an earlier demo was there."""
-    from rodless_lab.demo import move, write_results  # noqa: PLC0415
+    from rodless_lab.demo import BAG, move, write_results  # noqa: PLC0415
 
-    bag = folder / "bag"
+    bag = folder / BAG
     print("starting plant and controller (the first start compiles them)", flush=True)
     try:
         move(preset, bag, stop, show_start, show_progress)
         outcome = write_results(preset, bag, folder)
     except InterruptedRunError:
-        print(f"\ninterrupted; what was recorded is in {bag}")
-        return 0
+        recorded = f"what was recorded is in {bag}" if bag.exists() else "nothing was recorded"
+        print(f"\ninterrupted; {recorded}", file=sys.stderr)
+        return 1
     except (RuntimeError, BagError) as error:
         print(f"\n{error}", file=sys.stderr)
         return 1

@@ -40,7 +40,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         if sys.stdout.isatty():
             print(f"\r{seconds} of {duration:.0f} s", end="", flush=True)
 
-    print(f"{duration:.1f} s of voltages on {VALVE_VOLTAGE}", flush=True)
+    listeners = "a plant" + (f" and {options.recorders} recorders" if options.recorders else "")
+    waiting = f"{duration:.1f} s of voltages on {VALVE_VOLTAGE}, waiting for {listeners}"
+    print(waiting, flush=True)
     code, done = drive(voltages, PERIOD, options.recorders, stop, show)
     print("\rall given, valve closed" if done else "\rended before all voltages were given")
     return code or (0 if done else 1)

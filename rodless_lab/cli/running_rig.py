@@ -92,5 +92,5 @@ def with_rig(
         print(error, file=sys.stderr)
         return NOT_POSSIBLE
     except InterruptedRunError:
-        print("\ninterrupted; the rig keeps running", file=sys.stderr)
+        print("\ninterrupted; what was running keeps running", file=sys.stderr)
         return 1

@@ -27,7 +27,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """
     replays = list(arguments[:1]) == ["replay"]
     options = _replay_parser().parse_args(arguments[1:]) if replays else _parsed(arguments)
-    stop.from_now_on_wait()
+    stop.from_now_on_wait(impatient=True)
     work = _replay if replays else _sweep
     try:
         return work(options, stop)

@@ -23,7 +23,7 @@ FOLDER = Path("results/tuning")
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Return 0 once the search is over, 1 after Ctrl-C, 2 for a bad task."""
     options = _parsed(arguments)
-    stop.from_now_on_wait()
+    stop.from_now_on_wait(impatient=True)
     try:
         return _tune(options, stop)
     except ValueError as error:
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 def _tune(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
-    from rodless_lab.studies.tune import search  # noqa: PLC0415
+    from rodless_lab.studies.tune import NothingKnownError, search  # noqa: PLC0415
     from rodless_lab.studies.tuning_report import PARAMETERS, write_tuned  # noqa: PLC0415
     from rodless_lab.studies.tuning_task import read_task  # noqa: PLC0415
 
@@ -49,7 +49,11 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
             "the search begins at the nearer end",
             file=sys.stderr,
         )
-    found = search(task, folder, Progress().show, lambda: stop.requested)
+    try:
+        found = search(task, folder, Progress().show, lambda: stop.requested)
+    except NothingKnownError as error:
+        print(error, file=sys.stderr)
+        return 1
     print(write_tuned(folder, task, found))
     print(
         f"written to {folder / PARAMETERS}; for `rodless rig --parameters`, or the controller's "

@@ -185,7 +185,11 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
             raise RigError(f"{bare}: {other}; set that first")
         near = difflib.get_close_matches(bare, there, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        absent = "".join(f"; the {node} was not found" for node in NODES if node not in names)
+        absent = "".join(
+            f"; the {node} was not found: it was not started, or compiles still"
+            for node in NODES
+            if node not in names
+        )
         raise RigError(f"{bare}: no such parameter on {' or '.join(asked)}{hint}{absent}")
     return owners[0], bare
 

@@ -22,12 +22,16 @@ from rodless_lab.studies.errors import StudyError
 Found = TypeVar("Found")
 
 
+# Locked by the process that works in a folder.
+LOCK = ".lock"
+
+
 def locked(folder: Path) -> int:
     """Return the descriptor that keeps others out until it is closed, or the process ends.
 
     Raises StudyError where another process has it.
     """
-    descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     try:
         lock_or_refuse(descriptor, folder)
     except OSError as error:

@@ -22,6 +22,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -35,8 +36,7 @@ from rodless_base.real_number import is_number
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.simulation.quantile import quantile
 from rodless_lab.studies.base import Base
-from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.journal import add_line, claim, known_lines, locked
+from rodless_lab.studies.journal import LOCK, add_line, claim, known_lines, locked
 from rodless_lab.studies.saved_study import study_text
 from rodless_lab.studies.tuning_task import TuningTask
 from rodless_lab.studies.version import rules_digest
@@ -73,6 +73,10 @@ class Tuned(NamedTuple):
 
 class _StoppedError(Exception):
     """The search was asked to stop."""
+
+
+class NothingKnownError(Exception):
+    """The search was interrupted before it knew a candidate."""
 
 
 class Bench:
@@ -142,6 +146,13 @@ class Journal:
         """Let others have the folder."""
         os.close(self._only)
 
+    def forget(self) -> None:
+        """Leave the folder, of which nothing is known, to any other search."""
+        for file in (TASK, LOCK):
+            self._path.with_name(file).unlink(missing_ok=True)
+        with suppress(OSError):  # it holds something else
+            self._path.parent.rmdir()
+
     def add(self, one: Candidate) -> None:
         """Keep a candidate."""
         add_line(self._path, one)
@@ -195,7 +206,8 @@ def search(
 
     The values in force come first and are among the finalists, so that the result is never worse,
     but for values that were outside of their ranges.
-    ``progress`` is told how far the search is. Raises StudyError and OSError as :class:`Journal`.
+    ``progress`` is told how far the search is. Raises StudyError and OSError as :class:`Journal`,
+    and NothingKnownError where it is ``stopped`` before it knows anything.
     """
     bench, journal = Bench(task), Journal(folder, task)
     asked: dict[tuple[float, ...], Candidate] = {}
@@ -232,7 +244,9 @@ def search(
     except _StoppedError:
         complete = False
         if not asked:
-            raise StudyError(
+            if not journal.known:
+                journal.forget()
+            raise NothingKnownError(
                 f"{folder}: interrupted before the first candidate was known"
             ) from None
     finally:

@@ -12,10 +12,13 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
+from rodless_base.start import AGAIN_SECONDS
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Only a hung process meets it.
@@ -58,6 +61,18 @@ def main(stop):
     stop.end_with(1, "interrupted")
     print("computing", flush=True)
     sys.stdin.readline()
+"""
+
+IMPATIENT = """
+import sys
+
+def main(stop):
+    stop.end_with(1, "interrupted")
+    stop.from_now_on_wait(impatient=True)
+    print("compiling", flush=True)
+    sys.stdin.readline()
+    print("done", flush=True)
+    return 7
 """
 
 WITHOUT_ROS = """
@@ -140,6 +155,38 @@ def test_while_it_runs_requests_only_tell_it(start: Start, number: signal.Signal
     process.send_signal(number)
     output, errors = process.communicate("go on\n", TIMEOUT)
     assert (output.strip(), errors) == ("asked again, ending", "")
+    assert process.returncode == 7
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_what_takes_long_ends_at_once_when_asked_again(
+    start: Start, number: signal.Signals
+) -> None:
+    """The first request is answered by a line that says so; one that comes twice is one."""
+    process = start(IMPATIENT)
+    assert process.stderr is not None
+    assert line(process) == "compiling"
+    process.send_signal(number)
+    assert process.stderr.readline() == "\n"
+    said = process.stderr.readline()
+    assert said == "ending with what is under way; Ctrl-C once more ends it at once\n"
+    process.send_signal(number)  # as `ros2 launch` and the terminal
+    asked_at = time.monotonic()
+    while time.monotonic() < asked_at + AGAIN_SECONDS:
+        assert process.poll() is None
+    process.send_signal(number)
+    assert process.wait(TIMEOUT) == 1
+    assert process.communicate() == ("", "interrupted\n")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_whoever_is_patient_has_what_was_under_way(start: Start, number: signal.Signals) -> None:
+    """With the program's own exit code."""
+    process = start(IMPATIENT)
+    assert line(process) == "compiling"
+    process.send_signal(number)
+    output, _ = process.communicate("compiled\n", TIMEOUT)
+    assert output == "done\n"
     assert process.returncode == 7
 
 

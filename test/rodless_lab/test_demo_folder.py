@@ -6,38 +6,92 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""The demo removes the bag of an earlier demo, and nothing else; it has its folder for itself."""
+"""A demo takes the place of an earlier one, and of nothing else; it has its folder for itself."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from quiet_stop import Quiet
 
 from rodless_lab.cli import demo
-from rodless_lab.demo import remove_old_bag
+from rodless_lab.demo import BAG, METRICS, PICTURE, earlier_results
 from rodless_lab.results_folder import results_folder
 from rodless_lab.session.errors import HarnessError
 
 
+@pytest.fixture
+def earlier(tmp_path: Path) -> Path:
+    """Return a folder with what a demo leaves, by name, and a file of somebody's."""
+    (tmp_path / BAG).mkdir()
+    for name in (f"{BAG}/bag_0.mcap", f"{BAG}/metadata.yaml", METRICS, PICTURE, "notes.txt"):
+        (tmp_path / name).write_text(f"earlier {name}", encoding="utf-8")
+    return tmp_path
+
+
+def files(folder: Path) -> dict[str, str]:
+    """Return what is in the files of a folder, hidden ones too, by their paths there."""
+    return {
+        str(file.relative_to(folder)): file.read_text(encoding="utf-8")
+        for file in folder.rglob("*")
+        if file.is_file()
+    }
+
+
 def test_files_that_are_no_bag_are_kept(tmp_path: Path) -> None:
     """A folder with somebody's file is refused by name and stays as it is."""
-    bag = tmp_path / "bag"
+    bag = tmp_path / BAG
     bag.mkdir()
     (bag / "notes.txt").write_text("precious", encoding="utf-8")
-    with pytest.raises(HarnessError, match="not the bag of a demo; choose another --output"):
-        remove_old_bag(bag)
-    assert (bag / "notes.txt").read_text(encoding="utf-8") == "precious"
+    with (
+        pytest.raises(HarnessError, match="not the bag of a demo; choose another --output"),
+        earlier_results(tmp_path),
+    ):
+        pass
+    assert files(tmp_path) == {f"{BAG}/notes.txt": "precious"}
 
 
-def test_an_earlier_bag_is_removed(tmp_path: Path) -> None:
-    """A bag's own files go, and a bag that is not there is no fault."""
-    bag = tmp_path / "bag"
-    bag.mkdir()
-    (bag / "bag_0.mcap").touch()
-    (bag / "metadata.yaml").touch()
-    remove_old_bag(bag)
-    remove_old_bag(bag)
-    assert not bag.exists()
+def test_earlier_results_stand_until_there_is_another_bag(earlier: Path) -> None:
+    """A demo that ends before it records, whatever ends it, costs nothing."""
+    before = files(earlier)
+
+    def end_early() -> None:
+        with earlier_results(earlier) as there:
+            assert there
+            assert not (earlier / BAG).exists()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        end_early()
+    assert files(earlier) == before
+
+
+def test_earlier_results_go_with_their_bag(earlier: Path) -> None:
+    """Figures of one bag never stand beside another."""
+    with earlier_results(earlier):
+        (earlier / BAG).mkdir()
+        (earlier / BAG / "bag_0.mcap").write_text("new", encoding="utf-8")
+    assert files(earlier) == {f"{BAG}/bag_0.mcap": "new", "notes.txt": "earlier notes.txt"}
+
+
+def test_what_a_killed_demo_has_set_aside_comes_back(earlier: Path) -> None:
+    """With the next one, which finds it as the demo before the killed one left it."""
+    before = files(earlier)
+    killed = earlier_results(earlier)
+    killed.__enter__()
+    assert files(earlier) != before
+    with earlier_results(earlier) as there:
+        assert there
+    assert files(earlier) == before
+    with suppress(FileNotFoundError):  # it lives on in this test
+        killed.__exit__(None, None, None)
+
+
+def test_where_nothing_was_there_nothing_is(tmp_path: Path) -> None:
+    """Nor is anything set aside."""
+    with earlier_results(tmp_path) as there:
+        assert not there
+    assert files(tmp_path) == {}
 
 
 def said_of(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:

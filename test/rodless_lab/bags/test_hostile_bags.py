@@ -203,6 +203,7 @@ def test_whole_chunks_are_read(tmp_path: Path) -> None:
         ("[" * 5000, "are no profiles"),
         ("2001-99-99", "are no profiles"),
         ("\0", "are no profiles"),
+        ("- a: " + "x" * 100_000, "of 100005 characters, more than 100000"),
     ],
 )
 @pytest.mark.parametrize("command", [replay, recover])

@@ -185,7 +185,7 @@ def test_a_busy_machine_with_a_cold_compile_cache_prints_the_same(
 
 
 def test_interrupted_demo_ends_clean_with_a_bag_that_opens(tmp_path: Path) -> None:
-    """Ctrl-C in mid-move: exit code 0, soon, no traceback, and the bag can be read."""
+    """Ctrl-C in mid-move: exit code 1, soon, no traceback, and the bag can be read."""
     with subprocess.Popen(
         [*COMMAND, "--output", str(tmp_path)],
         stdout=subprocess.PIPE,
@@ -199,7 +199,7 @@ def test_interrupted_demo_ends_clean_with_a_bag_that_opens(tmp_path: Path) -> No
                 break
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=ENDS)
-    assert process.returncode == 0, rest
+    assert process.returncode == 1, rest
     assert "interrupted; what was recorded is in" in rest
     assert "Traceback" not in rest
     time, _ = positions(tmp_path / "bag")
@@ -208,7 +208,7 @@ def test_interrupted_demo_ends_clean_with_a_bag_that_opens(tmp_path: Path) -> No
 
 
 def test_ctrl_c_while_the_nodes_start_ends_clean_too(tmp_path: Path) -> None:
-    """Before anything moves: exit code 0, no traceback, and a bag that opens if there is one.
+    """Before anything moves: exit code 1, no traceback, and no bag is spoken of that is not there.
 
     Coverage would take its share of the time.
     """
@@ -224,8 +224,10 @@ def test_ctrl_c_while_the_nodes_start_ends_clean_too(tmp_path: Path) -> None:
         assert process.stdout.readline().startswith("starting")
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=ENDS)
-    assert process.returncode == 0, rest
+    assert process.returncode == 1, rest
     assert "Traceback" not in rest
+    recorded = "what was recorded" if (tmp_path / "bag").exists() else "nothing was recorded"
+    assert f"interrupted; {recorded}" in rest
     assert not (tmp_path / "metrics.json").exists()
 
 

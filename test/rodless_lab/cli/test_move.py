@@ -139,7 +139,7 @@ def test_a_pause_under_way_is_said_and_ctrl_c_leaves_the_rig_running(
         until_it_says(move, "plant time stands still: it is paused")
         move.signal(signal.SIGINT)
         assert move.wait() == 1
-        assert "interrupted; the rig keeps running" in move.output
+        assert "interrupted; what was running keeps running" in move.output
         assert "Traceback" not in move.output
     assert observer.call(SetBool, "/plant/pause", data=False).success
     with rodless("move", "40") as move:

@@ -38,7 +38,7 @@ class Quiet:
     def __init__(self, requested: bool = False) -> None:
         self.requested = requested
 
-    def from_now_on_wait(self) -> None:
+    def from_now_on_wait(self, impatient: bool = False) -> None:
         """Nothing to do: the test handles no signals."""
 
 

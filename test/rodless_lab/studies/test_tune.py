@@ -23,7 +23,7 @@ from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
-from rodless_lab.studies.tune import Bench, Candidate, Journal, search
+from rodless_lab.studies.tune import Bench, Candidate, Journal, NothingKnownError, search
 from rodless_lab.studies.tuning_report import front, parameter_text, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
@@ -397,3 +397,26 @@ def test_two_searches_at_once_do_not_share_a_folder(tmp_path: Path) -> None:
         search(task, tmp_path / "out")
     first.close()
     Journal(tmp_path / "out", task).close()
+
+
+def test_a_search_that_is_interrupted_at_once_leaves_nothing(tmp_path: Path) -> None:
+    """No folder that would be this task's from then on; what somebody else has there stays."""
+    task, new = read_task(written(tmp_path)), tmp_path / "new"
+    with pytest.raises(NothingKnownError, match="interrupted before the first candidate"):
+        search(task, new, stopped=lambda: True)
+    assert not new.exists()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "notes.txt").touch()
+    with pytest.raises(NothingKnownError):
+        search(task, tmp_path / "other", stopped=lambda: True)
+    assert [file.name for file in (tmp_path / "other").iterdir()] == ["notes.txt"]
+
+
+def test_a_search_that_goes_on_keeps_what_it_knew(tmp_path: Path) -> None:
+    """Interrupted before the first candidate of this time."""
+    task, folder = read_task(written(tmp_path)), tmp_path / "out"
+    search(task, folder, stopped=partial(next, iter([False] * 3), True))
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    with pytest.raises(NothingKnownError):
+        search(task, folder, stopped=lambda: True)
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
