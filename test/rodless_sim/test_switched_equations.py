@@ -137,10 +137,12 @@ parameters = RigParameters()
 scenario = Scenario([(0.01, {"supply.droop": 1e4}), (0.02, {"supply.droop": 0.0})])
 engine = Engine(parameters, lambda seen, state: None, scenario)
 equations.load(parameters, engine.rig.ahead(parameters))
+engine.rig.free_air_flow
 assert loaded
 loaded.clear()
 for _ in range(30):
     engine.step()
+    engine.rig.free_air_flow
 assert len(engine.rig.played) == 2 and not engine.failure
 engine.reset()
 """
@@ -155,6 +157,7 @@ for changes in ({"supply.droop": 1e4}, {"supply.droop": 0.0, "supply.ripple_ampl
     loaded.clear()
     engine.change(changes)
     engine.step()
+    engine.rig.free_air_flow
     assert not loaded, changes
 engine.reset()
 """
