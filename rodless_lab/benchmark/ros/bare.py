@@ -55,12 +55,10 @@ def bench_bare(rate: float, check: Callable[[], object]) -> dict[str, float]:
             role: stack.enter_context(_started(role, rate, {**os.environ, **environment}))
             for role in ROLES
         }
-        while any(run.poll() is None for run in runs.values()):
+        # All of them in each turn: both may have ended by the first.
+        while None in [_code(role, run) for role, run in runs.items()]:
             check()
             time.sleep(SPIN_SECONDS)
-            for role, run in runs.items():
-                if run.poll():
-                    raise RuntimeError(f"rclpy alone: the {role} ended with code {run.returncode}")
         said = {role: run.communicate()[0].split() for role, run in runs.items()}
     (answers, plant), (_, controller) = (map(float, said[role]) for role in ROLES)
     if not rate:
@@ -70,6 +68,13 @@ def bench_bare(rate: float, check: Callable[[], object]) -> dict[str, float]:
         f"rclpy alone, realtime {rate:g} Hz: plant, share of a core": plant,
         f"rclpy alone, realtime {rate:g} Hz: controller, share of a core": controller,
     }
+
+
+def _code(role: str, run: "subprocess.Popen[str]") -> int | None:
+    """Return 0 for a node that has ended, None for one that runs; raises RuntimeError."""
+    if run.poll():
+        raise RuntimeError(f"rclpy alone: the {role} ended with code {run.returncode}")
+    return run.returncode
 
 
 @contextmanager
