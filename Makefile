@@ -94,8 +94,8 @@ test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \
 	$(VENV)/bin/python -m pytest $(PARALLEL) -m "not ros" --cov --cov-report= && \
-	$(VENV)/bin/python -m pytest $(PARALLEL) --maxprocesses 4 -m ros --reruns 3 \
-	--rerun-show-tracebacks --cov --cov-append --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
+	$(VENV)/bin/python -m pytest $(PARALLEL) --maxprocesses 4 -m ros --reruns 3 --rerun-show-tracebacks \
+	--cov --cov-append --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \
 	$(VENV)/bin/python -m coverage report --skip-covered \
 	--include='*/rodless_base/*,*/rodless_sim/*,*/rodless_control/*' \

@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from types import FrameType
+from typing import NoReturn
 
 from rodless_base.output import Output
 from rodless_base.ros.shared_memory import prepare_shared_memory
@@ -75,21 +76,22 @@ class Stop:
 
     def _handle(self, _number: int, _frame: FrameType | None) -> None:
         first, self.requested = not self.requested, True
-        if self._running and first:
+        if not self._running:
+            self._end()
+        if not self._impatient:
+            return
+        if first:
             self._asked_at = time.monotonic()
-            if self._impatient:
-                with suppress(OSError):
-                    os.write(STANDARD_ERROR, ONCE_MORE.encode())
-        elif not self._running or (
-            self._impatient and time.monotonic() > self._asked_at + AGAIN_SECONDS
-        ):
-            # An exception would get lost, or come out as another one, on its way through compiled
-            # code.
-            with suppress(OSError):
-                os.write(STANDARD_ERROR, self._line.encode())
-            with suppress(OSError):
-                self.undo()
-            os._exit(self._code)
+            _say(ONCE_MORE)
+        elif time.monotonic() > self._asked_at + AGAIN_SECONDS:
+            self._end()
+
+    def _end(self) -> NoReturn:
+        """End the process: an exception would get lost, or changed, in compiled code."""
+        _say(self._line)
+        with suppress(OSError):
+            self.undo()
+        os._exit(self._code)
 
     @staticmethod
     def _ignore_from_now_on() -> None:
@@ -97,6 +99,11 @@ class Stop:
         sys.unraisablehook = lambda _unraisable: None
         for number in SIGNALS:
             signal.signal(number, signal.SIG_IGN)
+
+
+def _say(line: str) -> None:
+    with suppress(OSError):
+        os.write(STANDARD_ERROR, line.encode())
 
 
 def split_ros_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

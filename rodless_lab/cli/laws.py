@@ -64,7 +64,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
                 lambda name: print(name, file=sys.stderr, flush=True),
                 lambda: stop.requested,
             )
-            stop.from_now_on_wait(impatient=True)
+            stop.from_now_on_wait()
             text = markdown(scores)
             print(text)
             atomic_write(chosen.output / "laws.md", text)

@@ -60,9 +60,11 @@ class PlantNode:
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
         scenario = as_scenario(values.text("time.scenario") or None)
-        # What a scenario makes of the plant, too, before time runs.
-        ahead = [values] if scenario is None else [*ScenarioPlayer(scenario, values).ahead(values)]
-        self._await_equations([values, *ahead], stop)
+        ahead = [values]
+        if scenario is not None:
+            # What it makes of the plant, too, before time runs.
+            ahead += ScenarioPlayer(scenario, values).ahead(values)
+        self._await_equations(ahead, stop)
         self._engine = Engine(values, self._publish, scenario, self._publishers.configure)
         self._equations = Equations(self.node.get_logger().info)
         self._equations.load(values, ahead)

@@ -38,7 +38,6 @@ class Others:
         """Nothing is there before them."""
         self.code = code
         self.asked: list[list[RigParameters]] = []
-        self.process: subprocess.Popen[str] | None = None
         monkeypatch.setattr(precompile, "is_compiled", lambda _: False)
         monkeypatch.setattr(precompile, "equations_are_kept", lambda _: False)
         monkeypatch.setattr(precompile, "compile_elsewhere", self._start)
@@ -48,8 +47,7 @@ class Others:
     ) -> "subprocess.Popen[str]":
         assert niceness == 0
         self.asked.append([*changed])
-        self.process = ended(self.code)
-        return self.process
+        return ended(self.code)
 
 
 def test_what_is_there_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:

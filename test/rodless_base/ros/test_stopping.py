@@ -132,6 +132,7 @@ def test_a_plant_whose_equations_are_compiled_ends_at_once(
         until_it_says(process, "plant]: compiling, which takes about a minute")
         while not (compiling := children(process)):
             assert process.exit_code is None
+            assert "ready" not in process.output
         ends_cleanly([process], signals, again)
         assert "ready" not in process.output
     assert not any(child.exists() for child in compiling)
