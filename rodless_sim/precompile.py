@@ -47,19 +47,23 @@ main(int(sys.argv[2]))
 """
 
 
+# Each kind of equations gives it another type, for which :func:`_mark` is compiled.
+Kind = tuple[float | None, ...]
+
+
 @outlined_kernel
-def _mark(_kinds: tuple[float | None, ...]) -> float:
+def _mark(_kind: Kind) -> float:
     return 0.0
 
 
-def _kinds(values: RigParameters) -> tuple[float | None, ...]:
-    """Return what :func:`_mark` is compiled for: each kind of equations gives another type."""
+def kind_of(values: RigParameters) -> Kind:
+    """Return what decides which compiled equations a rig has."""
     return tuple(0.0 if kind else None for kind in kinds_of(Plant.of(values)))
 
 
 def is_compiled(values: RigParameters) -> bool:
     """Whether all that :func:`compile_changes` compiles for a rig is kept, to the last."""
-    return is_kept(_mark, _kinds(values))
+    return is_kept(_mark, kind_of(values))
 
 
 def compile_changes(before: RigParameters, changed: Iterable[RigParameters]) -> None:
@@ -74,7 +78,7 @@ def compile_changes(before: RigParameters, changed: Iterable[RigParameters]) -> 
             rig.read()
             _ = rig.free_air_flow
             rig.reset()
-        _mark(_kinds(values))
+        _mark(kind_of(values))
 
 
 def compile_unless_stopped(
@@ -89,7 +93,7 @@ def compile_unless_stopped(
     an end on the spot leaves DDS's shared memory half written. Raises StoppedError where ``stop``
     is requested. What cannot be compiled elsewhere is left to this process, and ``say`` is told.
     """
-    lacking = {_kinds(values): values for values in changed if not is_compiled(values)}
+    lacking = {kind_of(values): values for values in changed if not is_compiled(values)}
     if not lacking or not keeps(_mark):
         return
     if not all(map(equations_are_kept, lacking.values())):

@@ -45,9 +45,12 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
     from rodless_lab.studies.report import write_report  # noqa: PLC0415
+    from rodless_lab.studies.store import parquet_modules  # noqa: PLC0415
     from rodless_lab.studies.study import read_study  # noqa: PLC0415
     from rodless_lab.studies.sweep import run_sweep  # noqa: PLC0415
 
+    # To read a study may compile for a while.
+    parquet_modules()
     study = read_study(options.study)
     folder = options.output or FOLDER / study.name
     progress = Progress()

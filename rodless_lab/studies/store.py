@@ -45,7 +45,7 @@ class Store:
         Raises StudyError where another study has its results there, or another process is at work;
         ModuleNotFoundError without pyarrow; OSError for a folder that cannot be written.
         """
-        _parquet()
+        parquet_modules()
         self._data = folder / DATA
         self._study = study
         self._size = max(min(PART, NUMBERS // (study.numbers + 1)), 1)
@@ -138,7 +138,8 @@ class Store:
         return self._data / f".part-{part:05}.jsonl"
 
 
-def _parquet() -> Any:
+def parquet_modules() -> Any:
+    """Return pyarrow and what it writes with; raises ModuleNotFoundError that names the extra."""
     try:
         import pyarrow as arrow  # noqa: PLC0415  an extra
         from pyarrow import parquet  # noqa: PLC0415
@@ -160,7 +161,7 @@ def parquet_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
     Columns are the row's number and seed, each axis of the study, the figures, the failure, and a
     list for each column of the traces. Units stand in the metadata of the fields.
     """
-    arrow, parquet = _parquet()
+    arrow, parquet = parquet_modules()
     units = {quantity.name: quantity.unit for quantity in quantities(RunMetrics)}
     numbers = [row["row"] for row in rows]
     levels = [study.row(number) for number in numbers]

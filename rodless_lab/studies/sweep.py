@@ -18,7 +18,7 @@ from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.studies.base import Base
 from rodless_lab.studies.results import Results, read_results
 from rodless_lab.studies.row_run import RowResult, RowRunner
-from rodless_lab.studies.store import Store
+from rodless_lab.studies.store import Store, parquet_modules
 from rodless_lab.studies.study import Row, Study, read_study
 
 
@@ -71,6 +71,7 @@ def sweep(
     (81, {})
     """
     folder = file_path(output)
+    parquet_modules()
     chosen = study if isinstance(study, Study) else read_study(study)
     run_sweep(chosen, folder, workers, scheduler, progress or (lambda _known, _total: None))
     return read_results(folder, chosen)

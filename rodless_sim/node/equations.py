@@ -17,11 +17,15 @@ from rodless_base.parameters import ParameterError
 from rodless_base.ros.parameters import NotYetError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.motion import advance_at_voltage
-from rodless_sim.precompile import compile_changes, compile_elsewhere, is_compiled, last_words
+from rodless_sim.precompile import (
+    Kind,
+    compile_changes,
+    compile_elsewhere,
+    is_compiled,
+    kind_of,
+    last_words,
+)
 from rodless_sim.rig import SWITCHES, Rig
-
-# Which of the SWITCHES are on.
-Switched = tuple[bool, ...]
 
 
 class Compiling(NamedTuple):
@@ -46,20 +50,20 @@ class Equations:
         # Why another process could not do it, until somebody has been told.
         self._failure = ""
         # What the plant need not wait for, and what it has to wait for after a failure.
-        self._done: set[Switched] = set()
+        self._done: set[Kind] = set()
 
     def load(self, before: RigParameters, values: Iterable[RigParameters]) -> None:
         """Load, or compile, what a rig needs to change from one set to any of these ``values``."""
-        self._done.add(_switched(before))
+        self._done.add(kind_of(before))
         self._load(before, self._new(values))
 
     def _load(self, before: RigParameters, new: Iterable[RigParameters]) -> None:
         compile_changes(before, new)
-        self._done.update(map(_switched, new))
+        self._done.update(map(kind_of, new))
 
     def _new(self, values: Iterable[RigParameters]) -> Sequence[RigParameters]:
         """Return one set of each kind that is not done."""
-        kinds = {_switched(one): one for one in values}
+        kinds = {kind_of(one): one for one in values}
         return [one for kind, one in kinds.items() if kind not in self._done]
 
     def require(self, rig: Rig, changes: Mapping[str, object]) -> None:
@@ -90,9 +94,8 @@ class Equations:
 
     def _is_there(self, values: RigParameters) -> bool:
         """Whether it is compiled, and whoever asked for it has been told so."""
-        under_way = self._compiling is not None and _switched(values) in map(
-            _switched, self._compiling.wanted
-        )
+        wanted = self._compiling.wanted if self._compiling is not None else ()
+        under_way = kind_of(values) in map(kind_of, wanted)
         return not under_way and is_compiled(values)
 
     def _start(self, names: str, before: RigParameters, wanted: Sequence[RigParameters]) -> None:
@@ -115,7 +118,7 @@ class Equations:
         if all(map(is_compiled, wanted)):
             self._say(f"{names}: compiled, and can be set now")
             return
-        self._done.update(map(_switched, wanted))
+        self._done.update(map(kind_of, wanted))
         self._failure = words
         self._say(f"{names}: not compiled: {self._failure}")
 
@@ -124,7 +127,3 @@ class Equations:
         if self._compiling is not None:
             self._compiling.process.kill()
             self._compiling.process.communicate()
-
-
-def _switched(parameters: RigParameters) -> Switched:
-    return tuple(parameters.number(name) > 0.0 for name in SWITCHES)

@@ -22,11 +22,11 @@ from rodless_base.ros.logs import log_through
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
-from rodless_base.ros.publish import UNKNOWN, nodes
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.start import Stop, StoppedError
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_sim.node.awake_clock import AwakeClock
+from rodless_sim.node.commanders import Commanders
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.equations import Equations
 from rodless_sim.node.lockstep import Lockstep
@@ -73,7 +73,6 @@ class PlantNode:
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH, raw=True
         )
-        self._commanders: dict[bytes, str] = {}
         self._time = self._make_time_keeper(values)
         self._diagnostics = PlantDiagnostics(
             self.node,
@@ -109,9 +108,8 @@ class PlantNode:
         outbox = self._publishers.outbox
         if values.in_lockstep:
             timeout = values.number("time.command_timeout")
-            return Lockstep(
-                self._engine, timeout, self._ready, self._find_commanders, outbox, AwakeClock()
-            )
+            commanders = Commanders(self.node, self._commands.topic_name)
+            return Lockstep(self._engine, timeout, self._ready, commanders, outbox, AwakeClock())
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready, outbox)
 
@@ -122,15 +120,6 @@ class PlantNode:
         # In real time without recorders, too: this polls whom the first sample goes to.
         listening = self._publishers.all_listen(recorders)
         return listening or not (recorders or values.in_lockstep)
-
-    def _find_commanders(self) -> dict[bytes, str]:
-        """Return the nodes that publish commands, by what identifies the publisher."""
-        topic = self._commands.topic_name
-        # Counting costs a tenth of asking who they are.
-        changed = self.node.count_publishers(topic) != len(self._commanders)
-        if changed or UNKNOWN in self._commanders.values():
-            self._commanders = nodes(self.node.get_publishers_info_by_topic(topic))
-        return self._commanders
 
     def _poll(self) -> None:
         tell_time(self._clock, self._engine.rig.nanoseconds)

@@ -112,16 +112,21 @@ def test_a_replay_without_a_sweep_is_refused(
     assert "no sweep there; give its folder as --output" in capsys.readouterr().err
 
 
-def test_a_library_that_is_missing_is_named_in_one_line(tmp_path: Path) -> None:
-    """With the extra that brings it; it is not ROS that is missing."""
+@pytest.mark.parametrize(
+    ("module", "extra", "verb"), [("SALib", "sensitivity", "tune"), ("pyarrow", "data", "sweep")]
+)
+def test_a_library_that_is_missing_is_named_in_one_line(
+    tmp_path: Path, module: str, extra: str, verb: str
+) -> None:
+    """With the extra that brings it; it is not ROS that is missing. Nothing is read before."""
     path = tmp_path / "task.yaml"
     path.write_text(TASK.replace("sobol", "saltelli"), encoding="utf-8")
     script = (
-        "import sys; sys.modules['SALib'] = None; sys.argv = ['rodless', *sys.argv[1:]]\n"
+        f"import sys; sys.modules[{module!r}] = None; sys.argv = ['rodless', *sys.argv[1:]]\n"
         "from rodless_lab.cli.main import main; main()"
     )
     run = subprocess.run(
-        [sys.executable, "-c", script, "tune", str(path), "-o", str(tmp_path / "out")],
+        [sys.executable, "-c", script, verb, str(path), "-o", str(tmp_path / "out")],
         capture_output=True,
         text=True,
         timeout=300,
@@ -129,7 +134,7 @@ def test_a_library_that_is_missing_is_named_in_one_line(tmp_path: Path) -> None:
     )
     assert run.returncode == 2
     assert run.stderr.count("\n") == 1
-    assert run.stderr.endswith("pip install 'rodless_sim[sensitivity]'\n")
+    assert run.stderr.endswith(f"pip install 'rodless_sim[{extra}]'\n")
 
 
 @pytest.mark.parametrize("safe", [False, True])
