@@ -10,11 +10,19 @@
 
 import math
 import reprlib
+from collections.abc import Sequence
 from pathlib import Path
 from traceback import walk_tb
 
 # Long enough for a path and a sentence; a log that repeats it stays readable.
 LONGEST = 500
+
+# Of an error that names several things, each in a line of its own length.
+LONGEST_ERROR = 4000
+
+# How many of many names are told, and how much of each.
+MOST_LISTED = 20
+LONGEST_NAME = 80
 
 # Bits of the longest whole number whose first and last digits are shown.
 LONGEST_WRITTEN = 10_000
@@ -28,7 +36,7 @@ class OneLineError(ValueError):
     """An error whose text is one line, whatever file or value it names."""
 
     def __str__(self) -> str:
-        return " ".join(super().__str__().splitlines())
+        return _line(" ".join(super().__str__().splitlines()), LONGEST_ERROR)
 
 
 def shown(value: object) -> str:
@@ -41,6 +49,19 @@ def shown(value: object) -> str:
         return in_one_line(_short.repr(value))
     except Exception:
         return f"<{type(value).__name__} that cannot be shown>"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return the names with commas between them, of many the first and how many there are more.
+
+    Examples
+    --------
+    >>> listed(["/a", "/b"])
+    '/a, /b'
+    """
+    first = ", ".join(_line(name, LONGEST_NAME) for name in names[:MOST_LISTED])
+    rest = len(names) - MOST_LISTED
+    return f"{first} and {rest} more" if rest > 0 else first
 
 
 def function_name(function: object) -> str:
@@ -71,16 +92,18 @@ def in_one_line(text: str) -> str:
 
     What is no letter is spelt out: a NUL would end a message of ROS, ESC commands a terminal.
     """
-    if len(text) > 10 * LONGEST:
-        text = f"{text[: 5 * LONGEST]} {text[-5 * LONGEST :]}"
-        cut = True
-    else:
-        cut = False
-    line = "".join(map(_visible, " ".join(text.split())))
-    if cut or len(line) > LONGEST:
-        half = (LONGEST - 3) // 2
-        line = f"{line[:half]}...{line[-half:]}"
-    return line
+    return _line(" ".join(_cut(text, 10 * LONGEST).split()), LONGEST)
+
+
+def _line(text: str, longest: int) -> str:
+    return _cut("".join(map(_visible, _cut(text, longest))), longest)
+
+
+def _cut(text: str, longest: int) -> str:
+    if len(text) <= longest:
+        return text
+    half = (longest - 3) // 2
+    return f"{text[:half]}...{text[-half:]}"
 
 
 def _visible(letter: str) -> str:

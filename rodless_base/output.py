@@ -58,11 +58,12 @@ class Output:
     def end(self) -> str | None:
         """Hand over what has been printed; return why it could not be written.
 
-        None for a reader who has left: they have seen what they wanted.
+        None for a reader who has left, or a terminal that was closed: they have seen what they
+        wanted.
         """
         sys.stdout.flush()
         failure = None if self._written is None else self._written.failure
-        if failure is None or failure.errno == errno.EPIPE:
+        if failure is None or failure.errno in (errno.EPIPE, errno.EIO):
             return None
         return f"standard output: cannot be written: {failure.strerror}"
 

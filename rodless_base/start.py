@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Start a ROS executable so that Ctrl-C and SIGTERM end it cleanly from its first moment."""
+"""Start a ROS executable so that a signal to stop ends it cleanly from its first moment."""
 
 import atexit
 import importlib.util
@@ -28,7 +28,7 @@ NO_ROS = (
     "`pip install rodless_sim` brings"
 )
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 STANDARD_ERROR = 2
 
@@ -58,7 +58,9 @@ class Stop:
         self._asked_at = 0.0
         self._code, self._line = 0, ""
         for number in SIGNALS:
-            signal.signal(number, self._handle)
+            # nohup has one ignored, for what is to go on when its terminal closes.
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+                signal.signal(number, self._handle)
         # On its way out Python gives signals back their deadly default, unless they are ignored.
         atexit.register(self._ignore_from_now_on)
 

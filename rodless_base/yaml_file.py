@@ -24,6 +24,8 @@ from rodless_base.one_line import described, shown
 LARGEST_FILE = 1_000_000  # bytes
 DEEPEST_NESTING = 20  # levels
 
+MERGE = "tag:yaml.org,2002:merge"
+
 
 class _LineError(ValueError):
     """What is wrong with a line of a file."""
@@ -32,32 +34,20 @@ class _LineError(ValueError):
         super().__init__(f"line {node.start_mark.line + 1}: {what}")
 
 
-class RosLoader(yaml.SafeLoader):
-    """Reads what ROS reads: ``1e-5`` is a number, and nothing stands for something elsewhere."""
+class BoundedLoader(yaml.SafeLoader):
+    """Reads plain values in bounded time, and says where a value stands that cannot be read."""
 
     _depth = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        """Refuse aliases, as ROS does, and what is nested beyond reason."""
+        """Refuse what is nested beyond reason."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
-        if self.check_event(yaml.AliasEvent):
-            raise _LineError(event, "aliases (*name) are not for ROS; write the values out")
         if self._depth == DEEPEST_NESTING:
             raise _LineError(event, f"nested more than {DEEPEST_NESTING} levels deep")
         self._depth += 1
         node = super().compose_node(parent, index)
         self._depth -= 1
         return node
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        """Refuse a name that stands twice, of which all values but the last would be lost."""
-        names: set[str] = set()
-        for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode):
-                if key.value in names:
-                    raise _LineError(key, f"{shown(key.value)} stands twice; keep one")
-                names.add(key.value)
-        return super().construct_mapping(node, deep)
 
     def construct_object(self, node: Any, deep: bool = False) -> Any:
         """Say where the value stands that is not of the type that its tag or its form says."""
@@ -70,6 +60,29 @@ class RosLoader(yaml.SafeLoader):
             raise _LineError(node, f"{shown(node.value)} cannot be read as {kind}") from error
 
 
+class RosLoader(BoundedLoader):
+    """Reads what ROS reads: ``1e-5`` is a number, and nothing stands for something elsewhere."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Refuse aliases, as ROS does."""
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        if self.check_event(yaml.AliasEvent):
+            raise _LineError(event, "aliases (*name) are not for ROS; write the values out")
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Refuse a name that stands twice, of which all values but the last would be lost."""
+        names: set[str] = set()
+        for key, _ in node.value:
+            if key.tag == MERGE:
+                raise _LineError(key, "merging (<<) is not for ROS; write the values out")
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in names:
+                    raise _LineError(key, f"{shown(key.value)} stands twice; keep one")
+                names.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
 RosLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
@@ -77,16 +90,16 @@ RosLoader.add_implicit_resolver(
 )
 
 
-def _number_or_text(loader: RosLoader, node: Any) -> object:
-    """Return a number; ``190:20:30``, a number to base 60 in YAML 1.1, is a text for ROS."""
-    if ":" in node.value:
+def number_or_text(loader: BoundedLoader, node: Any) -> object:
+    """Return a number; ``190:20:30`` and ``6_000``, numbers in YAML 1.1, are texts elsewhere."""
+    if ":" in node.value or "_" in node.value:
         return str(node.value)
     integer = node.tag.endswith(":int")
     return loader.construct_yaml_int(node) if integer else loader.construct_yaml_float(node)
 
 
-RosLoader.add_constructor("tag:yaml.org,2002:int", _number_or_text)
-RosLoader.add_constructor("tag:yaml.org,2002:float", _number_or_text)
+BoundedLoader.add_constructor("tag:yaml.org,2002:int", number_or_text)
+BoundedLoader.add_constructor("tag:yaml.org,2002:float", number_or_text)
 
 
 def read_yaml(path: str | Path, what: str) -> object:
@@ -101,6 +114,12 @@ def read_yaml(path: str | Path, what: str) -> object:
         raise ValueError(f"not YAML: {described(error)}") from error
     except UnicodeDecodeError as error:
         raise ValueError(f"not a text in UTF-8: byte {error.start}") from error
+    return found
+
+
+def yaml_value(text: str) -> object:
+    """Return what ``text`` stands for; raises ValueError or yaml.YAMLError."""
+    found: object = yaml.load(text, RosLoader)
     return found
 
 

@@ -17,10 +17,12 @@ from typing import Protocol
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from rodless_base.one_line import described
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
@@ -122,6 +124,16 @@ def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
     return run_nodes([make_running], stop)
 
 
+def _made(make: Callable[[], RunningNode]) -> RunningNode:
+    """Return what ``make`` makes; what the middleware has against it is a refusal, too."""
+    try:
+        return make()
+    except rclpy_implementation.RCLError as error:
+        raise ParameterError(
+            f"{described(error)}; are topics remapped that have different types?"
+        ) from error
+
+
 def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     """:func:`run_node` for several nodes in one executor.
 
@@ -139,7 +151,7 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     try:
         delivery = _direct_delivery() if len(makers) > 1 else None
         for make in makers:
-            running.append(make())
+            running.append(_made(make))
         _settle_memory()
         executor = make_executor()
         if delivery is not None:

@@ -36,6 +36,8 @@ class LawPace:
         self._backlog: tuple[float, float] | None = None  # since when (s), and its wait (s) then
         self._behind = False
         self._skipped_before = 0
+        # s, for a sample since the last news, and between the two before.
+        self._longest = self._longest_before = 0.0
 
     def must_skip(self, sent: float, received: float, now: float) -> bool:
         """Tell whether to leave out a sample, because newer ones wait behind it.
@@ -68,6 +70,7 @@ class LawPace:
     def took(self, seconds: float) -> None:
         """Take note of how long the law has taken for a sample."""
         self._taken.append(seconds)
+        self._longest = max(self._longest, seconds)
 
     @property
     def law_time(self) -> float:
@@ -81,13 +84,18 @@ class LawPace:
 
     def news(self, law: str) -> str | None:
         """Return what to say of samples skipped since the last call, or None for none."""
+        # What a long call makes wait may be skipped in the period after it.
+        longest = max(self._longest, self._longest_before)
+        self._longest, self._longest_before = 0.0, self._longest
         if self.skipped == self._skipped_before:
-            self._behind, self._backlog = False, None
+            self._behind = False
             return None
         self._skipped_before = self.skipped
         takes = f"{law} takes {_ms(self.law_time)} per sample of {_ms(self.interval)}"
         if self.law_time > 0.5 * self.interval:
             return f"{takes}: samples skipped; make it faster, or lengthen time.period"
+        if longest > BACKLOG:
+            return f"{takes}, but once took {_ms(longest)}: samples skipped; see what makes it wait"
         return f"machine too busy: samples skipped ({takes})"
 
 

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import yaml
 
 from rodless_base.atomic_write import atomic_write
-from rodless_base.one_line import OneLineError, shown
+from rodless_base.one_line import OneLineError, in_one_line, shown
+from rodless_base.yaml_file import BoundedLoader, number_or_text
 from rodless_lab.bags.mcap_file.index import McapIndex
 
 if TYPE_CHECKING:  # mcap_file, imported above, says how to get a library that is not there
@@ -44,6 +45,9 @@ _LONGEST_METADATA = 10_000_000
 # Of one topic, in characters: rosbag2 writes some 300 for each publisher.
 _LONGEST_PROFILES = 100_000
 
+# Bits: rosbag2 has no longer ones, and Python cannot write long ones.
+_LONGEST_NUMBER = 64
+
 # rosbag2's own format version in the distribution jazzy; newer ones read it too.
 _VERSION = 9
 
@@ -53,6 +57,20 @@ _NO_TIME = 2**63 - 1
 
 class BagError(OneLineError):
     """A bag that cannot be read or written; the text names the bag and what is wrong with it."""
+
+
+class _Loader(BoundedLoader):
+    """Reads what rosbag2 writes, and what others have made of it."""
+
+
+def _whole_number(loader: BoundedLoader, node: Any) -> object:
+    number = number_or_text(loader, node)
+    if isinstance(number, int) and number.bit_length() > _LONGEST_NUMBER:
+        raise ValueError  # the loader says where and what
+    return number
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _whole_number)
 
 
 @dataclass(frozen=True)
@@ -93,11 +111,13 @@ def _profiles(channel: "Channel") -> tuple[Mapping[str, object], ...]:
             f"{_LONGEST_PROFILES}"
         )
     try:
-        profiles = yaml.safe_load(text) or []
-    except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+        profiles = yaml.load(text, _Loader) or []
+    except (yaml.YAMLError, ValueError, TypeError):
         profiles = text
     if not isinstance(profiles, list) or not all(isinstance(one, dict) for one in profiles):
-        raise BagError(f"{channel.topic}: {text[:40]!r} are no profiles of quality of service")
+        raise BagError(
+            f"{shown(channel.topic)}: {text[:40]!r} are no profiles of quality of service"
+        )
     return tuple(profiles)
 
 
@@ -227,15 +247,16 @@ def unlisted_files(bag: Path, listed: Iterable[Path]) -> list[Path]:
 def _listed_files(bag: Path) -> list[Path]:
     listed = _listed(bag, "relative_file_paths")
     if not isinstance(listed, list):
-        raise BagError(f"{bag / METADATA_FILE}: relative_file_paths is {listed!r:.40}, not a list")
-    return [_inside(bag, str(name)) for name in listed]
+        what = f"relative_file_paths is {shown(listed)}, not a list"
+        raise BagError(f"{bag / METADATA_FILE}: {what}")
+    return [_inside(bag, name) for name in listed]
 
 
-def _inside(bag: Path, name: str) -> Path:
+def _inside(bag: Path, name: object) -> Path:
     """Return the file of that name in the bag; raises :class:`BagError` for one outside it."""
-    relative = PurePath(name)
-    if relative.is_absolute() or ".." in relative.parts or "\0" in name:
-        raise BagError(f"{bag / METADATA_FILE}: names {name!r:.80}, which is not in the bag")
+    relative = PurePath(name) if isinstance(name, str) else PurePath("..")
+    if relative.is_absolute() or ".." in relative.parts or "\0" in str(relative):
+        raise BagError(f"{bag / METADATA_FILE}: names {shown(name)}, which is not in the bag")
     # Before version 4 rosbag2 put the name of the bag's folder first.
     return bag / relative if (bag / relative).is_file() else bag / relative.name
 
@@ -262,7 +283,7 @@ def listed_messages(bag: Path) -> int | None:
         count = _listed(bag, "message_count")
         if not isinstance(count, int):
             path = bag / METADATA_FILE
-            raise BagError(f"{path}: message_count is {count!r:.40}, not a number of messages")
+            raise BagError(f"{path}: message_count is {shown(count)}, not a number of messages")
         return count
 
 
@@ -293,7 +314,10 @@ def _by_topic(entries: Any) -> Mapping[str, int] | None:
     counts: Counter[str] = Counter()  # others list a topic once for each kind of publisher
     try:
         for one in entries:
-            counts[str(one["topic_metadata"]["name"])] += int(one["message_count"])
+            name = one["topic_metadata"]["name"]
+            if not isinstance(name, str):
+                return None
+            counts[name] += int(one["message_count"])
     except (KeyError, TypeError, ValueError, OverflowError):
         return None
     return counts
@@ -324,8 +348,8 @@ def _information(bag: Path) -> dict[Any, Any]:
     try:
         if path.stat().st_size > _LONGEST_METADATA:
             raise ValueError(f"longer than {_LONGEST_METADATA} bytes")
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
+        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+    except (yaml.YAMLError, TypeError, ValueError) as error:
         raise BagError(_no_description(path, _fault(error))) from error
     information = content.get(_INFORMATION) if isinstance(content, dict) else None
     if not isinstance(information, dict):
@@ -344,18 +368,17 @@ def _fault(error: Exception) -> str:
     """Say why a description cannot be read, where Python's words say little to who has a bag."""
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is no text in UTF-8"
-    if isinstance(error, RecursionError):
-        return "it is nested too deeply"
-    return str(error).partition("\n")[0]
+    return in_one_line(str(error).partition("\n")[0])
 
 
 def _checked(files: Iterable[Path], bag: Path) -> list[Path]:
     checked = list(files)
     for path in checked:
         if not _storage(path):
-            raise BagError(f"{bag}: {path.name} is neither MCAP nor SQLite, the storages read here")
+            name = in_one_line(path.name)
+            raise BagError(f"{bag}: {name} is neither MCAP nor SQLite, the storages read here")
         if not path.is_file():
-            raise BagError(f"{bag}: its file {path.name} is missing")
+            raise BagError(f"{bag}: its file {in_one_line(path.name)} is missing")
     return checked
 
 

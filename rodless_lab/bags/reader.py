@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from rodless_base.columns import Columns
 from rodless_base.file_path import file_path
+from rodless_base.one_line import listed
 from rodless_lab.bags.message_definition import message_class
 from rodless_lab.bags.metadata import (
     METADATA_FILE,
@@ -32,6 +33,10 @@ from rodless_lab.bags.metadata import (
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
+
+# Numbers of a table whose arrays are padded to one length, and columns of one that is saved.
+LARGEST_TABLE = 50_000_000
+MOST_COLUMNS = 10_000
 
 
 @dataclass(frozen=True)
@@ -105,21 +110,47 @@ class TopicMessages(Columns):
         """Numeric fields by (dotted) name: shape (n,), or (n, k) for arrays of k numbers.
 
         Where arrays differ in length, the shorter ones end in NaN. Texts, lists of messages and
-        the header are left out.
+        the header are left out. Raises :class:`BagError`, also where a long array among short ones
+        makes a table that is out of proportion.
         """
         if not self.messages:
             return {}
         names = _numeric_fields(self.messages[0])
-        return {name: _column(self.messages, name) for name in names}
+        return {name: self._column(name) for name in names}
+
+    def _column(self, name: str) -> Array:
+        values = [_value(message, name) for message in self.messages]
+        if not _is_numbers(values[0]):
+            return np.array(values)
+        longest = max(map(len, values))
+        if all(len(value) == longest for value in values):
+            return np.array(values)
+        if len(values) * longest > LARGEST_TABLE:
+            raise BagError(
+                f"{self.topic.name}: {name} is an array of up to {longest} numbers in "
+                f"{len(values)} messages, too large a table; read its messages one by one"
+            )
+        column = np.full((len(values), longest), np.nan)
+        for row, value in zip(column, values, strict=True):
+            row[: len(value)] = value
+        return column
 
     def columns(self) -> dict[str, Array]:
-        """Return log time, stamps and fields, shape (n,) each; raises :class:`BagError`."""
+        """Return log time, stamps and fields, shape (n,) each.
+
+        Raises :class:`BagError`, also for arrays that make too many columns.
+        """
         columns = {"time": self.time}
         if self.messages and hasattr(self.messages[0], "header"):
             columns["stamp"] = self.stamp
         for name, values in self.fields.items():
             if values.ndim == 1:
                 columns[name] = values
+            elif values.shape[1] > MOST_COLUMNS:
+                raise BagError(
+                    f"{self.topic.name}: {name} is an array of {values.shape[1]} numbers, too many "
+                    f"for columns ({MOST_COLUMNS}); take it from fields"
+                )
             else:
                 columns |= {f"{name}[{k}]": column for k, column in enumerate(values.T)}
         return columns
@@ -186,7 +217,7 @@ class Bag:
 
     def __getitem__(self, topic: str) -> TopicMessages:
         if topic not in self._messages:
-            there = ", ".join(self._messages) or "no topics"
+            there = listed(self.topics) or "no topics"
             raise BagError(f"{self.path}: {topic} was not recorded; the bag holds {there}")
         return self._messages[topic]
 
@@ -246,6 +277,8 @@ def _refusal(files: Sequence[Path], contents: Storage, differ: str, left_out: st
     """Say why a bag is not read as a whole one, and the way to what there is of it."""
     if differ and left_out:
         return f"{differ}; {left_out}"
+    if contents.recording:
+        return contents.fault
     plain, anyhow = all(map(is_plain, files)), "read_bag(..., recover=True)"
     way = "rodless recover" if plain else anyhow
     if differ and plain:  # recovery leaves a bag alone that was closed
@@ -311,19 +344,6 @@ def _numeric_fields(message: Any, prefix: str = "") -> Iterator[str]:
 def _is_numbers(value: object) -> bool:
     # Sequences of numbers are array.array (variable length) or numpy arrays (fixed length).
     return hasattr(value, "tolist")
-
-
-def _column(messages: Sequence[Any], name: str) -> Array:
-    values = [_value(message, name) for message in messages]
-    if not _is_numbers(values[0]):
-        return np.array(values)
-    longest = max(map(len, values))
-    if all(len(value) == longest for value in values):
-        return np.array(values)
-    column = np.full((len(values), longest), np.nan)
-    for row, value in zip(column, values, strict=True):
-        row[: len(value)] = value
-    return column
 
 
 def _value(message: Any, name: str) -> Any:

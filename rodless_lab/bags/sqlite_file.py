@@ -28,6 +28,8 @@ def sqlite_messages(file: Path) -> Iterator[tuple[BagTopic, int, int, bytes]]:
     try:
         with Reader(file) as reader:
             topics = {one.id: BagTopic(one.topic, one.msgtype) for one in reader.connections}
+            if not all(isinstance(one.name, str) for one in topics.values()):
+                raise BagError("a topic's name is no text")
             for count, (connection, time, data) in enumerate(reader.messages()):
                 # SQLite keeps what it finds in a damaged row, of whatever type.
                 if type(time) is not int or not isinstance(data, bytes | memoryview):

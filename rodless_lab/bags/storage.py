@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_lab.bags.claim import is_being_written
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, recorded_topics
@@ -59,10 +60,14 @@ class Recorded:
 
 @dataclass
 class Storage:
-    """Topics by name, and what is wrong with the file, if anything: the rest is missing then."""
+    """Topics by name, and what is wrong with the file, if anything: the rest is missing then.
+
+    ``recording`` where there is a rest because it is still to come.
+    """
 
     recorded: dict[str, Recorded] = field(default_factory=dict)
     fault: str = ""
+    recording: bool = False
 
 
 def read_storage(file: Path, into: Storage) -> None:
@@ -108,7 +113,12 @@ def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes
                 raise McapError(f"holds a message of the unknown channel {message.channel}")
             yield topics[message.channel], message.log_time, message.publish_time, message.data
         if not reader.complete:
-            fault = "is cut off, or was never closed because its recording was killed"
+            into.recording = is_being_written(file)
+            fault = (
+                f"{file.name} is still being written; end the recording first"
+                if into.recording
+                else "is cut off, or was never closed because its recording was killed"
+            )
     except McapError as error:
         fault = f"{file.name} {error}"
     into.fault = into.fault or fault

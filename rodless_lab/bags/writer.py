@@ -12,12 +12,13 @@ import errno
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from rodless_base.atomic_write import cannot_be_written
 from rodless_base.closing import Closing
 from rodless_base.file_path import file_path
+from rodless_lab.bags.claim import claimed
 from rodless_lab.bags.decompress import is_zstd
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
@@ -52,7 +53,7 @@ class BagWriter(Closing):
         self.path = file_path(path, BagError)
         self._channels: dict[str, int] = {}
         self.failure: BagError | None = None
-        file = f"{self.path.resolve().name}_0.mcap"
+        file = f"{Path(os.path.realpath(self.path)).name}_0.mcap"
         try:
             self.path.mkdir(parents=True)
             self._file = McapWriter(self.path / file)
@@ -127,7 +128,8 @@ def recover_bag(path: str | Path) -> int:
 
     Only the cut end of its files is thrown away; a bag that was closed stays as it is. Returns
     the number of messages. Raises :class:`BagError`, also for a bag damaged before its end, in
-    another storage than MCAP, compressed, or with a file that leads out of its folder.
+    another storage than MCAP, compressed, with a file that leads out of its folder, or that is
+    still being recorded.
     """
     bag = file_path(path, BagError)
     if not bag.is_dir():
@@ -135,20 +137,29 @@ def recover_bag(path: str | Path) -> int:
     files = storage_files(bag)
     for file in files:
         _check_ours(bag, file)
-    readers = {file: _scanned(file) for file in files}
-    done: list[FileContents] = []
-    try:
-        for file, reader in readers.items():
-            if not reader.complete:
-                with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
-                    _finish(bag, writer, done)
-            done.append(_contents(file.name, reader.index))
-        closed_before = all(reader.complete for reader in readers.values())
-        if not (closed_before and (bag / METADATA_FILE).is_file()):
-            write_metadata(bag, done)
-    except OSError as error:
-        raise BagError(cannot_be_written(path, error)) from error
+    with ExitStack() as claims:
+        for file in files:
+            _claim(file, claims)
+        readers = {file: _scanned(file) for file in files}
+        try:
+            done = _ended(bag, readers)
+        except OSError as error:
+            raise BagError(cannot_be_written(path, error)) from error
     return sum(sum(contents.counts.values()) for contents in done)
+
+
+def _ended(bag: Path, readers: Mapping[Path, McapReader]) -> list[FileContents]:
+    """End the files that are not complete, and describe the bag; raises OSError."""
+    done: list[FileContents] = []
+    for file, reader in readers.items():
+        if not reader.complete:
+            with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
+                _finish(bag, writer, done)
+        done.append(_contents(file.name, reader.index))
+    closed_before = all(reader.complete for reader in readers.values())
+    if not (closed_before and (bag / METADATA_FILE).is_file()):
+        write_metadata(bag, done)
+    return done
 
 
 def _check_ours(bag: Path, file: Path) -> None:
@@ -157,6 +168,13 @@ def _check_ours(bag: Path, file: Path) -> None:
         raise BagError(f"{bag}: {file.name} is not plain MCAP; `ros2 bag reindex` may help")
     if not file.resolve().is_relative_to(bag.resolve()):
         raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")
+
+
+def _claim(file: Path, claims: ExitStack) -> None:
+    try:
+        claims.enter_context(claimed(file))
+    except OSError as error:
+        raise BagError(f"{file}: cannot be read: {error.strerror}") from error
 
 
 def _scanned(file: Path) -> McapReader:

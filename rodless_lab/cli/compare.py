@@ -20,7 +20,7 @@ from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.reports.differences import IN_PLACE, Pair, differences_table, write_differences
 from rodless_lab.runs.comparison import aligned, common_time, differences
-from rodless_lab.runs.from_bag import read_run_and_setpoint
+from rodless_lab.runs.from_bag import naming, read_run_and_setpoint
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.runs.resimulate import follow, resimulate
 from rodless_sim import RigParameters
@@ -64,13 +64,20 @@ def _pair(options: argparse.Namespace, second: MeasuredRun, setpoint: Setpoint |
     if options.first not in preset_names() or Path(options.first).exists():
         recorded = read_run_and_setpoint(options.first, options.namespace)
         return aligned(recorded, (second, setpoint))
+    with naming(options.bag):
+        return _simulated(options, second, setpoint), second
+
+
+def _simulated(
+    options: argparse.Namespace, second: MeasuredRun, setpoint: Setpoint | None
+) -> MeasuredRun:
     if options.drive == "voltage":
-        return resimulate(RigParameters.preset(options.first), second), second
+        return resimulate(RigParameters.preset(options.first), second)
     if setpoint is None:
         raise RunError("no set-points were recorded; compare with --drive voltage")
     if setpoint.doubt:
         raise RunError(f"{setpoint.doubt}, or compare with --drive voltage")
-    return follow(options.first, second, setpoint), second
+    return follow(options.first, second, setpoint)
 
 
 def _report(options: argparse.Namespace, runs: Pair) -> None:

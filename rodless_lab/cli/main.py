@@ -11,7 +11,9 @@
 import argparse
 import importlib
 import importlib.util
+import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from rodless_base.command_line import Parser
@@ -100,7 +102,10 @@ def _run(stop: Stop) -> str | int | None:
         if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
             parser.error(f"{text!a} is not text in UTF-8")
     if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
-        sys.path.append(str(Path.cwd()))
+        with suppress(FileNotFoundError):  # of a folder that is no longer there
+            sys.path.append(str(Path.cwd()))
+    # Verbs draw into files, for which it is of no use, and it may name what is not installed.
+    os.environ.pop("MPLBACKEND", None)
     if chosen.verb in UNTIL_INTERRUPTED:
         stop.end_with(0)
     try:

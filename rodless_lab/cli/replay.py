@@ -25,7 +25,7 @@ from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
 from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
-from rodless_lab.runs.from_bag import Recording, read_commands, read_recording
+from rodless_lab.runs.from_bag import Recording, naming, read_commands, read_recording
 from rodless_lab.runs.measured_run import MeasuredRun, RunError
 from rodless_lab.runs.resimulate import replay
 from rodless_sim import RigParameters
@@ -38,8 +38,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
 
 
 def _replay(options: argparse.Namespace) -> None:
+    parameters = _parameters(options)
     recording = read_recording(options.bag, options.namespace)
-    _report(options, recording, replay(_parameters(options), recording.run))
+    with naming(options.bag):
+        replayed = replay(parameters, recording.run)
+    _report(options, recording, replayed)
 
 
 def _parser() -> Parser:
@@ -76,7 +79,7 @@ def _report(options: argparse.Namespace, recording: Recording, replayed: Measure
     numbers = {name: asdict(value) for name, value in found.items()}
     replaced = write_differences(options.output / "replay", names, runs, time, numbers)
     print(differences_table(names, found))
-    print_notes(recorded)
+    print_notes(*runs)
     _print_commands(options.bag, options.namespace, recording)
     if options.parameters is not None and identified_subject(options.parameters) == "friction":
         print(f"{options.parameters.name} was identified: {bias_note()}")

@@ -33,6 +33,9 @@ Array = npt.NDArray[np.float64]
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
 
+# No instrument has a reading beyond it, in m, Pa or V.
+LARGEST_READING = 1e12
+
 
 def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:
     """Read position, pressures and voltage from a bag of the rig's topics; time begins at 0.
@@ -80,12 +83,20 @@ def read_run_and_setpoint(
 
 def read_recording(path: str | Path, namespace: str = "") -> "Recording":
     """Read a run as :func:`read_run` does, and where it lies in the bag."""
-    with _naming(path):
-        return recording_in(read_bag(path), namespace.rstrip("/"))
+    prefix = _prefix(namespace)
+    with naming(path):
+        return recording_in(read_bag(path), prefix)
+
+
+def _prefix(namespace: str) -> str:
+    """Return what stands before the topics of a rig."""
+    if not isinstance(namespace, str):
+        raise TypeError(f"{shown(namespace)} refused, must be a namespace such as '/rig1'")
+    return namespace.rstrip("/")
 
 
 @contextmanager
-def _naming(path: str | Path) -> Iterator[None]:
+def naming(path: str | Path) -> Iterator[None]:
     """Turn what is wrong with the bag at ``path`` into a RunError that names it."""
     try:
         yield
@@ -200,8 +211,9 @@ def read_commands(path: str | Path, namespace: str = "") -> Commands:
     ([0, 1, 2], 0.0)
     >>> commands.save("commands.csv")
     """
-    with _naming(path):
-        return _commands(read_bag(path), namespace.rstrip("/"))
+    prefix = _prefix(namespace)
+    with naming(path):
+        return _commands(read_bag(path), prefix)
 
 
 def _commands(bag: Bag, namespace: str) -> Commands:
@@ -291,17 +303,20 @@ def _refuse_backwards(messages: TopicMessages, time: Array) -> None:
 
 def _field(messages: TopicMessages, name: str) -> Array:
     fields = messages.fields
-    if name not in fields:
-        raise RunError(f"{messages.topic.name}: {messages.topic.type_name} has no {name}")
+    if name not in fields or fields[name].ndim != 1:
+        raise RunError(
+            f"{messages.topic.name}: {messages.topic.type_name} has no {name} of one number"
+        )
     return np.asarray(fields[name], dtype=np.float64)
 
 
 def _checked(messages: TopicMessages, values: Array, time: Array) -> Array:
-    bad = np.flatnonzero(~np.isfinite(values))
+    bad = np.flatnonzero(~(np.abs(values) <= LARGEST_READING))  # NaN, too
     if len(bad):
         place = int(bad[0])
         raise RunError(
-            f"{messages.topic.name}: message {place}, at {time[place]:.6f} s, holds {values[place]}"
+            f"{messages.topic.name}: message {place}, at {time[place]:.6f} s, holds "
+            f"{values[place]:g}, which no instrument reads"
         )
     return values
 

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.frames import joint_among
+from rodless_base.one_line import listed
 from rodless_lab.bags.reader import TopicMessages
 from rodless_lab.runs.measured_run import RunError
 
@@ -54,7 +55,7 @@ def messages_of(messages: TopicMessages, joint: str) -> JointMessages | None:
         return JointMessages(messages.at(chosen), [names[k].index(name) for k in chosen])
     if several := sorted(name for name in known if name.endswith(joint)):
         raise RunError(
-            f"{messages.topic.name}: {', '.join(several)} may each be the {joint}; record one rig "
+            f"{messages.topic.name}: {listed(several)} may each be the {joint}; record one rig "
             "alone"
         )
     return None
@@ -72,8 +73,7 @@ def joint_messages(messages: TopicMessages, joint: str) -> JointMessages:
     alone = len(names) == 1 and len(next(iter(names))) <= 1
     if alone and all(len(message.position) <= 1 for message in messages.messages):
         return JointMessages(messages, [0] * len(messages))
-    there = sorted({name for one in names for name in one})
-    among = ", ".join(there) or "those without a name"
+    among = listed(sorted({name for one in names for name in one})) or "those without a name"
     raise RunError(f"{messages.topic.name}: no joint {joint!r} among {among}")
 
 

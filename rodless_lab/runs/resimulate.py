@@ -8,14 +8,20 @@
 
 """A recorded run once more, by a simulated rig."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rodless_base.one_line import described
 from rodless_control import PidParameters
-from rodless_lab.runs.measured_run import MeasuredRun, Setpoint, run_of_trace
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint, run_of_trace
 from rodless_lab.simulation.closed_loop import closed_loop
-from rodless_sim import RigParameters, simulate
+from rodless_sim import RigParameters, SimulationError, simulate
+
+# m, which instruments may place a carriage beyond the end of its stroke without a remark.
+FARTHEST_OFF = 1e-3
 
 
 def rig_of(parameters: RigParameters, recorded: MeasuredRun) -> tuple[RigParameters, float]:
@@ -36,14 +42,16 @@ def resimulate(
     """Feed the recorded voltages to a rig at rest where the recorded one starts.
 
     ``pressures`` (Pa) are what the chambers start with, as :func:`rodless_sim.simulate` takes them.
-    Raises as :func:`rig_of`, and RunError where the recorded voltages are in doubt.
+    Raises as :func:`rig_of`, and RunError where the recorded voltages are in doubt or no simulated
+    rig can repeat the run.
     """
     recorded.check_voltage()
     rig, start = rig_of(parameters, recorded)
-    trace = simulate(rig, recorded.voltage[:-1], recorded.period, start, pressures)
+    with _refusing():
+        trace = simulate(rig, recorded.voltage[:-1], recorded.period, start, pressures)
     run = run_of_trace(trace, rig.number("supply.pressure"))
     # The last voltage acts on nothing in the run, and is the recorded one all the same.
-    return replace(run, voltage=recorded.voltage)
+    return replace(run, voltage=recorded.voltage, remarks=_remarks(recorded, start))
 
 
 def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
@@ -53,20 +61,43 @@ def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
 
 
 def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRun:
-    """Give the recorded set-points to rig and controller of ``preset``; raises as :func:`rig_of`.
+    """Give the recorded set-points to rig and controller of ``preset``.
 
-    The rig is at rest where the recorded one starts.
+    The rig is at rest where the recorded one starts. Raises as :func:`rig_of`, and RunError where
+    no simulated rig can follow them.
     """
     parameters, start = rig_of(RigParameters.preset(preset), recorded)
-    trace = closed_loop(
-        parameters,
-        PidParameters.preset(preset),
-        _Steps(setpoint, start),
-        duration=float(recorded.time[-1]),
-        period=recorded.period,
-        position=start,
+    with _refusing():
+        trace = closed_loop(
+            parameters,
+            PidParameters.preset(preset),
+            _Steps(setpoint, start),
+            duration=float(recorded.time[-1]),
+            period=recorded.period,
+            position=start,
+        )
+    run = run_of_trace(trace, parameters.number("supply.pressure"))
+    return replace(run, remarks=_remarks(recorded, start))
+
+
+@contextmanager
+def _refusing() -> Iterator[None]:
+    """Turn what a rig refuses into a RunError."""
+    try:
+        yield
+    except (ValueError, SimulationError) as error:
+        raise RunError(f"no simulated rig can repeat it: {described(error)}") from error
+
+
+def _remarks(recorded: MeasuredRun, start: float) -> tuple[str, ...]:
+    """Say where the simulated carriage had to start elsewhere than the recorded one."""
+    first = float(recorded.position[0])
+    if abs(first - start) <= FARTHEST_OFF:
+        return ()
+    return (
+        f"the simulated carriage starts at {1e3 * start:g} mm, the end of its stroke: the recorded "
+        f"one is at {1e3 * first:g} mm; give a rig with its cylinder.stroke",
     )
-    return run_of_trace(trace, parameters.number("supply.pressure"))
 
 
 @dataclass(frozen=True)

@@ -19,20 +19,27 @@ import os
 import select
 import signal
 import sys
+import time
+from collections.abc import Iterable
 
 # From the request to stop to the end by force, in s.
 TIMEOUT = 5.0
 
 
-def end(group: int) -> None:
-    """Stop a process group: SIGINT first, as Ctrl-C does, then SIGKILL."""
-    with contextlib.suppress(ProcessLookupError):
-        leader = os.pidfd_open(group)
-        # Only what runs can act on a signal.
-        os.killpg(group, signal.SIGCONT)
-        os.killpg(group, signal.SIGINT)
-        select.select([leader], [], [], TIMEOUT)
-        os.killpg(group, signal.SIGKILL)
+def end(groups: Iterable[int]) -> None:
+    """Stop process groups: SIGINT first, as Ctrl-C does, then SIGKILL."""
+    leaders = {}
+    for group in groups:
+        with contextlib.suppress(ProcessLookupError):
+            leaders[group] = os.pidfd_open(group)
+            # Only what runs can act on a signal.
+            os.killpg(group, signal.SIGCONT)
+            os.killpg(group, signal.SIGINT)
+    deadline = time.monotonic() + TIMEOUT
+    for group, leader in leaders.items():
+        select.select([leader], [], [], max(deadline - time.monotonic(), 0.0))
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(group, signal.SIGKILL)
 
 
 def main() -> None:
@@ -41,8 +48,7 @@ def main() -> None:
     for line in sys.stdin:
         change = groups.add if line[0] == "+" else groups.discard
         change(int(line[1:]))
-    for group in groups:
-        end(group)
+    end(groups)
 
 
 if __name__ == "__main__":

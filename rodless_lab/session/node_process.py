@@ -15,10 +15,11 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from weakref import WeakSet
 
 from rodless_base.one_line import shown
 from rodless_lab.session import guard
-from rodless_lab.session.errors import HarnessError, WaitTimeoutError
+from rodless_lab.session.errors import HarnessError, WaitTimeoutError, check_not_forked
 
 # Default bound of a wait, in wall-clock s.
 TIMEOUT = 60.0
@@ -34,6 +35,15 @@ class Guard:
     def __init__(self) -> None:
         """Start it with the first process to watch."""
         self._process: subprocess.Popen[str] | None = None
+        _guards.add(self)
+
+    def leave_to_parent(self) -> None:
+        """Let go in a forked process: the guard waits for the end of what it is told by."""
+        if self._process is not None:
+            assert self._process.stdin is not None
+            with contextlib.suppress(OSError):
+                self._process.stdin.close()
+            self._process = None
 
     def tell(self, word: str) -> None:
         """Say that a process has started (``+`` and its ID) or ended (``-``)."""
@@ -67,8 +77,22 @@ class Guard:
         self._process = None
 
 
+_guards: "WeakSet[Guard]" = WeakSet()
+
+
+def _leave_guards_to_parent() -> None:
+    for one in _guards:
+        one.leave_to_parent()
+
+
+os.register_at_fork(after_in_child=_leave_guards_to_parent)
+
+
 class NodeProcess:
-    """One process and whatever it starts."""
+    """One process and whatever it starts; a process forked from the one that started it has none.
+
+    There its methods raise HarnessError.
+    """
 
     def __init__(
         self,
@@ -88,6 +112,7 @@ class NodeProcess:
         self._output = output
         self._guard = guard
         self._process: subprocess.Popen[bytes] | None = None
+        self._owner = os.getpid()
         self._meant_to_run = False
         self._over = True
         self.had_to_be_killed = False  # because it did not end when it was asked to
@@ -140,6 +165,7 @@ class NodeProcess:
         """Its exit code, negative for a signal, or None while it runs."""
         if self._process is None:
             return None
+        check_not_forked(self._owner)
         if self._process.poll() is not None:
             self._end_what_it_left()
         return self._process.returncode
@@ -176,6 +202,7 @@ class NodeProcess:
         (wall-clock s).
         """
         assert self._process is not None
+        check_not_forked(self._owner)
         try:
             self._process.wait(timeout)
         except subprocess.TimeoutExpired as error:
@@ -197,6 +224,7 @@ class NodeProcess:
         """Wait up to ``timeout`` (wall-clock s) for it to stop, then kill it."""
         if self._process is None:
             return
+        check_not_forked(self._owner)
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout)
         self.had_to_be_killed = self.exit_code is None

@@ -28,6 +28,7 @@ from rclpy.task import Future
 
 from rodless_base.closing import Closing
 from rodless_base.one_line import shown
+from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
@@ -38,6 +39,7 @@ from rodless_lab.session.errors import (
     NotYetError,
     RefusedError,
     WaitTimeoutError,
+    check_not_forked,
 )
 from rodless_lab.session.network import make_room_for_nodes
 
@@ -59,6 +61,9 @@ ANSWER_SECONDS = 10.0
 
 # How often a node is asked again that takes a change only later, wall-clock s.
 ASK_AGAIN_SECONDS = 0.5
+
+# What pybind11 makes of a Ctrl-C that comes while it calls a callback.
+INTERRUPTED_CALL = "Unable to convert call argument"
 
 _environment_lock = threading.Lock()
 
@@ -109,6 +114,7 @@ class Observer(Closing):
             )
         self._executor = make_executor(self.context)
         self._executor.add_node(self.node)
+        self._owner = os.getpid()
         self._spinning = threading.Lock()
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
@@ -135,8 +141,10 @@ class Observer(Closing):
     def spin(self, timeout: float = SPIN_SECONDS) -> None:
         """Run the callbacks of what has come, or wait up to ``timeout`` s for something to come.
 
-        Raises HarnessError while that runs already: in another thread, or from a callback.
+        Raises HarnessError while that runs already, in another thread or from a callback, and in a
+        process forked from this.
         """
+        check_not_forked(self._owner)
         if not self._spinning.acquire(blocking=False):
             raise HarnessError(
                 "messages are waited for already: one thread at a time can use a session, and none "
@@ -144,6 +152,10 @@ class Observer(Closing):
             )
         try:
             self._executor.spin_once(timeout)
+        except RuntimeError as error:
+            if not str(error).startswith(INTERRUPTED_CALL):
+                raise
+            raise KeyboardInterrupt from error
         finally:
             self._spinning.release()
 
@@ -370,13 +382,25 @@ def ros_parameter(name: object, value: object) -> Parameter:
         raise TypeError(f"{shown(name)} refused, must be the name of a parameter")
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
+    if isinstance(value, tuple):
+        value = list(value)
+    for one in value if isinstance(value, list) else [value]:
+        _check_fits(name, one)
     try:
-        return Parameter(name, value=list(value) if isinstance(value, tuple) else value)
+        return Parameter(name, value=value)
     except (TypeError, ValueError, OverflowError) as error:
         raise TypeError(
             f"{name}: {shown(value)} refused, must be a number, a text, true or false, or a list "
             "of one of these"
         ) from error
+
+
+def _check_fits(name: str, value: object) -> None:
+    """Raise TypeError for a number or a text that no message can hold."""
+    if isinstance(value, int) and not SMALLEST_INTEGER <= value <= LARGEST_INTEGER:
+        raise TypeError(f"{name}: {shown(value)} refused, ROS has whole numbers of 64 bits")
+    if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise TypeError(f"{name}: {shown(value)} refused, it has half a character")
 
 
 def python_value(value: ParameterValue) -> object:

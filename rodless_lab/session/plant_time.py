@@ -84,7 +84,14 @@ class PlantTime(LiveSession):
 
     @timeout_was_patience
     def run_for(self, duration: float, timeout: float | None = None) -> Sample:
-        """Let the rig run for ``duration`` s of plant time; see :meth:`run_until`."""
+        """Let the rig run for ``duration`` s of plant time; see :meth:`run_until`.
+
+        Raises ValueError for a duration that is no number of s, or negative.
+        """
+        if not is_number(duration) or not 0.0 <= duration < math.inf:
+            raise ValueError(
+                f"run_for: {shown(duration)} refused, must be a number of s, from 0 on"
+            )
         return self.run_until(self.latest.time + duration, timeout=timeout)
 
     @timeout_was_patience

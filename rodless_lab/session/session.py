@@ -67,7 +67,7 @@ def _is_command_line(given: object) -> bool:
 
 def _are_texts(given: object) -> bool:
     return isinstance(given, Mapping) and all(
-        isinstance(text, str) for pair in given.items() for text in pair
+        isinstance(text, str) and "\0" not in text for pair in given.items() for text in pair
     )
 
 
@@ -149,6 +149,10 @@ class RigSession(PlantTime, Controls, Faults):
             given = (plant or {}).get(name, own)
             option = f"{name.removeprefix('time.')}={own!r}"
             _refuse_unless(given == own, name, given, f"the session has {option}: give it there")
+        switches = (one_process, telemetry, relay_commands, paused, law_may_fail)
+        names = ("one_process", "telemetry", "relay_commands", "paused", "law_may_fail")
+        for name, switch in zip(names, switches, strict=True):
+            _refuse_unless(switch in (True, False), name, switch, "must be True or False")
         for topic in bag_topics:
             check_topic_name(topic)
         _refuse_unless(callable(check), "check", check, "must be a function without arguments")

@@ -22,6 +22,7 @@ from rodless_base.one_line import shown
 from rodless_base.parameter_file import is_of_rclpy
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER, Parameter
 from rodless_base.ros.parameters import ros_value
+from rodless_base.yaml_file import yaml_value
 from rodless_control.laws import LAWS, of_other_law
 from rodless_control.parameters import LAW
 from rodless_lab.session.dry_run import check_change, controller_set
@@ -213,7 +214,7 @@ def typed_value(name: str, text: str, kind: int) -> object:
     """Return what ``text`` stands for in a parameter of ``kind``; raises :class:`RigError`."""
     if kind == ParameterType.PARAMETER_STRING:
         return text
-    convert, wanted = _KINDS.get(kind, (yaml.safe_load, "a value"))
+    convert, wanted = _KINDS.get(kind, (yaml_value, "a value"))
     try:
         return convert(text)
     except (ValueError, yaml.YAMLError) as error:
@@ -245,7 +246,7 @@ def _numbers(text: str) -> list[float]:
 
 _KINDS: dict[int, tuple[Callable[[str], object], str]] = {
     ParameterType.PARAMETER_BOOL: (_boolean, "true or false"),
-    ParameterType.PARAMETER_INTEGER: (_integer, "a whole number"),
+    ParameterType.PARAMETER_INTEGER: (_integer, "a whole number of at most 64 bits"),
     ParameterType.PARAMETER_DOUBLE: (float, "a number"),
     ParameterType.PARAMETER_DOUBLE_ARRAY: (_numbers, "numbers with commas between them"),
 }

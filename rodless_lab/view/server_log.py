@@ -19,7 +19,7 @@ from pathlib import Path
 from rodless_base.one_line import described, in_one_line
 
 # Those that log what came over a socket.
-LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server")
+LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server", "uvicorn.error")
 
 # s between two lines on messages that were none.
 PERIOD = 10.0

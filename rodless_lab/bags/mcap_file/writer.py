@@ -8,6 +8,7 @@
 
 """Write an MCAP file so that it can be ended wherever the writing stops."""
 
+import errno
 import os
 import struct
 import zlib
@@ -26,6 +27,7 @@ from mcap.records import (
 )
 
 from rodless_base.closing import Closing
+from rodless_lab.bags.claim import claim
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
 
 # Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
@@ -47,8 +49,9 @@ class McapWriter(Closing):
     """
 
     def __init__(self, path: Path) -> None:
-        """Begin a new file; raises OSError."""
+        """Begin a new file, which no other process may change; raises OSError."""
         self._begin(path, "xb", McapIndex())
+        claim(self._file.fileno())
         self._append(MAGIC + encoded([Header(profile="ros2", library="rodless_lab")]))
 
     @classmethod
@@ -56,7 +59,7 @@ class McapWriter(Closing):
         """Go on behind what ``index`` lists, throwing away what stands after it.
 
         ``last_chunk`` lists the messages of the last chunk, whose own index may have been cut.
-        Raises OSError.
+        The file is to be :func:`claimed` before ``index`` is made. Raises OSError.
         """
         writer = cls.__new__(cls)
         writer._begin(path, "r+b", index)
@@ -146,6 +149,8 @@ class McapWriter(Closing):
 
     def _append_chunk(self, chunk: Chunk, entries: Entries) -> None:
         start = self.index.end
+        if os.fstat(self._file.fileno()).st_size != start:
+            raise OSError(errno.EBUSY, "another program has changed its file", str(self._path))
         content = encoded([chunk])
         indexes, offsets = _message_indexes(start + len(content), entries)
         self._append(content + indexes)

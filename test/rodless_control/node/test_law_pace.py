@@ -58,6 +58,33 @@ def test_a_law_that_is_too_slow_is_given_the_newest_samples() -> None:
     assert pace.news("law Slow") is None
 
 
+@pytest.mark.parametrize("stall", [0.2, 0.5, 5.0])
+def test_a_law_that_waits_now_and_then_is_named(stall: float) -> None:
+    """Once in 300 samples: that it is quick otherwise does not put it on the machine."""
+    pace, now, k, said = LawPace(), 0.0, 0, list[str | None]()
+    asked = calls = 0
+    while now < 30.0:
+        k += 1
+        now = max(now, k * 1e-3)
+        if pace.must_skip(k * 1e-3, k * 1e-3, now):
+            now += 20e-6
+        else:
+            calls += 1
+            took = stall if calls % 300 == 0 else 8e-6
+            pace.took(took)
+            now += took
+        if now > asked + 1.0:
+            asked = int(now)
+            said.append(pace.news("law Now"))
+    news = [one for one in said if one is not None]
+    assert len(news) >= (3 if pace.skipped else 0)
+    assert pace.skipped or stall < 0.5
+    for one in news:
+        assert one.endswith(
+            f"but once took {stall * 1e3:g} ms: samples skipped; see what makes it wait"
+        )
+
+
 @pytest.mark.parametrize("law_time", [0.2, 1.0])
 def test_a_very_slow_law_is_noticed_within_seconds(law_time: float) -> None:
     """Three answers tell."""

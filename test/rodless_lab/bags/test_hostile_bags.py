@@ -10,6 +10,8 @@
 
 import subprocess
 import sys
+import time
+import tracemalloc
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -202,6 +204,10 @@ def test_whole_chunks_are_read(tmp_path: Path) -> None:
         ("{a: 1}", "are no profiles"),
         ("[" * 5000, "are no profiles"),
         ("2001-99-99", "are no profiles"),
+        ("- !!bool foo", "are no profiles"),
+        ("- {a: !!int ''}", "are no profiles"),
+        ("- !!timestamp x", "are no profiles"),
+        (f"- {{a: 0x{'f' * 20_000}}}", "are no profiles"),
         ("\0", "are no profiles"),
         ("- a: " + "x" * 100_000, "of 100005 characters, more than 100000"),
     ],
@@ -270,6 +276,10 @@ DESCRIPTIONS = {
     "relative_file_paths: [x.mcap]": "its file x.mcap is missing",
     "relative_file_paths: " + "[" * 5000: "not the description of a rosbag2 bag",
     "other: 2001-99-99": "not the description of a rosbag2 bag",
+    "other: !!bool foo": "rosbag2 bag (line 3: 'foo' cannot be read as bool)",
+    "other: !!int ''": "rosbag2 bag (line 3: '' cannot be read as int)",
+    "other: !!float ''": "rosbag2 bag (line 3: '' cannot be read as float)",
+    "other: !!timestamp x": "rosbag2 bag (line 3: 'x' cannot be read as timestamp)",
     "other: 5": "not the description of a rosbag2 bag (it has no relative_file_paths)",
 }
 
@@ -282,7 +292,7 @@ JUNK = {
     b"rosbag2_bagfile_information: [3]": "it has no entries below rosbag2_bagfile_information",
     b"rosbag2_bagfile_information: {}": "it has no relative_file_paths",
     b"a: \xff": "byte 3 is no text in UTF-8",
-    b"[" * 5000: "it is nested too deeply",
+    b"[" * 5000: "line 1: nested more than 20 levels deep",
 }
 
 
@@ -313,6 +323,54 @@ def test_a_description_that_leads_astray(
     for command in (replay, recover):
         assert DESCRIPTIONS[entry] in refusal(sample_bag.path, capsys, command)
     assert stranger.read_bytes() == before
+
+
+# Ten of ten of ten of ...: nothing in memory, and no end of text.
+LAUGHS = "\n".join(
+    f"  a{k}: &a{k} [{', '.join([f'*a{k - 1}' if k else 'ha'] * 10)}]" for k in range(9)
+)
+LAUGHING = {
+    "relative_file_paths: [*a8]": "which is not in the bag",
+    "relative_file_paths: {q: *a8}": "not a list",
+    "message_count: *a8": "not a number of messages",
+}
+
+
+@pytest.mark.parametrize("entry", LAUGHING)
+def test_a_description_that_repeats_itself_is_not_spelt_out(
+    sample_bag, capsys: pytest.CaptureFixture[str], entry: str
+) -> None:
+    """A billion texts by way of aliases: the line is short, and so is the way to it."""
+    others = {"message_count": "600", "relative_file_paths": "[sample_0.mcap]"}
+    others.pop(entry.partition(":")[0])
+    ((name, value),) = others.items()
+    text = f"rosbag2_bagfile_information:\n{LAUGHS}\n  {entry}\n  {name}: {value}\n"
+    (sample_bag.path / METADATA_FILE).write_text(text, encoding="utf-8")
+    tracemalloc.start()
+    said = refusal(sample_bag.path, capsys, recover)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert LAUGHING[entry] in said
+    assert len(said) < 1000
+    assert most < 50e6
+
+
+def test_numbers_to_base_60_take_no_time(sample_bag) -> None:
+    """YAML 1.1 has them; 400 kB of one took half a minute. Nothing in a description is one."""
+    description = sample_bag.path / METADATA_FILE
+    description.write_text(description.read_text() + f"other: {'1:' * 200_000}1\n")
+    begun = time.process_time()
+    assert read_bag(sample_bag.path).complete
+    assert time.process_time() < begun + 10.0
+
+
+def test_what_a_bag_names_commands_no_terminal(sample_bag) -> None:
+    """ESC in a name is spelt out, and of many topics some are named."""
+    description = sample_bag.path / METADATA_FILE
+    text = description.read_text().replace("- sample_0.mcap", '- "\\e[31m.mcap"')
+    description.write_text(text)
+    with pytest.raises(BagError, match=r"its file \\x1b\[31m\.mcap is missing"):
+        read_bag(sample_bag.path)
 
 
 @pytest.mark.parametrize("count", ["abc", "[1]", "1.5"])

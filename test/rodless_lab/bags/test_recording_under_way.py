@@ -1,0 +1,133 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A bag that is being recorded is read by nobody as a whole one, and changed by no other."""
+
+import errno
+import fcntl
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from rodless_lab.bags.metadata import METADATA_FILE, BagError, BagTopic
+from rodless_lab.bags.reader import read_bag
+from rodless_lab.bags.writer import BagWriter, recover_bag
+
+UNDER_WAY = r"_0\.mcap:? is still being written; end the recording first$"
+TOPIC = BagTopic("/x", "std_msgs/msg/Float64")
+
+
+def add(writer: BagWriter, first: int, last: int) -> None:
+    """Write messages of which each is a number."""
+    for k in range(first, last):
+        writer.write("/x", k.to_bytes(12, "little"), k, k)
+    writer.flush()
+
+
+def numbers(bag: Path, recover: bool = False) -> list[int]:
+    """The messages of the bag."""
+    found = read_bag(bag, recover)["/x"].payloads
+    return [int.from_bytes(payload, "little") for payload in found]
+
+
+def files(bag: Path) -> dict[str, bytes]:
+    """What is in the folder."""
+    return {file.name: file.read_bytes() for file in bag.iterdir()}
+
+
+@pytest.mark.parametrize("attempt", [recover_bag, read_bag])
+def test_a_bag_under_way_is_refused_and_ends_whole(
+    tmp_path: Path, attempt: Callable[[Path], object]
+) -> None:
+    """It would be cut short, and its recorder would write on behind an end that is none."""
+    bag = tmp_path / "bag"
+    with BagWriter(bag) as writer:
+        writer.add_topic(TOPIC)
+        add(writer, 0, 1000)
+        before = files(bag)
+        with pytest.raises(BagError, match=UNDER_WAY):
+            attempt(bag)
+        assert files(bag) == before
+        assert numbers(bag, recover=True) == list(range(1000))
+        add(writer, 1000, 2000)
+    assert writer.failure is None
+    assert numbers(bag) == list(range(2000))
+    assert recover_bag(bag) == 2000
+
+
+@contextmanager
+def another_writer(file: Path) -> Iterator[None]:
+    """Another process has the file open, as rosbag2's recorder has: without a lock."""
+    hold = "import sys; file = open(sys.argv[1], 'ab'); print(flush=True); sys.stdin.read()"
+    with subprocess.Popen(
+        [sys.executable, "-c", hold, str(file)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline()
+        yield
+        process.communicate(timeout=60)
+
+
+def test_the_bag_of_another_recorder_is_left_alone_too(tmp_path: Path) -> None:
+    """The kernel says who has a file open to write; after that the bag is recovered."""
+    bag = tmp_path / "bag"
+    with BagWriter(bag) as writer:
+        writer.add_topic(TOPIC)
+        add(writer, 0, 1000)
+        cut = files(bag)["bag_0.mcap"]
+    (bag / METADATA_FILE).unlink()
+    (bag / "bag_0.mcap").write_bytes(cut)
+    if not has_leases(bag / "bag_0.mcap"):
+        pytest.skip("this file system does not say who writes")
+    with another_writer(bag / "bag_0.mcap"):
+        for attempt in (recover_bag, read_bag):
+            with pytest.raises(BagError, match=UNDER_WAY):
+                attempt(bag)
+        assert files(bag) == {"bag_0.mcap": cut}
+    assert recover_bag(bag) == 1000
+    assert numbers(bag) == list(range(1000))
+
+
+def has_leases(file: Path) -> bool:
+    """Whether the file system gives any."""
+    descriptor = os.open(file, os.O_RDONLY)
+    try:
+        fcntl.fcntl(descriptor, fcntl.F_SETLEASE, fcntl.F_RDLCK)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.EOPNOTSUPP):
+            raise
+        return False
+    finally:
+        os.close(descriptor)
+    return True
+
+
+def test_a_file_that_others_change_ends_its_recording(tmp_path: Path) -> None:
+    """A program that asks nobody: the recorder says so, and ends the bag with what it knows."""
+    bag = tmp_path / "bag"
+    with BagWriter(bag) as writer:
+        writer.add_topic(TOPIC)
+        add(writer, 0, 1000)
+        with (bag / "bag_0.mcap").open("ab") as other:
+            other.write(b"an end")
+        with pytest.raises(BagError, match="another program has changed its file"):
+            add(writer, 1000, 2000)
+    assert writer.failure is not None
+    assert numbers(bag) == list(range(1000))
+
+
+def test_a_link_that_leads_to_itself_is_no_place_for_a_bag(tmp_path: Path) -> None:
+    """Refused in one line, as what exists already."""
+    (tmp_path / "link").symlink_to(tmp_path / "link")
+    with pytest.raises(BagError, match="exists already"):
+        BagWriter(tmp_path / "link")

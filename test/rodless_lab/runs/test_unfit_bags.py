@@ -1,0 +1,190 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Sound bags of what no simulated rig can do: one line that names bag and cause, exit code 2."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from quiet_stop import Quiet
+from rclpy.serialization import serialize_message
+from rig_bag import write
+from std_msgs.msg import Float64MultiArray
+
+from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.reader import read_bag
+from rodless_lab.bags.writer import BagWriter
+from rodless_lab.cli import animate, compare, replay
+from rodless_lab.runs.from_bag import read_commands, read_run, read_run_and_setpoint
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, run_of_trace
+from rodless_sim import RigParameters, simulate
+
+ARRAYS = "std_msgs/msg/Float64MultiArray"
+
+
+@pytest.fixture
+def run() -> MeasuredRun:
+    """Return 0.1 s of a rig at rest and of one that begins to move."""
+    voltages = np.r_[np.full(50, 5.0), np.full(50, 6.0)]
+    return run_of_trace(simulate(RigParameters(), voltages, 1e-3, 0.1), 6e5)
+
+
+def refused(verb, bag: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Return the one line a verb says with code 2 of the bag, which it names."""
+    preset = ["paper"] if verb is compare else []
+    output = ["--output", str(bag.parent / "out.gif")]
+    capsys.readouterr()
+    assert verb.main([*preset, str(bag), *output, *arguments], Quiet()) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert str(bag) in said
+    return said
+
+
+@pytest.mark.parametrize("pressure", [0.0, -1e5])
+def test_a_chamber_without_air_is_not_replayed(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str], pressure: float
+) -> None:
+    """A gauge reading of a vented chamber: the rig's own words, and which bag has it."""
+
+    def gauge(topic: str, _sample: int, time: float, value: float) -> tuple[float, float]:
+        return time, pressure if topic == "/chamber_a/pressure" else value
+
+    bag = write(tmp_path / "bag", run, gauge)
+    said = refused(replay, bag, capsys)
+    assert f"no simulated rig can repeat it: pressures {pressure:g}" in said
+    assert "must be finite and positive" in said
+
+
+def test_set_points_in_mm_are_not_followed(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """58 m from a controller that counts in mm."""
+    bag = write(tmp_path / "bag", run, setpoint=(0.01, 58.0))
+    said = refused(compare, bag, capsys, "--drive", "setpoint")
+    assert "the reference asks for 58 m" in said
+
+
+def test_samples_too_far_apart_are_not_replayed(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A clock in the wrong unit."""
+
+    def rarely(_topic: str, _sample: int, time: float, value: float) -> tuple[float, float]:
+        return 1e10 * time, value
+
+    bag = write(tmp_path / "bag", run, rarely, held=True)
+    for verb in (replay, compare):
+        assert "no simulated rig can repeat it: period 1000" in refused(verb, bag, capsys)
+
+
+@pytest.mark.parametrize("verb", [replay, compare, animate])
+@pytest.mark.parametrize(
+    "topic", ["/joint_states", "/valve/state", "/supply/pressure", "/chamber_b/pressure"]
+)
+def test_a_reading_of_no_instrument_is_named(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str], topic: str, verb
+) -> None:
+    """1e308 is finite, and nothing can be computed or drawn from it."""
+
+    def huge(here: str, sample: int, time: float, value: float) -> tuple[float, float]:
+        return time, 1e308 if (here, sample) == (topic, 7) else value
+
+    bag = write(tmp_path / "bag", run, huge, held=True)
+    said = refused(verb, bag, capsys)
+    assert f"{topic}: message 7, at 0.007" in said
+    assert "holds 1e+308, which no instrument reads" in said
+
+
+def test_a_replay_that_has_to_start_elsewhere_says_so(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At the end of a stroke that the recorded cylinder has passed; at its own place, nothing."""
+
+    def farther(topic: str, _sample: int, time: float, value: float) -> tuple[float, float]:
+        return time, value + (0.4 if topic == "/joint_states" else 0.0)
+
+    for name, spoil in (("near", None), ("far", farther)):
+        bag = write(tmp_path / name, run, *filter(None, [spoil]), held=True)
+        assert replay.main([str(bag), "--output", str(tmp_path / "out")], Quiet()) == 0
+        said = capsys.readouterr().err
+        assert ("starts at 200 mm, the end of its stroke: the recorded one is at 500" in said) == (
+            name == "far"
+        )
+
+
+def with_arrays(path: Path, run: MeasuredRun, topic: str, numbers: list[list[float]]) -> Path:
+    """Write a run in which a topic of single numbers has arrays of them instead."""
+    times = run.time.tolist()
+    write(path / "plain", run, without=topic, held=True)
+    plain = read_bag(path / "plain")
+    with BagWriter(path / "bag") as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                writer.write(name, data, int(when), int(when))
+        writer.add_topic(BagTopic(topic, ARRAYS))
+        for k, one in enumerate(numbers):
+            when = round(times[k] * 1e9)
+            writer.write(topic, serialize_message(Float64MultiArray(data=one)), when, when)
+    return path / "bag"
+
+
+@pytest.mark.parametrize("numbers", [[[1.0, 2.0]] * 20, [[]] * 20, [[1.0], [1.0, 2.0]] * 10])
+def test_arrays_are_no_set_points_and_no_voltages(
+    tmp_path: Path, run: MeasuredRun, numbers: list[list[float]]
+) -> None:
+    """They were flattened, and drawn one behind the other."""
+    bag = with_arrays(tmp_path, run, "/setpoint", numbers)
+    with pytest.raises(RunError, match="/setpoint: std_msgs/msg/Float64MultiArray has no data of"):
+        read_run_and_setpoint(bag)
+    (tmp_path / "voltage").mkdir()
+    bag = with_arrays(tmp_path / "voltage", run, "/valve/voltage", numbers)
+    with pytest.raises(RunError, match=r"/valve/voltage: .* has no data of one number"):
+        read_commands(bag)
+
+
+def test_one_long_array_among_short_ones_makes_no_table(tmp_path: Path, run: MeasuredRun) -> None:
+    """100 messages, one of a million numbers: a table of them would be 100 times that."""
+    numbers = [[0.0]] * 99 + [np.zeros(1_000_000).tolist()]
+    found = read_bag(with_arrays(tmp_path, run, "/many", numbers))["/many"]
+    assert len(found.messages[-1].data) == 1_000_000
+    with pytest.raises(BagError, match="array of up to 1000000 numbers in 100 messages"):
+        _ = found.fields
+
+
+def test_a_table_of_too_many_columns_is_not_saved(tmp_path: Path, run: MeasuredRun) -> None:
+    """As an array it is there."""
+    numbers = [np.zeros(20_000).tolist()] * 20
+    found = read_bag(with_arrays(tmp_path, run, "/many", numbers))["/many"]
+    assert found.fields["data"].shape == (20, 20_000)
+    with pytest.raises(BagError, match="20000 numbers, too many for columns"):
+        found.save(tmp_path / "many.csv")
+
+
+def test_a_topic_that_lacks_is_told_without_the_names_of_thousands(
+    tmp_path: Path, run: MeasuredRun
+) -> None:
+    """Some of those that there are, and how many more."""
+    bag = tmp_path / "bag"
+    with BagWriter(bag) as writer:
+        for k in range(3000):
+            writer.add_topic(BagTopic(f"/topic{k}", "std_msgs/msg/Float64"))
+        writer.write("/topic0", serialize_message(Float64MultiArray()), 0, 0)
+    with pytest.raises(RunError, match=r"/topic19 and 2980 more$"):
+        read_run(bag)
+    assert len(run.time) == 101
+
+
+@pytest.mark.parametrize("namespace", [None, 5])
+def test_what_is_no_namespace_is_refused(tmp_path: Path, namespace: object) -> None:
+    """As the wrong type, by its value."""
+    for read in (read_run, read_commands):
+        with pytest.raises(TypeError, match=f"{namespace} refused, must be a namespace"):
+            read(tmp_path, namespace)  # type: ignore[operator]
