@@ -13,7 +13,6 @@ import importlib
 import importlib.util
 import os
 import sys
-from contextlib import suppress
 from pathlib import Path
 
 from rodless_base.command_line import Parser
@@ -97,13 +96,16 @@ def _run(stop: Stop) -> str | int | None:
     parser.add_argument("verb", choices=VERBS, metavar="verb")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="see rodless VERB --help")
     chosen = parser.parse_args()
+    try:
+        Path.cwd()
+    except FileNotFoundError:  # neither Python's libraries nor relative paths get along with it
+        parser.error("the folder in which this runs is no longer there; go into another one")
     for text in chosen.arguments:
         # Neither ROS nor a bag takes another text.
         if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
             parser.error(f"{text!a} is not text in UTF-8")
     if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
-        with suppress(FileNotFoundError):  # of a folder that is no longer there
-            sys.path.append(str(Path.cwd()))
+        sys.path.append(str(Path.cwd()))
     # Verbs draw into files, for which it is of no use, and it may name what is not installed.
     os.environ.pop("MPLBACKEND", None)
     if chosen.verb in UNTIL_INTERRUPTED:

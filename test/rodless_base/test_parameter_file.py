@@ -275,6 +275,7 @@ BOMB = "a: &a [1, 1]\n" + "".join(
     [
         (BOMB, "line 2: aliases (*name) are not for ROS"),
         ("plant: &p\n  ros__parameters: *p\n", "line 2: aliases"),
+        (section("plant", "{<<: {a: 1}, b: 2}"), "line 3: merging (<<) is not for ROS"),
         ("plant: " + "[" * 100_000, "nested more than 20 levels deep"),
         ("plant: " + "{a: " * 100_000, "nested more than 20 levels deep"),
         (section("plant", "{a: 1, a: 2}"), "line 3: 'a' stands twice"),
@@ -309,8 +310,8 @@ def test_a_file_name_with_a_line_break_is_refused_in_one_line(tmp_path: Path) ->
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("spelling", ["190:20:30", "1:30", "190:20:30.15"])
-def test_numbers_to_base_60_are_texts(written: Write, spelling: str) -> None:
+@pytest.mark.parametrize("spelling", ["190:20:30", "1:30", "190:20:30.15", "600_000", "6_0.0"])
+def test_what_is_a_number_in_yaml_alone_is_a_text(written: Write, spelling: str) -> None:
     """YAML 1.1 reads 685230 from 190:20:30; ROS does not, and no rig has such a pressure."""
     path = written(section("plant", f"supply.pressure: {spelling}"))
     assert read_parameter_file(path, "plant") == {"supply.pressure": spelling}

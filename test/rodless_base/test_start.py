@@ -20,7 +20,7 @@ import pytest
 
 from rodless_base.start import AGAIN_SECONDS
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # Only a hung process meets it.
 TIMEOUT = 60.0
 
@@ -155,6 +155,22 @@ def test_while_it_runs_requests_only_tell_it(start: Start, number: signal.Signal
     process.send_signal(number)
     output, errors = process.communicate("go on\n", TIMEOUT)
     assert (output.strip(), errors) == ("asked again, ending", "")
+    assert process.returncode == 7
+
+
+def test_what_nohup_starts_goes_on_when_its_terminal_closes(start: Start) -> None:
+    """A terminal that closes is a request to stop, unless whoever started it has said otherwise."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # which what is started inherits
+    try:
+        process = start(RUNNING)
+        assert line(process) == "running False"
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    process.send_signal(signal.SIGHUP)
+    process.send_signal(signal.SIGTERM)
+    assert line(process) == "asked"
+    process.send_signal(signal.SIGHUP)
+    process.communicate("go on\n", TIMEOUT)
     assert process.returncode == 7
 
 

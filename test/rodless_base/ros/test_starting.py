@@ -87,6 +87,12 @@ REFUSED = {
         ["use_sim_times: no such parameter"],
     ),
     "half an argument": ("controller", None, ["-p", "controller.kp"], ["controller.kp"]),
+    "topics of two types under one name": (
+        "plant",
+        None,
+        ["-r", "valve/voltage:=joint_states"],
+        ["topics remapped that have different types?"],
+    ),
     "an unknown ROS argument": ("controller", None, ["--parameters", "x"], ["--parameters"]),
 }
 

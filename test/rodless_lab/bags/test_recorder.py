@@ -189,11 +189,11 @@ def check_complete(bag: Path, count: int) -> None:
         assert sum(1 for _ in reader.messages()) == 3 * count
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_stopped_recorder_leaves_a_whole_bag(
     domain: dict[str, str], plant: Plant, tmp_path: Path, number: int
 ) -> None:
-    """Ctrl-C or SIGTERM end it soon with exit code 0; no message is missing or changed."""
+    """Ctrl-C, SIGTERM, a closed terminal: exit code 0 soon, no message missing or changed."""
     bag = tmp_path / "bag"
     with RecorderProcess(domain, ["-o", str(bag), *TOPICS]) as recorder:
         recorder.until_it_says("recording ")

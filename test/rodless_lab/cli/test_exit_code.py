@@ -8,6 +8,7 @@
 
 """Results that cannot be written are said before the work; what is cut short is no success."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -71,7 +72,38 @@ def test_what_takes_an_hour_looks_at_its_output_first(
     assert said.count("\n") == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def said_by(command: str, **environment: str) -> str:
+    """Run a verb by the shell after ``command``; return the line that it says with code 2."""
+    run = f'exec {sys.executable} -c "from rodless_lab.cli.main import main; main()"'
+    done = subprocess.run(
+        ["sh", "-c", f"{command} {run} sweep friction --output out --workers 0"],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 2
+    return done.stderr
+
+
+def test_a_folder_that_is_gone_is_said(tmp_path: Path) -> None:
+    """What runs in it can neither read nor write anything there."""
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    said = said_by(f"cd {gone} && rmdir {gone} &&")
+    assert "the folder in which this runs is no longer there" in said.splitlines()[-1]
+    assert "Traceback" not in said
+
+
+def test_what_shows_pictures_does_not_matter(tmp_path: Path) -> None:
+    """Verbs draw into files, whatever matplotlib is told to show them with."""
+    said = said_by(f"cd {tmp_path} &&", MPLBACKEND="nonsense")
+    assert said.count("\n") == 1
+    assert "workers 0 refused" in said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_what_is_interrupted_is_no_success(tmp_path: Path, number: int) -> None:
     """A verb that has not done what it is for ends with 1 and says so; its report is not there."""
     run = "from rodless_lab.cli.main import main; main()"

@@ -238,6 +238,37 @@ def test_all_ends_when_the_test_is_ended_from_outside(number: int) -> None:
         program.wait(TIMEOUT)
 
 
+FORKING = """
+    import multiprocessing
+    import sys
+    import time
+    from rodless_lab.harness import RigSession
+    with RigSession(plant={"time.period": 5e-3}) as rig:
+        child = multiprocessing.get_context("fork").Process(target=time.sleep, args=(600.0,))
+        child.start()
+        print(child.pid, *rig.pids.values(), flush=True)
+        rig.wait_until(lambda: False, "the end")
+"""
+
+
+def test_a_child_of_a_killed_test_keeps_no_node_alive() -> None:
+    """Forked inside the block, as multiprocessing does, it outlives the test, and nothing else."""
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(FORKING)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as program:
+        assert program.stdout is not None
+        child, *nodes = map(int, program.stdout.readline().split())
+        assert len(nodes) == 2
+        program.kill()
+        assert all(ended(pid) for pid in nodes)
+        assert os.pidfd_open(child) > 0
+        os.kill(child, signal.SIGKILL)
+        program.wait(TIMEOUT)
+
+
 FAILING = """
     def test_fails(rig_session):
         rig = rig_session(plant={"time.period": 5e-3})

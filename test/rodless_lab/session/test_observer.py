@@ -11,6 +11,7 @@
 import threading
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -65,6 +66,42 @@ def test_what_waits_already_cannot_wait_again(observer: Observer, node: Node) ->
     observer.wait(lambda: len(said) >= 4, "two callbacks, each with a thread")
     node.destroy_timer(timer)
     assert "\n" not in said[0]
+
+
+def test_an_interrupt_that_the_library_loses_is_one(
+    observer: Observer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C in the moment in which a callback is called; other errors stay what they are."""
+    lost = "Unable to convert call argument '0' to Python object (#define ...)"
+    for text, kind in ((lost, KeyboardInterrupt), ("another", RuntimeError)):
+
+        def fail(_timeout: float, text: str = text) -> None:
+            raise RuntimeError(text)
+
+        monkeypatch.setattr(observer, "_executor", SimpleNamespace(spin_once=fail))
+        with pytest.raises(kind):
+            observer.spin()
+    monkeypatch.undo()
+    observer.spin(0.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "line"),
+    [
+        (2**70, "gain: 1180591620717411303424 refused, ROS has whole numbers of 64 bits"),
+        (-(2**63) - 1, "gain: -9223372036854775809 refused"),
+        ([1, 2**63], "gain: 9223372036854775808 refused"),
+        ("\ud800", "gain: .* refused, it has half a character"),
+        (["a", "\ud800"], "gain: .* refused, it has half a character"),
+    ],
+)
+def test_what_no_message_holds_is_no_value(
+    observer: Observer, node: Node, value: object, line: str
+) -> None:
+    """Refused by name and value before anything is sent."""
+    with pytest.raises(TypeError, match=line):
+        observer.set_parameters("there/server", {"gain": value})
+    assert node.get_parameter("gain").value == 1.0
 
 
 def test_a_check_ends_a_wait(domain: dict[str, str]) -> None:

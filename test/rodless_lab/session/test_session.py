@@ -215,6 +215,38 @@ def test_a_fork_inside_the_block_ends_nothing(rig_session: StartSession) -> None
     assert rig.samples().time[-1] == pytest.approx(0.2)
 
 
+def test_a_fork_that_looks_at_the_session_is_refused_and_ends_nothing(
+    rig_session: StartSession,
+) -> None:
+    """It is told in one line; for the process that opened the session nothing has changed."""
+    rig = rig_session("lockstep", duration=0.2)
+    uses: list[Callable[[], object]] = [
+        lambda: rig.exit_codes,
+        lambda: rig.run_for(0.05),
+        lambda: rig.freeze("plant"),
+        lambda: rig.kill("controller"),
+    ]
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        for use in uses:
+            try:
+                use()
+                os.write(writing, b"done\n")
+            except HarnessError as error:
+                os.write(writing, f"{error}\n".encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as said:
+        lines = said.read().splitlines()
+    assert os.waitpid(child, 0)[1] == 0
+    assert len(lines) == len(uses)
+    assert all(line.startswith("this process was forked inside the block") for line in lines)
+    assert set(rig.exit_codes.values()) == {None}
+    rig.run()
+    assert rig.samples().time[-1] == pytest.approx(0.2)
+
+
 def test_parameters_change_together_or_not_at_all(rig_session: StartSession) -> None:
     """A refused change raises the node's own words and leaves every value as it was."""
     rig = rig_session()
@@ -288,6 +320,9 @@ def test_a_node_that_does_not_start_fails_at_once_with_its_words() -> None:
         ({"duration": math.nan}, "duration nan refused, must be a number of s"),
         ({"duration": "1"}, "duration '1' refused, must be a number of s"),
         ({"duration": -1.0}, "duration -1.0 refused, must be a number of s"),
+        ({"one_process": "maybe"}, "one_process 'maybe' refused, must be True or False"),
+        ({"telemetry": None}, "telemetry None refused, must be True or False"),
+        ({"environment": {"A\0": "x"}}, "environment .* refused, must be texts by name"),
         ({"timeout": None}, "timeout None refused, must be a positive number of s"),
         ({"controller": "ros2 run x"}, "controller 'ros2 run x' refused, must be parameters by"),
         ({"controller": []}, r"controller \[\] refused, must be parameters by name"),

@@ -73,6 +73,10 @@ with Server(lambda: None, "127.0.0.1", 0) as server:
     say(*("42" + json.dumps([name, one]) for one in odd for name in names))
     for event in ("4", "9", "42[", "45", "451-[]"):
         say(event)
+    for frame in ("", "\\0", "bx"):
+        with connect(f"ws://{host}{path}", origin=server.address, proxy=None) as socket:
+            socket.recv(60)
+            socket.send(frame)
     deadline = time.monotonic() + 60.0
     while not logged and time.monotonic() < deadline:
         time.sleep(0.01)
