@@ -15,6 +15,7 @@ import errno
 import io
 import os
 import select
+import stat
 import sys
 from typing import Any
 
@@ -63,9 +64,14 @@ class Output:
         """
         sys.stdout.flush()
         failure = None if self._written is None else self._written.failure
-        if failure is None or failure.errno in (errno.EPIPE, errno.EIO):
+        if failure is None or failure.errno == errno.EPIPE or _is_closed_terminal(failure):
             return None
         return f"standard output: cannot be written: {failure.strerror}"
+
+
+def _is_closed_terminal(failure: OSError) -> bool:
+    """Whether it is one that ``failure`` comes from, and not a disk that is broken."""
+    return failure.errno == errno.EIO and stat.S_ISCHR(os.fstat(OUTPUT).st_mode)
 
 
 def _open_closed() -> None:

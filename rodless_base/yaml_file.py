@@ -12,6 +12,7 @@ import errno
 import os
 import re
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from rodless_base.one_line import described, shown
 # A file of all parameters of both nodes has 10 kB and is five levels deep.
 LARGEST_FILE = 1_000_000  # bytes
 DEEPEST_NESTING = 20  # levels
+TOO_DEEP = f"nested more than {DEEPEST_NESTING} levels deep"
 
 MERGE = "tag:yaml.org,2002:merge"
 
@@ -40,14 +42,26 @@ class BoundedLoader(yaml.SafeLoader):
     _depth = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        """Refuse what is nested beyond reason."""
+        """Refuse what is nested beyond reason, be it by aliases."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        alias = self.check_event(yaml.AliasEvent)
         if self._depth == DEEPEST_NESTING:
-            raise _LineError(event, f"nested more than {DEEPEST_NESTING} levels deep")
+            raise _LineError(event, TOO_DEEP)
         self._depth += 1
-        node = super().compose_node(parent, index)
+        node: Any = super().compose_node(parent, index)
         self._depth -= 1
+        if not alias:
+            node.levels = 1 + max((one.levels for one in _within(node)), default=0)
+        elif self._depth + getattr(node, "levels", DEEPEST_NESTING) > DEEPEST_NESTING:
+            raise _LineError(event, TOO_DEEP)  # what is within itself has no number of levels yet
         return node
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Refuse merging, which ROS does not know, and which a few lines can make endless."""
+        for key, _ in node.value:
+            if key.tag == MERGE:
+                raise _LineError(key, "merging (<<) is not for ROS; write the values out")
+        return super().construct_mapping(node, deep)
 
     def construct_object(self, node: Any, deep: bool = False) -> Any:
         """Say where the value stands that is not of the type that its tag or its form says."""
@@ -58,6 +72,13 @@ class BoundedLoader(yaml.SafeLoader):
         except Exception as error:
             kind = node.tag.rpartition(":")[2]
             raise _LineError(node, f"{shown(node.value)} cannot be read as {kind}") from error
+
+
+def _within(node: Any) -> Iterator[Any]:
+    """Yield the nodes that a mapping or a sequence holds."""
+    if isinstance(node, yaml.CollectionNode):
+        for one in node.value:
+            yield from one if isinstance(one, tuple) else (one,)
 
 
 class RosLoader(BoundedLoader):
@@ -74,8 +95,6 @@ class RosLoader(BoundedLoader):
         """Refuse a name that stands twice, of which all values but the last would be lost."""
         names: set[str] = set()
         for key, _ in node.value:
-            if key.tag == MERGE:
-                raise _LineError(key, "merging (<<) is not for ROS; write the values out")
             if isinstance(key, yaml.ScalarNode):
                 if key.value in names:
                     raise _LineError(key, f"{shown(key.value)} stands twice; keep one")

@@ -129,9 +129,7 @@ def _made(make: Callable[[], RunningNode]) -> RunningNode:
     try:
         return make()
     except rclpy_implementation.RCLError as error:
-        raise ParameterError(
-            f"{described(error)}; are topics remapped that have different types?"
-        ) from error
+        raise ParameterError(described(error)) from error
 
 
 def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:

@@ -24,6 +24,7 @@ from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
 from rodless_base.ros.readings import PositionReader
+from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
@@ -50,6 +51,7 @@ class ControllerNode:
         self.node = DirectNode(
             "controller", automatically_declare_parameters_from_overrides=True, **node_options
         )
+        check_topic_types(self.node)
         self._clock = without_clock_topic(self.node)
         kind, given = parameters_of_law(self.node)
         choice = LawChoice(given, kind.DECLARATIONS[LAW].default)

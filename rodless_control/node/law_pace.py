@@ -88,6 +88,7 @@ class LawPace:
         longest = max(self._longest, self._longest_before)
         self._longest, self._longest_before = 0.0, self._longest
         if self.skipped == self._skipped_before:
+            # A backlog that goes on began before this report.
             self._behind = False
             return None
         self._skipped_before = self.skipped
@@ -95,7 +96,8 @@ class LawPace:
         if self.law_time > 0.5 * self.interval:
             return f"{takes}: samples skipped; make it faster, or lengthen time.period"
         if longest > BACKLOG:
-            return f"{takes}, but once took {_ms(longest)}: samples skipped; see what makes it wait"
+            once = f"{takes}, but once took {_ms(longest)}"
+            return f"{once}: samples skipped; it waited, or the machine was too busy"
         return f"machine too busy: samples skipped ({takes})"
 
 

@@ -23,8 +23,11 @@ from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.results_folder import lock_or_refuse
 
-# A terminal sends Ctrl-C to the workers too; it is this process that ends them.
-IGNORE_CTRL_C = (signal.signal, (signal.SIGINT, signal.SIG_IGN))
+
+def leave_requests_to_parent() -> None:
+    """Ignore what a terminal sends to the workers, too: it is their parent that ends them."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def campaign(
@@ -69,7 +72,11 @@ def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verd
     """Yield the verdicts on ``numbers`` as they come, from one process for each core."""
     left = iter(numbers)
     cores = len(os.sched_getaffinity(0))
-    with ProcessPoolExecutor(cores, get_context("spawn"), *IGNORE_CTRL_C) as pool:
+    # The process that keeps track of what the workers share inherits what is blocked.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
+    executor = ProcessPoolExecutor(cores, get_context("spawn"), leave_requests_to_parent)
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with executor as pool:
         running: set[Future[Verdict]] = set()
         while not stopped():
             running |= {pool.submit(judge, n) for n in islice(left, 4 * cores - len(running))}

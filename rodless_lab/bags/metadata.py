@@ -45,7 +45,7 @@ _LONGEST_METADATA = 10_000_000
 # Of one topic, in characters: rosbag2 writes some 300 for each publisher.
 _LONGEST_PROFILES = 100_000
 
-# Bits: rosbag2 has no longer ones, and Python cannot write long ones.
+# Bits: rosbag2 has no longer ones of its own, and Python cannot write long ones.
 _LONGEST_NUMBER = 64
 
 # rosbag2's own format version in the distribution jazzy; newer ones read it too.
@@ -60,13 +60,22 @@ class BagError(OneLineError):
 
 
 class _Loader(BoundedLoader):
-    """Reads what rosbag2 writes, and what others have made of it."""
+    """Reads what rosbag2 writes, texts without quotes that look like something else included."""
+
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        """Return the text of what is nothing else, such as the 30th of February."""
+        try:
+            return super().construct_object(node, deep)
+        except ValueError:
+            if isinstance(node, yaml.ScalarNode):
+                return str(node.value)
+            raise
 
 
 def _whole_number(loader: BoundedLoader, node: Any) -> object:
     number = number_or_text(loader, node)
     if isinstance(number, int) and number.bit_length() > _LONGEST_NUMBER:
-        raise ValueError  # the loader says where and what
+        return str(node.value)  # such as a serial number
     return number
 
 
@@ -116,7 +125,7 @@ def _profiles(channel: "Channel") -> tuple[Mapping[str, object], ...]:
         profiles = text
     if not isinstance(profiles, list) or not all(isinstance(one, dict) for one in profiles):
         raise BagError(
-            f"{shown(channel.topic)}: {text[:40]!r} are no profiles of quality of service"
+            f"{shown(channel.topic)}: {shown(text[:40])} are no profiles of quality of service"
         )
     return tuple(profiles)
 
@@ -254,9 +263,12 @@ def _listed_files(bag: Path) -> list[Path]:
 
 def _inside(bag: Path, name: object) -> Path:
     """Return the file of that name in the bag; raises :class:`BagError` for one outside it."""
-    relative = PurePath(name) if isinstance(name, str) else PurePath("..")
-    if relative.is_absolute() or ".." in relative.parts or "\0" in str(relative):
-        raise BagError(f"{bag / METADATA_FILE}: names {shown(name)}, which is not in the bag")
+    outside = f"{bag / METADATA_FILE}: names {shown(name)}, which is not in the bag"
+    if not isinstance(name, str) or "\0" in name:
+        raise BagError(outside)
+    relative = PurePath(name)
+    if relative.is_absolute() or ".." in relative.parts:
+        raise BagError(outside)
     # Before version 4 rosbag2 put the name of the bag's folder first.
     return bag / relative if (bag / relative).is_file() else bag / relative.name
 

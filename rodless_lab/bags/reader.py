@@ -34,9 +34,12 @@ from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
 
-# Numbers of a table whose arrays are padded to one length, and columns of one that is saved.
-LARGEST_TABLE = 50_000_000
-MOST_COLUMNS = 10_000
+# From so many numbers on, a table of arrays that are padded to one length may be at most so many
+# times as large as they are.
+LARGE_TABLE = 10_000_000
+LARGEST_PADDING = 10
+
+MOST_COLUMNS = 10_000  # of a table that is saved
 
 
 @dataclass(frozen=True)
@@ -110,30 +113,11 @@ class TopicMessages(Columns):
         """Numeric fields by (dotted) name: shape (n,), or (n, k) for arrays of k numbers.
 
         Where arrays differ in length, the shorter ones end in NaN. Texts, lists of messages and
-        the header are left out. Raises :class:`BagError`, also where a long array among short ones
-        makes a table that is out of proportion.
+        the header are left out. Raises :class:`BagError`; to take a field does so where a long
+        array among short ones makes a table that is out of proportion.
         """
-        if not self.messages:
-            return {}
-        names = _numeric_fields(self.messages[0])
-        return {name: self._column(name) for name in names}
-
-    def _column(self, name: str) -> Array:
-        values = [_value(message, name) for message in self.messages]
-        if not _is_numbers(values[0]):
-            return np.array(values)
-        longest = max(map(len, values))
-        if all(len(value) == longest for value in values):
-            return np.array(values)
-        if len(values) * longest > LARGEST_TABLE:
-            raise BagError(
-                f"{self.topic.name}: {name} is an array of up to {longest} numbers in "
-                f"{len(values)} messages, too large a table; read its messages one by one"
-            )
-        column = np.full((len(values), longest), np.nan)
-        for row, value in zip(column, values, strict=True):
-            row[: len(value)] = value
-        return column
+        names = _numeric_fields(self.messages[0]) if self.messages else ()
+        return _Fields(self.topic.name, self.messages, tuple(names))
 
     def columns(self) -> dict[str, Array]:
         """Return log time, stamps and fields, shape (n,) each.
@@ -149,7 +133,7 @@ class TopicMessages(Columns):
             elif values.shape[1] > MOST_COLUMNS:
                 raise BagError(
                     f"{self.topic.name}: {name} is an array of {values.shape[1]} numbers, too many "
-                    f"for columns ({MOST_COLUMNS}); take it from fields"
+                    f"for columns ({MOST_COLUMNS}); take it as .fields[{name!r}]"
                 )
             else:
                 columns |= {f"{name}[{k}]": column for k, column in enumerate(values.T)}
@@ -176,6 +160,47 @@ class TopicMessages(Columns):
     def restarts(self) -> list[int]:
         """Return the places where log time goes backwards, as a reset of the plant makes it."""
         return [int(place) + 1 for place in np.flatnonzero(np.diff(self.log_time) < 0)]
+
+
+class _Fields(Mapping[str, Array]):
+    """The fields of messages by name, each made when it is first asked for."""
+
+    def __init__(self, topic: str, messages: Sequence[Any], names: Sequence[str]) -> None:
+        self._topic = topic
+        self._messages = messages
+        self._columns: dict[str, Array | None] = dict.fromkeys(names)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __getitem__(self, name: str) -> Array:
+        column = self._columns[name]
+        if column is None:
+            column = self._columns[name] = self._column(name)
+        return column
+
+    def _column(self, name: str) -> Array:
+        values = [_value(message, name) for message in self._messages]
+        if not _is_numbers(values[0]):
+            return np.array(values)
+        lengths = [len(value) for value in values]
+        longest = max(lengths)
+        if min(lengths) == longest:
+            return np.array(values)
+        size = len(values) * longest
+        if size > LARGE_TABLE and size > LARGEST_PADDING * sum(lengths):
+            raise BagError(
+                f"{self._topic}: {name} is an array of up to {longest} numbers in {len(values)} "
+                f"messages, of {sum(lengths) / len(values):.3g} on average: too large a table; "
+                "take them from .messages"
+            )
+        column = np.full((len(values), longest), np.nan)
+        for row, value in zip(column, values, strict=True):
+            row[: len(value)] = value
+        return column
 
 
 class Bag:
@@ -277,8 +302,8 @@ def _refusal(files: Sequence[Path], contents: Storage, differ: str, left_out: st
     """Say why a bag is not read as a whole one, and the way to what there is of it."""
     if differ and left_out:
         return f"{differ}; {left_out}"
-    if contents.recording:
-        return contents.fault
+    if contents.under_way:
+        return contents.under_way
     plain, anyhow = all(map(is_plain, files)), "read_bag(..., recover=True)"
     way = "rodless recover" if plain else anyhow
     if differ and plain:  # recovery leaves a bag alone that was closed

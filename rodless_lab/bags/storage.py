@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
-from rodless_lab.bags.claim import is_being_written
+from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, recorded_topics
@@ -62,12 +62,12 @@ class Recorded:
 class Storage:
     """Topics by name, and what is wrong with the file, if anything: the rest is missing then.
 
-    ``recording`` where there is a rest because it is still to come.
+    ``under_way`` says which process is still writing it, if one is.
     """
 
     recorded: dict[str, Recorded] = field(default_factory=dict)
     fault: str = ""
-    recording: bool = False
+    under_way: str = ""
 
 
 def read_storage(file: Path, into: Storage) -> None:
@@ -79,6 +79,8 @@ def read_storage(file: Path, into: Storage) -> None:
         decompressor = Decompressor(file.stat().st_size)
         if file.suffix != COMPRESSED:
             _read_plain(file, into, decompressor)
+            if into.fault or file.suffix != ".mcap":  # no other storage says that it is whole
+                _look_who_writes(file, into)
             return
         with tempfile.TemporaryDirectory() as folder:
             plain = Path(folder, file.stem)
@@ -90,6 +92,13 @@ def read_storage(file: Path, into: Storage) -> None:
         raise BagError(str(error) if str(file) in str(error) else f"{file}: {error}") from error
     except ValueError as error:
         into.fault = into.fault or f"{file.name} {error}"
+
+
+def _look_who_writes(file: Path, into: Storage) -> None:
+    """Take note of who is still writing ``file``, which may be whole for the moment."""
+    writer = writer_of(file)
+    if writer:
+        into.fault = into.under_way = f"{file.name} {still_written(writer)}"
 
 
 def _read_plain(file: Path, into: Storage, decompressor: Decompressor) -> None:
@@ -113,12 +122,7 @@ def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes
                 raise McapError(f"holds a message of the unknown channel {message.channel}")
             yield topics[message.channel], message.log_time, message.publish_time, message.data
         if not reader.complete:
-            into.recording = is_being_written(file)
-            fault = (
-                f"{file.name} is still being written; end the recording first"
-                if into.recording
-                else "is cut off, or was never closed because its recording was killed"
-            )
+            fault = "is cut off, or was never closed because its recording was killed"
     except McapError as error:
         fault = f"{file.name} {error}"
     into.fault = into.fault or fault

@@ -18,7 +18,7 @@ from pathlib import Path
 from rodless_base.atomic_write import cannot_be_written
 from rodless_base.closing import Closing
 from rodless_base.file_path import file_path
-from rodless_lab.bags.claim import claimed
+from rodless_lab.bags.being_written import locked
 from rodless_lab.bags.decompress import is_zstd
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
@@ -137,9 +137,9 @@ def recover_bag(path: str | Path) -> int:
     files = storage_files(bag)
     for file in files:
         _check_ours(bag, file)
-    with ExitStack() as claims:
+    with ExitStack() as locks:
         for file in files:
-            _claim(file, claims)
+            _lock(file, locks)
         readers = {file: _scanned(file) for file in files}
         try:
             done = _ended(bag, readers)
@@ -170,9 +170,9 @@ def _check_ours(bag: Path, file: Path) -> None:
         raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")
 
 
-def _claim(file: Path, claims: ExitStack) -> None:
+def _lock(file: Path, locks: ExitStack) -> None:
     try:
-        claims.enter_context(claimed(file))
+        locks.enter_context(locked(file))
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error
 

@@ -98,18 +98,19 @@ def _run(stop: Stop) -> str | int | None:
     chosen = parser.parse_args()
     try:
         Path.cwd()
-    except FileNotFoundError:  # neither Python's libraries nor relative paths get along with it
-        parser.error("the folder in which this runs is no longer there; go into another one")
+    except OSError as error:  # neither Python's libraries nor relative paths get along with it
+        parser.error(f"the folder in which this runs: {error.strerror}; go into another one")
     for text in chosen.arguments:
         # Neither ROS nor a bag takes another text.
         if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
             parser.error(f"{text!a} is not text in UTF-8")
     if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
         sys.path.append(str(Path.cwd()))
-    # Verbs draw into files, for which it is of no use, and it may name what is not installed.
-    os.environ.pop("MPLBACKEND", None)
     if chosen.verb in UNTIL_INTERRUPTED:
         stop.end_with(0)
+    else:
+        # They draw into files, and what is set for windows may not be installed.
+        os.environ["MPLBACKEND"] = "agg"
     try:
         note = prepare_shared_memory()
     except RuntimeError as error:  # which the verbs without ROS get along with

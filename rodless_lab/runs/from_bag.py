@@ -33,7 +33,7 @@ Array = npt.NDArray[np.float64]
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
 
-# No instrument has a reading beyond it, in m, Pa or V.
+# Nothing of a rig is beyond it, in m, Pa or V.
 LARGEST_READING = 1e12
 
 
@@ -316,7 +316,7 @@ def _checked(messages: TopicMessages, values: Array, time: Array) -> Array:
         place = int(bad[0])
         raise RunError(
             f"{messages.topic.name}: message {place}, at {time[place]:.6f} s, holds "
-            f"{values[place]:g}, which no instrument reads"
+            f"{values[place]:g}, must be a number within ±{LARGEST_READING:g}"
         )
     return values
 

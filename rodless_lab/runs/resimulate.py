@@ -42,12 +42,11 @@ def resimulate(
     """Feed the recorded voltages to a rig at rest where the recorded one starts.
 
     ``pressures`` (Pa) are what the chambers start with, as :func:`rodless_sim.simulate` takes them.
-    Raises as :func:`rig_of`, and RunError where the recorded voltages are in doubt or no simulated
-    rig can repeat the run.
+    Raises RunError where the recorded voltages are in doubt or no simulated rig can repeat the run.
     """
     recorded.check_voltage()
-    rig, start = rig_of(parameters, recorded)
     with _refusing():
+        rig, start = rig_of(parameters, recorded)
         trace = simulate(rig, recorded.voltage[:-1], recorded.period, start, pressures)
     run = run_of_trace(trace, rig.number("supply.pressure"))
     # The last voltage acts on nothing in the run, and is the recorded one all the same.
@@ -63,11 +62,11 @@ def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
 def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRun:
     """Give the recorded set-points to rig and controller of ``preset``.
 
-    The rig is at rest where the recorded one starts. Raises as :func:`rig_of`, and RunError where
-    no simulated rig can follow them.
+    The rig is at rest where the recorded one starts. Raises RunError where no simulated rig can
+    follow them.
     """
-    parameters, start = rig_of(RigParameters.preset(preset), recorded)
     with _refusing():
+        parameters, start = rig_of(RigParameters.preset(preset), recorded)
         trace = closed_loop(
             parameters,
             PidParameters.preset(preset),
@@ -94,9 +93,11 @@ def _remarks(recorded: MeasuredRun, start: float) -> tuple[str, ...]:
     first = float(recorded.position[0])
     if abs(first - start) <= FARTHEST_OFF:
         return ()
+    longer = "the rig may have a longer cylinder.stroke"
     return (
-        f"the simulated carriage starts at {1e3 * start:g} mm, the end of its stroke: the recorded "
-        f"one is at {1e3 * first:g} mm; give a rig with its cylinder.stroke",
+        f"the simulated carriage starts at {1e3 * start:g} mm, the end of its stroke, the recorded "
+        f"one at {1e3 * first:g} mm: "
+        f"{longer if first > start else 'positions count from the end of chamber A'}",
     )
 
 

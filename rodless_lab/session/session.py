@@ -66,8 +66,12 @@ def _is_command_line(given: object) -> bool:
 
 
 def _are_texts(given: object) -> bool:
-    return isinstance(given, Mapping) and all(
-        isinstance(text, str) and "\0" not in text for pair in given.items() for text in pair
+    return (
+        isinstance(given, Mapping)
+        and all(
+            isinstance(text, str) and "\0" not in text for pair in given.items() for text in pair
+        )
+        and not any("=" in name for name in given)
     )
 
 
@@ -149,9 +153,14 @@ class RigSession(PlantTime, Controls, Faults):
             given = (plant or {}).get(name, own)
             option = f"{name.removeprefix('time.')}={own!r}"
             _refuse_unless(given == own, name, given, f"the session has {option}: give it there")
-        switches = (one_process, telemetry, relay_commands, paused, law_may_fail)
-        names = ("one_process", "telemetry", "relay_commands", "paused", "law_may_fail")
-        for name, switch in zip(names, switches, strict=True):
+        switches = {
+            "one_process": one_process,
+            "telemetry": telemetry,
+            "relay_commands": relay_commands,
+            "paused": paused,
+            "law_may_fail": law_may_fail,
+        }
+        for name, switch in switches.items():
             _refuse_unless(switch in (True, False), name, switch, "must be True or False")
         for topic in bag_topics:
             check_topic_name(topic)

@@ -216,6 +216,8 @@ def typed_value(name: str, text: str, kind: int) -> object:
         return text
     convert, wanted = _KINDS.get(kind, (yaml_value, "a value"))
     try:
+        if "_" in text:  # Python reads 600_000, files of parameters do not
+            raise ValueError(text)
         return convert(text)
     except (ValueError, yaml.YAMLError) as error:
         raise RigError(f"{name}: {shown(text)} refused, must be {wanted}") from error

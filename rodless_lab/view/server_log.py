@@ -19,7 +19,9 @@ from pathlib import Path
 from rodless_base.one_line import described, in_one_line
 
 # Those that log what came over a socket.
-LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server", "uvicorn.error")
+SERVER = "uvicorn.error"  # which logs errors of pages, too
+LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server", SERVER)
+WEBSOCKETS = f"{os.sep}uvicorn{os.sep}protocols{os.sep}websockets{os.sep}"
 
 # s between two lines on messages that were none.
 PERIOD = 10.0
@@ -50,7 +52,7 @@ class OneLineEach(logging.Filter):
         """Make the record one line; False for one that only counts."""
         text = in_one_line(record.getMessage())
         error = record.exc_info[1] if record.exc_info else None
-        if error is not None and not _is_ours(error):
+        if error is not None and not _is_ours(error, record.name):
             why = in_one_line(described(error))
             if isinstance(error, OSError):
                 text = f"{text}: {why}"
@@ -72,8 +74,11 @@ class OneLineEach(logging.Filter):
         return time.monotonic() - self._said < PERIOD
 
 
-def _is_ours(error: BaseException) -> bool:
+def _is_ours(error: BaseException, logger: str) -> bool:
+    """Whether an error may be this package's, and is no answer to what a socket has sent."""
     files = {frame.filename for frame in traceback.extract_tb(error.__traceback__)}
+    if logger == SERVER and not any(WEBSOCKETS in file for file in files):
+        return True  # of a page, by whatever made it
     return any(file.startswith(OURS) for file in files - {PASSED_THROUGH})
 
 

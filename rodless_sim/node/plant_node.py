@@ -22,11 +22,12 @@ from rodless_base.ros.logs import log_through
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import run_node
+from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.start import Stop, StoppedError
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_sim.node.awake_clock import AwakeClock
-from rodless_sim.node.commanders import Commanders
+from rodless_sim.node.command_publishers import CommandPublishers
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.equations import Equations
 from rodless_sim.node.lockstep import Lockstep
@@ -55,6 +56,7 @@ class PlantNode:
         self.node = DirectNode(
             "plant", automatically_declare_parameters_from_overrides=True, **node_options
         )
+        check_topic_types(self.node)
         self._clock = without_clock_topic(self.node)
         self._parameters = RosParameters(self.node, RigParameters, self._configure)
         values = self._parameters.values
@@ -108,7 +110,7 @@ class PlantNode:
         outbox = self._publishers.outbox
         if values.in_lockstep:
             timeout = values.number("time.command_timeout")
-            commanders = Commanders(self.node, self._commands.topic_name)
+            commanders = CommandPublishers(self.node, self._commands.topic_name)
             return Lockstep(self._engine, timeout, self._ready, commanders, outbox, AwakeClock())
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready, outbox)

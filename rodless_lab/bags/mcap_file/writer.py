@@ -27,8 +27,8 @@ from mcap.records import (
 )
 
 from rodless_base.closing import Closing
-from rodless_lab.bags.claim import claim
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
+from rodless_lab.results_folder import lock_or_refuse
 
 # Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
 CHUNK_SIZE = 64 * 1024
@@ -51,7 +51,7 @@ class McapWriter(Closing):
     def __init__(self, path: Path) -> None:
         """Begin a new file, which no other process may change; raises OSError."""
         self._begin(path, "xb", McapIndex())
-        claim(self._file.fileno())
+        lock_or_refuse(self._file.fileno(), path)
         self._append(MAGIC + encoded([Header(profile="ros2", library="rodless_lab")]))
 
     @classmethod
@@ -59,7 +59,7 @@ class McapWriter(Closing):
         """Go on behind what ``index`` lists, throwing away what stands after it.
 
         ``last_chunk`` lists the messages of the last chunk, whose own index may have been cut.
-        The file is to be :func:`claimed` before ``index`` is made. Raises OSError.
+        The file is to be locked before ``index`` is made. Raises OSError.
         """
         writer = cls.__new__(cls)
         writer._begin(path, "r+b", index)

@@ -87,11 +87,20 @@ REFUSED = {
         ["use_sim_times: no such parameter"],
     ),
     "half an argument": ("controller", None, ["-p", "controller.kp"], ["controller.kp"]),
-    "topics of two types under one name": (
+    **{
+        f"a topic of two types in the {node}": (
+            node,
+            None,
+            ["-r", "valve/voltage:=joint_states"],
+            ["valve/voltage and joint_states are both remapped to /joint_states", "Float64"],
+        )
+        for node in ("plant", "controller")
+    },
+    "plant time under another topic's name": (
         "plant",
         None,
-        ["-r", "valve/voltage:=joint_states"],
-        ["topics remapped that have different types?"],
+        ["-r", "/clock:=valve/voltage"],
+        ["/clock and valve/voltage are both remapped to /valve/voltage", "Clock and Float64"],
     ),
     "an unknown ROS argument": ("controller", None, ["--parameters", "x"], ["--parameters"]),
 }

@@ -58,7 +58,7 @@ def test_a_law_that_is_too_slow_is_given_the_newest_samples() -> None:
     assert pace.news("law Slow") is None
 
 
-@pytest.mark.parametrize("stall", [0.2, 0.5, 5.0])
+@pytest.mark.parametrize("stall", [0.5, 5.0])
 def test_a_law_that_waits_now_and_then_is_named(stall: float) -> None:
     """Once in 300 samples: that it is quick otherwise does not put it on the machine."""
     pace, now, k, said = LawPace(), 0.0, 0, list[str | None]()
@@ -77,12 +77,9 @@ def test_a_law_that_waits_now_and_then_is_named(stall: float) -> None:
             asked = int(now)
             said.append(pace.news("law Now"))
     news = [one for one in said if one is not None]
-    assert len(news) >= (3 if pace.skipped else 0)
-    assert pace.skipped or stall < 0.5
+    assert len(news) >= 3
     for one in news:
-        assert one.endswith(
-            f"but once took {stall * 1e3:g} ms: samples skipped; see what makes it wait"
-        )
+        assert f"but once took {stall * 1e3:g} ms: samples skipped; it waited, or" in one
 
 
 @pytest.mark.parametrize("law_time", [0.2, 1.0])

@@ -9,6 +9,11 @@
 """The campaign: it goes on where it was interrupted, and its tables say what is in its file."""
 
 import math
+import os
+import signal
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -41,6 +46,30 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert path.read_text().startswith(before)
     assert repr(read_verdicts(path)[0]) == repr(judge(read_verdicts(path)[0].number))
     assert told[-1] == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_what_a_terminal_sends_to_all_ends_it_in_words(tmp_path: Path, number: int) -> None:
+    """Ctrl-C, or closing it, reaches the workers, too: they leave the end to their parent."""
+    path = tmp_path / "campaign.csv"
+    run = "from rodless_lab.cli.main import main; main()"
+    with subprocess.Popen(
+        [sys.executable, "-c", run, "campaign", "--count", "1000", "--output", str(path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        while not (path.exists() and read_verdicts(path)):
+            with suppress(subprocess.TimeoutExpired):
+                pytest.fail(f"it has ended with {process.wait(0.1)}")
+        os.killpg(process.pid, number)
+        _, said = process.communicate(timeout=240)
+    assert process.returncode == 1
+    assert said.splitlines()[-1] == "interrupted; the same command goes on"
+    assert "Traceback" not in said
+    assert read_verdicts(path)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])

@@ -196,6 +196,10 @@ def test_whole_chunks_are_read(tmp_path: Path) -> None:
         assert list(read_bag(bag)["/joint_states"].payloads) == [NUMBER]
 
 
+# Each within the one before it, and none by more than one level.
+DEEP_BY_ALIASES = "\n".join(["a0: &a0 [1]", *(f"a{k}: &a{k} [*a{k - 1}]" for k in range(1, 1500))])
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -205,9 +209,9 @@ def test_whole_chunks_are_read(tmp_path: Path) -> None:
         ("[" * 5000, "are no profiles"),
         ("2001-99-99", "are no profiles"),
         ("- !!bool foo", "are no profiles"),
-        ("- {a: !!int ''}", "are no profiles"),
         ("- !!timestamp x", "are no profiles"),
-        (f"- {{a: 0x{'f' * 20_000}}}", "are no profiles"),
+        ("- {<<: {a: 1}}", "are no profiles"),
+        (DEEP_BY_ALIASES, "are no profiles"),
         ("\0", "are no profiles"),
         ("- a: " + "x" * 100_000, "of 100005 characters, more than 100000"),
     ],
@@ -275,11 +279,9 @@ DESCRIPTIONS = {
     "relative_file_paths: [metadata.yaml]": "is neither MCAP nor SQLite",
     "relative_file_paths: [x.mcap]": "its file x.mcap is missing",
     "relative_file_paths: " + "[" * 5000: "not the description of a rosbag2 bag",
-    "other: 2001-99-99": "not the description of a rosbag2 bag",
-    "other: !!bool foo": "rosbag2 bag (line 3: 'foo' cannot be read as bool)",
-    "other: !!int ''": "rosbag2 bag (line 3: '' cannot be read as int)",
-    "other: !!float ''": "rosbag2 bag (line 3: '' cannot be read as float)",
-    "other: !!timestamp x": "rosbag2 bag (line 3: 'x' cannot be read as timestamp)",
+    "a: {<<: {b: 1}}": "rosbag2 bag (line 3: merging (<<) is not for ROS; write the values out)",
+    "a: &a [*a]": "rosbag2 bag (line 3: nested more than 20 levels deep)",
+    DEEP_BY_ALIASES.replace("\n", "\n  "): "nested more than 20 levels deep)",
     "other: 5": "not the description of a rosbag2 bag (it has no relative_file_paths)",
 }
 
@@ -371,6 +373,35 @@ def test_what_a_bag_names_commands_no_terminal(sample_bag) -> None:
     description.write_text(text)
     with pytest.raises(BagError, match=r"its file \\x1b\[31m\.mcap is missing"):
         read_bag(sample_bag.path)
+
+
+ODD_TEXTS = """
+  custom_data:
+    serial: 123456789012345678901234567890
+    hexadecimal: 0xffffffffffffffffffffff
+    day: 2024-13-45
+    answer: !!bool perhaps
+    number: !!int ''
+    time: !!timestamp soon
+    lift: 190:20:30
+"""
+
+
+def test_texts_that_look_like_something_else_are_texts(sample_bag) -> None:
+    """As others write them without quotes, where nobody needs them: the bag is read, and ended."""
+    description = sample_bag.path / METADATA_FILE
+    description.write_text(description.read_text().replace("\n  custom_data: null\n", ODD_TEXTS))
+    assert "190:20:30" in description.read_text()
+    assert read_bag(sample_bag.path).complete
+    assert recover.main([str(sample_bag.path)], Quiet()) == 0
+
+
+@pytest.mark.parametrize("text", ["- {a: !!int ''}", f"- {{a: 0x{'f' * 20_000}}}"])
+def test_a_profile_with_such_a_text_can_be_recovered(tmp_path: Path, text: str) -> None:
+    """It is written again as the text that it is."""
+    bag = file_of(tmp_path / "bag", records(qos=text))
+    assert recover.main([str(bag)], Quiet()) == 0
+    assert read_bag(bag).complete
 
 
 @pytest.mark.parametrize("count", ["abc", "[1]", "1.5"])

@@ -92,7 +92,10 @@ def test_a_folder_that_is_gone_is_said(tmp_path: Path) -> None:
     gone = tmp_path / "gone"
     gone.mkdir()
     said = said_by(f"cd {gone} && rmdir {gone} &&")
-    assert "the folder in which this runs is no longer there" in said.splitlines()[-1]
+    assert (
+        "the folder in which this runs: No such file or directory; go into another"
+        in said.splitlines()[-1]
+    )
     assert "Traceback" not in said
 
 

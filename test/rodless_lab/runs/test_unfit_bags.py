@@ -62,6 +62,20 @@ def test_a_chamber_without_air_is_not_replayed(
     assert "must be finite and positive" in said
 
 
+def test_a_supply_that_no_rig_has_is_not_replayed(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A rig without air, or a gauge reading of one."""
+
+    def cut(topic: str, _sample: int, time: float, value: float) -> tuple[float, float]:
+        return time, 0.0 if topic == "/supply/pressure" else value
+
+    bag = write(tmp_path / "bag", run, cut)
+    for verb in (replay, compare):
+        said = refused(verb, bag, capsys)
+        assert "no simulated rig can repeat it: supply.pressure: 0.0 refused" in said
+
+
 def test_set_points_in_mm_are_not_followed(
     tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -99,7 +113,7 @@ def test_a_reading_of_no_instrument_is_named(
     bag = write(tmp_path / "bag", run, huge, held=True)
     said = refused(verb, bag, capsys)
     assert f"{topic}: message 7, at 0.007" in said
-    assert "holds 1e+308, which no instrument reads" in said
+    assert "holds 1e+308, must be a number within ±1e+12" in said
 
 
 def test_a_replay_that_has_to_start_elsewhere_says_so(
@@ -114,9 +128,8 @@ def test_a_replay_that_has_to_start_elsewhere_says_so(
         bag = write(tmp_path / name, run, *filter(None, [spoil]), held=True)
         assert replay.main([str(bag), "--output", str(tmp_path / "out")], Quiet()) == 0
         said = capsys.readouterr().err
-        assert ("starts at 200 mm, the end of its stroke: the recorded one is at 500" in said) == (
-            name == "far"
-        )
+        line = "starts at 200 mm, the end of its stroke, the recorded one at 500 mm: the rig may"
+        assert (line in said) == (name == "far")
 
 
 def with_arrays(path: Path, run: MeasuredRun, topic: str, numbers: list[list[float]]) -> Path:
@@ -156,7 +169,8 @@ def test_one_long_array_among_short_ones_makes_no_table(tmp_path: Path, run: Mea
     found = read_bag(with_arrays(tmp_path, run, "/many", numbers))["/many"]
     assert len(found.messages[-1].data) == 1_000_000
     with pytest.raises(BagError, match="array of up to 1000000 numbers in 100 messages"):
-        _ = found.fields
+        _ = found.fields["data"]
+    assert found.fields["layout.data_offset"].shape == (100,)
 
 
 def test_a_table_of_too_many_columns_is_not_saved(tmp_path: Path, run: MeasuredRun) -> None:
@@ -168,9 +182,7 @@ def test_a_table_of_too_many_columns_is_not_saved(tmp_path: Path, run: MeasuredR
         found.save(tmp_path / "many.csv")
 
 
-def test_a_topic_that_lacks_is_told_without_the_names_of_thousands(
-    tmp_path: Path, run: MeasuredRun
-) -> None:
+def test_a_topic_that_lacks_is_told_without_the_names_of_thousands(tmp_path: Path) -> None:
     """Some of those that there are, and how many more."""
     bag = tmp_path / "bag"
     with BagWriter(bag) as writer:
@@ -179,7 +191,6 @@ def test_a_topic_that_lacks_is_told_without_the_names_of_thousands(
         writer.write("/topic0", serialize_message(Float64MultiArray()), 0, 0)
     with pytest.raises(RunError, match=r"/topic19 and 2980 more$"):
         read_run(bag)
-    assert len(run.time) == 101
 
 
 @pytest.mark.parametrize("namespace", [None, 5])

@@ -261,11 +261,11 @@ def test_a_child_of_a_killed_test_keeps_no_node_alive() -> None:
     ) as program:
         assert program.stdout is not None
         child, *nodes = map(int, program.stdout.readline().split())
-        assert len(nodes) == 2
-        program.kill()
-        assert all(ended(pid) for pid in nodes)
-        assert os.pidfd_open(child) > 0
-        os.kill(child, signal.SIGKILL)
+        try:
+            program.kill()
+            assert [ended(pid) for pid in nodes] == [True, True]
+        finally:
+            os.kill(child, signal.SIGKILL)  # which is still there
         program.wait(TIMEOUT)
 
 

@@ -20,7 +20,7 @@ from rodless_base.ros.publish import UNKNOWN, nodes
 ASKING_PERIOD = 1.0
 
 
-class Commanders:
+class CommandPublishers:
     """The publishers of commands, asked for as often as the plant polls."""
 
     def __init__(self, node: Node, topic: str, now: Callable[[], float] = time.monotonic) -> None:

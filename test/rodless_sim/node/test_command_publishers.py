@@ -10,7 +10,7 @@
 
 from types import SimpleNamespace
 
-from rodless_sim.node.commanders import ASKING_PERIOD, Commanders
+from rodless_sim.node.command_publishers import ASKING_PERIOD, CommandPublishers
 
 
 class Graph:
@@ -36,7 +36,7 @@ class Graph:
 def test_a_publisher_in_place_of_another_is_seen_within_a_second() -> None:
     """Their number has not changed."""
     graph, clock = Graph(), [0.0]
-    commanders = Commanders(graph, "/valve/voltage", lambda: clock[0])  # type: ignore[arg-type]
+    commanders = CommandPublishers(graph, "/valve/voltage", lambda: clock[0])  # type: ignore[arg-type]
     assert commanders() == {b"1": "/controller"}
     graph.there = {b"2": "mine"}
     clock[0] += 1.01 * ASKING_PERIOD
@@ -46,7 +46,7 @@ def test_a_publisher_in_place_of_another_is_seen_within_a_second() -> None:
 def test_nobody_is_asked_between_unless_their_number_changes_or_a_name_is_lacking() -> None:
     """Asking at each of the plant's looks would cost its time."""
     graph = Graph()
-    commanders = Commanders(graph, "/valve/voltage", lambda: 0.0)  # type: ignore[arg-type]
+    commanders = CommandPublishers(graph, "/valve/voltage", lambda: 0.0)  # type: ignore[arg-type]
     for _ in range(9):
         commanders()
     assert graph.asked == 1
