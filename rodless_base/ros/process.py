@@ -125,10 +125,10 @@ def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:
 
 
 def _made(make: Callable[[], RunningNode]) -> RunningNode:
-    """Return what ``make`` makes; what the middleware has against it is a refusal, too."""
+    """Return what ``make`` makes; what middleware or machine have against it is a refusal, too."""
     try:
         return make()
-    except rclpy_implementation.RCLError as error:
+    except (rclpy_implementation.RCLError, OSError) as error:
         raise ParameterError(described(error)) from error
 
 

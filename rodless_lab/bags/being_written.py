@@ -45,7 +45,7 @@ def locked(file: Path) -> Iterator[None]:
 
 def still_written(writer: str) -> str:
     """Say what is the matter with a file, and the way out."""
-    return f"is still being written by {writer}; end the recording first"
+    return f"is still being written by {writer}; end that first"
 
 
 def writer_of(file: Path) -> str:

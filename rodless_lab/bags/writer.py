@@ -112,8 +112,10 @@ class BagWriter(Closing):
     def close(self) -> None:
         """End the bag so that it opens, if need be at the cost of its last messages.
 
-        ``failure`` says afterwards whether the bag is whole.
+        ``failure`` says afterwards whether the bag is whole. To close it again does nothing.
         """
+        if self._file.closed:
+            return
         with suppress(BagError):
             self.flush()
         with self._file:

@@ -15,8 +15,8 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from weakref import WeakSet
 
+from rodless_base.forked import left_to_parent
 from rodless_base.one_line import shown
 from rodless_lab.session import guard
 from rodless_lab.session.errors import HarnessError, WaitTimeoutError, check_not_forked
@@ -35,10 +35,10 @@ class Guard:
     def __init__(self) -> None:
         """Start it with the first process to watch."""
         self._process: subprocess.Popen[str] | None = None
-        _guards.add(self)
+        left_to_parent(self)
 
     def leave_to_parent(self) -> None:
-        """Let go in a forked process: the guard waits for the end of what it is told by."""
+        """Let go: the guard waits for the end of what it is told by."""
         if self._process is not None:
             assert self._process.stdin is not None
             with contextlib.suppress(OSError):
@@ -75,17 +75,6 @@ class Guard:
             self._process.stdin.close()
         self._process.wait()
         self._process = None
-
-
-_guards: "WeakSet[Guard]" = WeakSet()
-
-
-def _leave_guards_to_parent() -> None:
-    for one in _guards:
-        one.leave_to_parent()
-
-
-os.register_at_fork(after_in_child=_leave_guards_to_parent)
 
 
 class NodeProcess:

@@ -71,16 +71,20 @@ class PlantTime(LiveSession):
                 if condition(*next_sample):
                     return next_sample[1]
             self._processes.check_plant()
-            if self._duration and _instant(self.latest.time) >= _instant(self._duration):
-                raise HarnessError(
-                    f"{what} has not come, and the run is over: the session's duration is "
-                    f"{self._duration:g} s"
-                )
+            self._check_goes_on(what)
             return None
 
         sample = self._wait(found, what, timeout, running=True)
         assert sample is not None
         return sample
+
+    def _check_goes_on(self, what: str) -> None:
+        """Raise HarnessError where the run is over and ``what`` can no longer come."""
+        if self._duration and _instant(self.latest.time) >= _instant(self._duration):
+            raise HarnessError(
+                f"{what} has not come, and the run is over: the session's duration is "
+                f"{self._duration:g} s"
+            )
 
     @timeout_was_patience
     def run_for(self, duration: float, timeout: float | None = None) -> Sample:
@@ -154,7 +158,7 @@ class PlantTime(LiveSession):
 
         In lock-step each step waits for the answer to the sample before. Raises RefusedError
         where the plant is not paused, ValueError for less than one, TypeError for what is no
-        whole number.
+        whole number, and HarnessError once the session's ``duration`` is over.
         """
         if (count := whole_number(count, "count")) < 1:
             raise ValueError(f"count {count} refused, must be 1 or more")
@@ -166,9 +170,12 @@ class PlantTime(LiveSession):
 
     def _step(self) -> Sample:
         asked = time.time_ns()
-        self._wait(
-            lambda: self._call(Trigger, "plant/step").success, "the plant to step", running=True
-        )
+
+        def stepped() -> bool:
+            self._check_goes_on("a step")
+            return bool(self._call(Trigger, "plant/step").success)
+
+        self._wait(stepped, "the plant to step", running=True)
         return self._run_until(lambda sent, _: sent >= asked, "the sample of a step")
 
     def reset(self) -> Sample:

@@ -36,6 +36,7 @@ def draw_rows(results: Results) -> Figure:
         panel.plot(*_points(results, axis, name), ".", markersize=2.5, label=f"_{name}")
         has_numbers = results[axis].dtype.kind in "iuf"
         panel.locator_params(axis="both" if has_numbers else "y", nbins=3)
+        panel.ticklabel_format(axis="y", useOffset=False)
         panel.sharey(found[row * len(axes)])
         panel.tick_params(labelleft=column == 0, labelbottom=row == len(names) - 1)
         if column == 0:

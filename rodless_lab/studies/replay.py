@@ -19,7 +19,7 @@ from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.results import DATA, read_part
 from rodless_lab.studies.row_run import RowRunner
 from rodless_lab.studies.saved_study import read_saved_study
-from rodless_lab.studies.study import Row
+from rodless_lab.studies.study import Row, Study
 
 # What the nodes publish of a run.
 PUBLISHED = ("position", "velocity", "pressure_a", "pressure_b", "voltage", "force")
@@ -34,7 +34,7 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
     study = read_saved_study(folder)
     if not 0 <= number < len(study):
         raise StudyError(f"row {number} refused: {folder} has rows 0 to {len(study) - 1}")
-    saved = _saved(folder, number)
+    saved = _saved(folder, study, number)
     row = study.row(number)
     found = RowRunner(study.trace_columns, study.trace_every)(row)
     differences = [
@@ -52,12 +52,12 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
     return differences
 
 
-def _saved(folder: Path, number: int) -> dict[str, Any]:
+def _saved(folder: Path, study: Study, number: int) -> dict[str, Any]:
     files = sorted((folder / DATA).glob("part-*.parquet"))
     if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run the sweep on first")
     wanted = [("row", "=", number)]
-    rows = [row for file in files for row in read_part(file, wanted).to_pylist()]
+    rows = [row for file in files for row in read_part(file, study, wanted).to_pylist()]
     if not rows:
         raise StudyError(f"{folder}: row {number} is not known yet; run the sweep on first")
     return dict(rows[0])

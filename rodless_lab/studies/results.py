@@ -8,7 +8,7 @@
 
 """The results of a sweep, read back from its folder."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from rodless_base.extras import missing_extra
 from rodless_base.one_line import described
+from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.study import Study
 
@@ -82,21 +83,44 @@ class Results:
         return frame
 
 
-def read_part(file: Path, filters: Any = None) -> Any:
+def read_part(
+    file: Path, study: Study, filters: Any = None, columns: Sequence[str] | None = None
+) -> Any:
     """Return the table of a complete part, or those of its rows that pass pyarrow's ``filters``.
 
-    Raises StudyError for a damaged file.
+    Raises StudyError for a file that is damaged, or has other columns than ``study``.
     """
     import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
     from pyarrow import parquet  # noqa: PLC0415
 
     try:
-        return parquet.read_table(file, filters=filters)
+        kinds = {one.name: one.type for one in parquet.read_schema(file)}
+        table = parquet.read_table(file, filters=filters, columns=columns)
     except (arrow.ArrowException, OSError) as error:
-        raise StudyError(
-            f"{file}: damaged, {described(error)}; remove it, and the sweep's next run makes it "
-            "anew"
-        ) from error
+        raise _damaged(file, described(error)) from error
+    if tuple(kinds) != _columns(study):
+        raise _damaged(file, "it has other columns than the study")
+    if {kinds[name] for name in RunMetrics._fields} != {arrow.float64()}:
+        raise _damaged(file, "it has figures that are no numbers")
+    return table
+
+
+def check_rows(file: Path, study: Study, rows: range) -> None:
+    """Raise StudyError as :func:`read_part`, and where a part has not these ``rows``, in order."""
+    found = read_part(file, study, columns=["row"])["row"].to_pylist()
+    if found != list(rows):
+        raise _damaged(file, f"it has {len(found)} rows that are not the {len(rows)} of its part")
+
+
+def _columns(study: Study) -> tuple[str, ...]:
+    """Return the names of a part's columns, in order."""
+    axes = (one.name for one in study.dimensions)
+    traces = (f"trace.{name}" for name in study.trace_columns)
+    return tuple(dict.fromkeys(("row", "seed", *axes, *RunMetrics._fields, "failure", *traces)))
+
+
+def _damaged(file: Path, why: str) -> StudyError:
+    return StudyError(f"{file}: damaged, {why}; remove it, and the sweep's next run makes it anew")
 
 
 def read_results(folder: Path, study: Study) -> Results:
@@ -107,5 +131,5 @@ def read_results(folder: Path, study: Study) -> Results:
     axes = tuple(one.name for one in study.dimensions)
     if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run it again")
-    table = arrow.concat_tables([read_part(file) for file in files])
+    table = arrow.concat_tables([read_part(file, study) for file in files])
     return Results(table, axes, len(study))

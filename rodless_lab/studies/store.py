@@ -26,7 +26,7 @@ from rodless_base.real_number import is_number
 from rodless_lab.simulation.design import is_whole
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.journal import add_line, claim, known_lines, locked
-from rodless_lab.studies.results import DATA
+from rodless_lab.studies.results import DATA, check_rows
 from rodless_lab.studies.row_run import RowResult
 from rodless_lab.studies.saved_study import FILE, study_text
 from rodless_lab.studies.study import Study
@@ -105,6 +105,7 @@ class Store:
         """Return the rows that the journal of a part has, None where the part is complete."""
         journal = self._journal(part)
         if self._file(part).exists():
+            check_rows(self._file(part), self._study, self._rows_of(part))
             journal.unlink(missing_ok=True)
             return None
         known: dict[int, dict[str, Any]] = {

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Collection, Mapping
 
 from rodless_sim.node.engine import Engine
-from rodless_sim.node.time_keeper import Outgoing, TimeKeeper
+from rodless_sim.node.time_keeper import RUN_IS_OVER, Outgoing, TimeKeeper
 
 
 class Lockstep(TimeKeeper):
@@ -111,6 +111,8 @@ class Lockstep(TimeKeeper):
             return self._engine.failure
         if not self._paused:
             return "pause the plant first"
+        if self._engine.ended:
+            return RUN_IS_OVER
         if not self._answered:
             return "no command has come for the last sample yet"
         self._step()

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from rodless_base.one_line import traced
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.pacing import Pacer
-from rodless_sim.node.time_keeper import Outgoing, TimeKeeper
+from rodless_sim.node.time_keeper import RUN_IS_OVER, Outgoing, TimeKeeper
 
 # How often, in s, the plant looks whether it may start.
 POLL_PERIOD = 0.02
@@ -73,6 +73,8 @@ class Realtime(TimeKeeper):
         """Advance by one period; return what is in the way, if anything."""
         if not self._paused:
             return "pause the plant first"
+        if self._engine.ended:
+            return RUN_IS_OVER
         self._engine.step()
         return self._engine.failure
 

@@ -13,6 +13,8 @@ from typing import Protocol
 
 from rodless_sim.node.engine import Engine
 
+RUN_IS_OVER = "time.duration is over; ~/reset begins anew"
+
 
 class Outgoing(Protocol):
     """Messages that have not gone out, as where a reader holds them back."""
@@ -50,7 +52,7 @@ class TimeKeeper(ABC):
         """Why plant time stands still until a reset, paused or not; None where it does not."""
         if self._engine.failure is not None:
             return f"stands still: {self._engine.failure}"
-        over = "stands still: time.duration is over; ~/reset begins anew"
+        over = f"stands still: {RUN_IS_OVER}"
         return over if self._engine.ended else None
 
     @property

@@ -27,6 +27,7 @@ from mcap.records import (
 )
 
 from rodless_base.closing import Closing
+from rodless_base.forked import left_to_parent
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
 from rodless_lab.results_folder import lock_or_refuse
 
@@ -83,6 +84,7 @@ class McapWriter(Closing):
         self.name, self._path = path.name, path.absolute()
         self.index = index
         self._file = path.open(mode, buffering=0)
+        left_to_parent(self)
         self._chunk = bytearray()
         self._entries: Entries = {}
 
@@ -186,8 +188,17 @@ class McapWriter(Closing):
         # Should it have to be repeated, it goes to the same place, behind the messages.
         self.index.end = end
 
+    @property
+    def closed(self) -> bool:
+        """Whether nothing can be written any more."""
+        return self._file.closed
+
     def close(self) -> None:
         """Close the file as it is."""
+        self._file.close()
+
+    def leave_to_parent(self) -> None:
+        """Let go: the file is its parent's, which others wait for."""
         self._file.close()
 
     def _append(self, data: bytes) -> None:

@@ -8,6 +8,8 @@
 
 """A bag that is being recorded is read by nobody as a whole one, and changed by no other."""
 
+import multiprocessing
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -23,7 +25,7 @@ from rodless_lab.bags.metadata import METADATA_FILE, BagError, BagTopic
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import BagWriter, recover_bag
 
-UNDER_WAY = r"_0\.mcap is still being written by process \d+ \(.+\); end the recording first$"
+UNDER_WAY = r"_0\.mcap is still being written by process \d+ \(.+\); end that first$"
 TOPIC = BagTopic("/x", "std_msgs/msg/Float64")
 
 
@@ -108,6 +110,20 @@ def test_a_file_that_others_change_ends_its_recording(tmp_path: Path) -> None:
             add(writer, 1000, 2000)
     assert writer.failure is not None
     assert numbers(bag) == list(range(1000))
+
+
+def test_a_fork_keeps_nobody_from_a_bag(tmp_path: Path) -> None:
+    """A process forked while it was recorded has no part in it, however long it lives."""
+    bag = tmp_path / "bag"
+    with BagWriter(bag) as writer:
+        writer.add_topic(TOPIC)
+        add(writer, 0, 1000)
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            assert pool.apply(os.getpid) != os.getpid()
+            add(writer, 1000, 2000)
+            writer.close()
+            (bag / METADATA_FILE).unlink()
+            assert recover_bag(bag) == 2000
 
 
 def test_a_lock_alone_keeps_recovery_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from running import StartSession
+from std_srvs.srv import Trigger
 
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
@@ -185,6 +186,21 @@ def test_a_paused_plant_steps_in_real_time_too(rig_session: StartSession) -> Non
     rig = rig_session(paused=True)
     assert rig.step(2).time == pytest.approx(2e-3)
     assert len(rig.samples()) == 3
+
+
+@pytest.mark.parametrize("mode", ["realtime", "lockstep"])
+def test_a_run_that_is_over_takes_no_step(rig_session: StartSession, mode: str) -> None:
+    """It says so at once, and the plant stands where it ended; after a reset it steps again."""
+    rig = rig_session(mode, duration=0.05)
+    rig.run()
+    rig.pause()
+    with pytest.raises(HarnessError, match=r"^a step has not come, and the run is over: the"):
+        rig.step()
+    asked = rig._call(Trigger, "plant/step")
+    assert (asked.success, asked.message) == (False, "time.duration is over; ~/reset begins anew")
+    assert rig.latest.time == pytest.approx(0.05)
+    rig.reset()
+    assert rig.step().time == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("mode", ["realtime", "lockstep"])

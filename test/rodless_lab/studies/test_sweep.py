@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -238,16 +239,59 @@ def test_a_damaged_study_beside_the_results_is_refused(tmp_path: Path) -> None:
         replay_row(tmp_path, 0)
 
 
-def test_a_damaged_part_is_named_and_can_be_made_anew(tmp_path: Path) -> None:
-    """Half a file: the line says which, and without it the same command ends as before."""
+def cut(part: Path) -> None:
+    part.write_bytes(part.read_bytes()[:300])
+
+
+def replaced(part: Path) -> None:
+    part.unlink()
+    part.mkdir()
+
+
+def without_figures(part: Path) -> None:
+    parquet.write_table(parquet.read_table(part).drop(["overshoot"]), part)
+
+
+def with_texts(part: Path) -> None:
+    table = parquet.read_table(part)
+    place = table.column_names.index("overshoot")
+    texts = table["overshoot"].cast("string")
+    parquet.write_table(table.set_column(place, "overshoot", texts), part)
+
+
+@pytest.mark.parametrize("spoil", [cut, replaced, without_figures, with_texts])
+def test_a_damaged_part_is_named_and_can_be_made_anew(
+    tmp_path: Path, spoil: Callable[[Path], None]
+) -> None:
+    """Half a file, other columns: the line says which, and without it all ends as before."""
     study, folder = read_study(write_study(tmp_path)), tmp_path / "out"
     sweep(study, folder)
     before = files(folder)
     part = folder / "rows" / "part-00000.parquet"
-    part.write_bytes(part.read_bytes()[:300])
+    spoil(part)
     for read in (lambda: sweep(study, folder), lambda: replay_row(folder, 0)):
         with pytest.raises(StudyError, match=r"part-00000\.parquet: damaged, .*; remove it"):
             read()
+    if part.is_dir():
+        part.rmdir()
+    else:
+        part.unlink()
+    sweep(study, folder)
+    assert files(folder) == before
+
+
+@pytest.mark.parametrize("rows", [0, 1, 3])
+def test_a_part_that_lacks_rows_is_not_taken_for_a_whole_one(tmp_path: Path, rows: int) -> None:
+    """It was, and its report was written over that of all rows; the replay sent users back."""
+    study, folder = read_study(write_study(tmp_path)), tmp_path / "out"
+    sweep(study, folder)
+    before = files(folder)
+    part = folder / "rows" / "part-00000.parquet"
+    parquet.write_table(parquet.read_table(part).slice(0, rows), part)
+    with pytest.raises(
+        StudyError, match=f"damaged, it has {rows} rows that are not the .*; remove"
+    ):
+        sweep(study, folder)
     part.unlink()
     sweep(study, folder)
     assert files(folder) == before
