@@ -33,8 +33,8 @@ Array = npt.NDArray[np.float64]
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
 
-# Nothing of a rig is beyond it, in m, Pa or V.
-LARGEST_READING = 1e12
+# Beyond it, in m, Pa or V, nothing can be computed with or drawn.
+LARGEST_READING = 1e100
 
 
 def read_run(path: str | Path, namespace: str = "") -> MeasuredRun:

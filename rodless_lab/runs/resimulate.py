@@ -17,6 +17,7 @@ import numpy as np
 from rodless_base.one_line import described
 from rodless_control import PidParameters
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint, run_of_trace
+from rodless_lab.runs.off_any_rig import off_any_rig
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters, SimulationError, simulate
 
@@ -91,8 +92,8 @@ def _refusing() -> Iterator[None]:
 def _remarks(recorded: MeasuredRun, start: float) -> tuple[str, ...]:
     """Say where the simulated carriage had to start elsewhere than the recorded one."""
     first = float(recorded.position[0])
-    if abs(first - start) <= FARTHEST_OFF:
-        return ()
+    if abs(first - start) <= FARTHEST_OFF or off_any_rig(recorded):
+        return ()  # where no rig has such positions, that is said already
     longer = "the rig may have a longer cylinder.stroke"
     return (
         f"the simulated carriage starts at {1e3 * start:g} mm, the end of its stroke, the recorded "
