@@ -43,6 +43,6 @@ def check_topic_types(node: Node) -> None:
         other = known.setdefault(name, topic)
         if TYPES[other] is not kind:
             raise ParameterError(
-                f"{topic} and {other} are both remapped to {name}, and have two types, "
-                f"{kind.__name__} and {TYPES[other].__name__}: remap one of them elsewhere"
+                f"{topic} and {other} are one name, {name}, with two types, {kind.__name__} and "
+                f"{TYPES[other].__name__}: remap one of them elsewhere"
             )

@@ -33,14 +33,19 @@ def locked(file: Path) -> Iterator[None]:
         raise BagError(f"{file} {still_written(writer)}")
     descriptor = _opened(file)
     try:
-        lock_or_refuse(descriptor, file)
+        _lock(descriptor, file)
         yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, file: Path) -> None:
+    try:
+        lock_or_refuse(descriptor, file)
     except OSError as error:
         if error.errno != errno.EBUSY:
             raise
         raise BagError(f"{file} {still_written('another process')}") from error
-    finally:
-        os.close(descriptor)
 
 
 def still_written(writer: str) -> str:

@@ -92,7 +92,7 @@ REFUSED = {
             node,
             None,
             ["-r", "valve/voltage:=joint_states"],
-            ["valve/voltage and joint_states are both remapped to /joint_states", "Float64"],
+            ["valve/voltage and joint_states are one name, /joint_states,", "Float64"],
         )
         for node in ("plant", "controller")
     },
@@ -100,7 +100,7 @@ REFUSED = {
         "plant",
         None,
         ["-r", "/clock:=valve/voltage"],
-        ["/clock and valve/voltage are both remapped to /valve/voltage", "Clock and Float64"],
+        ["/clock and valve/voltage are one name, /valve/voltage,", "Clock and Float64"],
     ),
     "an unknown ROS argument": ("controller", None, ["--parameters", "x"], ["--parameters"]),
 }
