@@ -128,7 +128,8 @@ def _second_run(
         check_change(second, parameters)
         if mostly_known(second, first):
             raise RunError(
-                f"refused, most of it is in {options.bag}, which is fitted; take another run"
+                f"{options.validate}: refused, most of it is in {options.bag}, which is fitted; "
+                "take another run"
             )
     return second
 

@@ -122,7 +122,7 @@ def assumed_parameters(base: str, sensors: str) -> RigParameters:
         except OSError as error:
             raise ParameterError(
                 f"{base}: neither a preset ({', '.join(preset_names())}) nor a file that can be "
-                f"read: {error.strerror}"
+                f"read: {error.strerror or error}"
             ) from error
     if sensors == "base":
         return parameters

@@ -50,7 +50,7 @@ def claim(folder: Path, file: str, content: str, what: str) -> None:
     if not place.exists():
         atomic_write(place, content)
         return
-    found = place.read_text(encoding="utf-8")
+    found = place.read_text(encoding="utf-8", errors="replace")
     if found != content:
         raise StudyError(
             f"{folder}: holds {what}, or of another version of this package: {file} differs in "

@@ -69,7 +69,7 @@ def read_saved_study(folder: Path) -> Study:
                 f"{folder}: made by another version of this package, whose numbers may differ"
             )
         return _study(found)
-    except (KeyError, TypeError, IndexError, json.JSONDecodeError) as error:
+    except (KeyError, TypeError, IndexError, json.JSONDecodeError, UnicodeDecodeError) as error:
         raise StudyError(f"{file}: damaged; run the study into another folder") from error
 
 

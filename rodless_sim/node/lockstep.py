@@ -79,6 +79,11 @@ class Lockstep(TimeKeeper):
             return f"{self._outgoing.obstacle}: holding"
         if self._overdue:
             return f"no command for {self._timeout:g} s of wall time from {commander}: holding"
+        if self._is_between_answers and self._now() - self._last_event > self._timeout:
+            return (
+                f"a sample that was offered again has been answered, and {commander} may answer it "
+                f"{self._owed} times more: holding for {self._patience:.0f} s at most"
+            )
         return None
 
     @property
@@ -145,6 +150,11 @@ class Lockstep(TimeKeeper):
         return self._answer is not None and self._owed <= 0 and not self._identifying
 
     @property
+    def _is_between_answers(self) -> bool:
+        """Whether the present sample has an answer and may get more."""
+        return self._answer is not None and self._owed > 0
+
+    @property
     def _may_be_one(self) -> bool:
         return len(set(self._present.values())) == 1 and not self._several_answer
 
@@ -172,12 +182,16 @@ class Lockstep(TimeKeeper):
         self._has_offered()
         self._first_offer = self._last_event
 
+    @property
+    def _patience(self) -> float:
+        """How long to wait after an offer or an answer, in s."""
+        # Twice as long each time, and longer than a slow controller takes.
+        return max(self._timeout, 2.0 * (self._last_event - self._first_offer))
+
     def _wait(self) -> None:
         if self._paused and self._answered:
             return
-        # Twice as long each time, and longer than a slow controller takes.
-        patience = max(self._timeout, 2.0 * (self._last_event - self._first_offer))
-        if self._now() - self._last_event <= patience:
+        if self._now() - self._last_event <= self._patience:
             return
         if self._answer is not None:
             # The other answers were lost on the way, or never sent.

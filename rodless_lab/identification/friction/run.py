@@ -131,7 +131,7 @@ def _force(time: Array, force: Array, part: UniformPart, lag: float) -> tuple[fl
     """Mean force over a part in N, the sensors' lag removed, and its standard error."""
     local = time[part.first : part.last] - time[part.first : part.last].mean()
     line = np.polynomial.Polynomial.fit(local, force[part.first : part.last], 1)
-    mean, slope = line.convert().coef
+    mean, slope = np.resize([*line.convert().coef, 0.0], 2)  # it leaves a slope of 0 out
     scatter = float(np.std(force[part.first : part.last] - line(local), ddof=2))
     error = math.hypot(scatter / math.sqrt(len(local)), FINEST_FORCE)
     return float(mean + lag * slope), error

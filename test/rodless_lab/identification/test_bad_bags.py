@@ -34,6 +34,15 @@ def a_run(samples: int = 400) -> MeasuredRun:
     return MeasuredRun(time, 0.1 + 0.01 * time, level, level, level + 2e5, np.full(samples, 5.3))
 
 
+def test_pressures_that_never_change_are_used_as_they_are() -> None:
+    """A stuck transmitter, or a rig with plenty of air: a constant force has no slope."""
+    run = a_run(4000)
+    fit = identify_friction(run, RigParameters())
+    assert len(fit.forward.forces)
+    assert np.abs(fit.forward.forces).max() < 1e-6  # N, equal pressures on both sides
+    assert not len(fit.reverse.forces)
+
+
 def refused(
     bag: Path, folder: Path, capsys: pytest.CaptureFixture[str], subject: str = "friction"
 ) -> str:

@@ -235,6 +235,13 @@ def test_a_damaged_study_beside_the_results_is_refused(tmp_path: Path) -> None:
     file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(StudyError, match="damaged"):
         replay_row(tmp_path / "out", 0)
+    file.write_bytes(b"\xff")
+    with pytest.raises(
+        StudyError, match=r"study\.json: damaged; run the study into another folder"
+    ):
+        replay_row(tmp_path / "out", 0)
+    with pytest.raises(StudyError, match=r"out: holds .*study\.json differs in all; give another"):
+        sweep(read_study(write_study(tmp_path, rows=1)), tmp_path / "out")
     with pytest.raises(StudyError, match="no sweep there"):
         replay_row(tmp_path, 0)
 

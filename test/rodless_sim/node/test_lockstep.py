@@ -224,6 +224,32 @@ def test_a_sample_is_offered_again_until_it_is_answered() -> None:
     assert bench.samples[-1][1].position == trace.position[-1]
 
 
+def test_a_wait_for_further_answers_is_said() -> None:
+    """A controller that was frozen answers once where its queue has kept one of several offers.
+
+    Until the plant goes on with that, it says what it waits for, and for how long at most.
+    """
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    for wait in (1.1, 2.3):
+        bench.clock += wait * TIMEOUT
+        bench.plant.poll()
+    assert bench.times == [0, 1, 1, 1]
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.receive(6.0)
+    assert bench.plant.problem is None
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.plant.problem is not None
+    assert "has been answered, and " in bench.plant.problem
+    assert "may answer it 2 times more: holding for 9 s at most" in bench.plant.problem
+    bench.clock += 8.0 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1, 1, 2]
+    assert bench.plant.problem is None
+
+
 def test_a_slow_controller_is_not_answered_twice() -> None:
     """A sample that was offered twice has two answers: neither is taken for the next sample's."""
     bench = Bench()
