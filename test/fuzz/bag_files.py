@@ -8,18 +8,21 @@
 
 """Bags: bytes of a good one changed, and messages that a sound file holds."""
 
+import re
 import shutil
 from pathlib import Path
 
 import rig_bag
 from draw import Draw
+from rclpy.serialization import serialize_message
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from std_msgs.msg import Float64MultiArray
 from target import Change, Target
 
 from rodless_lab import read_bag, read_commands, read_run
 from rodless_lab.bags.metadata import METADATA_FILE, BagTopic
-from rodless_lab.bags.writer import BagWriter
+from rodless_lab.bags.writer import BagWriter, recover_bag
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_lab.view.playback import open_tape
 from rodless_sim import RigParameters, simulate
@@ -29,6 +32,17 @@ TYPES = (
     "rosgraph_msgs/msg/Clock", "std_msgs/msg/String", "no_such/msg/Type", "std_msgs/Float64",
     "../x", "", "std_msgs/msg/Float64Array", "os/path/join", "a/b/c/d",
 )  # fmt: skip
+
+
+# What may stand for a value in a description.
+VALUES = (
+    "!!bool x", "!!int ''", "!!float ''", "!!timestamp x", "!!binary x", "!!set {a, b}",
+    "!!omap [a]", "2024-13-45", "1:1:1", "=", "<<", "{<<: {a: 1}}", "&a [*a]",
+    "[&b [1, 1], *b, *b]", "*nothing",
+    "0x" + "f" * 40, "9" * 40, ".inf", ".nan", "~", "true", "[]", "{}", "''", "'\\e[31m'", "|",
+)  # fmt: skip
+
+ARRAYS = "std_msgs/msg/Float64MultiArray"
 
 
 def _in_sqlite(bag: Path, copy: Path) -> Path:
@@ -41,6 +55,10 @@ def _in_sqlite(bag: Path, copy: Path) -> Path:
             for time, payload in zip(messages.log_time.tolist(), messages.payloads, strict=True):
                 writer.write(connection, time, payload)
     return copy
+
+
+def _array(length: int) -> bytes:
+    return serialize_message(Float64MultiArray(data=[0.1] * length))
 
 
 class BagFiles(Target):
@@ -81,14 +99,25 @@ class BagFiles(Target):
     def _of_file(self, draw: Draw, storage: str) -> Change:
         name = draw.choice(list(self._files[storage]))
         content = self._files[storage][name]
+        if name == METADATA_FILE and draw.random() < 0.5:
+            return self._of_value(draw, content)
         at = draw.randrange(len(content) + 1)
         size = draw.choice((0, 1, 2, 8, 100, len(content)))
         new = draw.choice((b"", draw.text().encode("utf-8", "surrogatepass"), draw.randbytes(size)))
         return "file", name, at, size, new
 
+    @staticmethod
+    def _of_value(draw: Draw, content: bytes) -> Change:
+        """Put another value behind one of the names in a description."""
+        places = [found.span(1) for found in re.finditer(rb": (.*)", content)]
+        at, end = draw.choice(places)
+        return "file", METADATA_FILE, at, end - at, draw.choice(VALUES).encode()
+
     def _of_message(self, draw: Draw) -> Change:
         topic = draw.choice(list(self._topics))
-        what = draw.randrange(4)
+        what = draw.randrange(5)
+        if what == 4:
+            return "arrays", topic, tuple(draw.randrange(4) for _ in range(9))
         if what == 0:
             return "type", topic, draw.choice(TYPES)
         if what == 1:
@@ -103,7 +132,7 @@ class BagFiles(Target):
     def run(self, changes: list[Change]) -> object:
         """Read the bag in every way there is."""
         shutil.rmtree(self._bag, ignore_errors=True)
-        if any(change[0] in ("type", "name", "time", "data") for change in changes):
+        if any(change[0] in ("type", "name", "time", "data", "arrays") for change in changes):
             self._write(changes)
         else:
             sqlite = ("storage", "sqlite") in changes
@@ -122,12 +151,17 @@ class BagFiles(Target):
             bag[topic].units()
         read_commands(path)
         open_tape(path)
-        return read_run(path).columns()
+        found = read_run(path).columns()
+        if bag.path.is_dir():
+            recover_bag(path)
+        return found
 
     def _write(self, changes: list[Change]) -> None:
         new = {(kind, *where): value for kind, *where, value in changes if where}
         with BagWriter(self._bag) as writer:
-            for topic, (type_name, messages) in self._topics.items():
+            for topic, good in self._topics.items():
+                lengths = new.get(("arrays", topic))
+                type_name, messages = (ARRAYS, list(map(_array, lengths))) if lengths else good
                 name = new.get(("name", topic), topic)
                 writer.add_topic(BagTopic(name, new.get(("type", topic), type_name)))
                 for number, message in enumerate(messages):
