@@ -111,6 +111,14 @@ def _shown(processes: Mapping[str, NodeProcess]) -> Iterator[None]:
             del _outputs[name]
 
 
+@pytest.fixture
+def hears_hangup() -> Iterator[None]:
+    """Let processes of a test hear that a terminal closes, also where nohup runs the tests."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.fixture(scope="module")
 def domain() -> Iterator[dict[str, str]]:
     """Environment of a process in a DDS domain that this module has for itself, on loopback."""

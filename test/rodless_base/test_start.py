@@ -20,6 +20,8 @@ import pytest
 
 from rodless_base.start import AGAIN_SECONDS
 
+pytestmark = pytest.mark.usefixtures("hears_hangup")
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # Only a hung process meets it.
 TIMEOUT = 60.0

@@ -26,6 +26,8 @@ from rodless_lab.accuracy.summary import summary
 from rodless_lab.cli.campaign import main
 from rodless_lab.results_folder import lock_or_refuse
 
+pytestmark = pytest.mark.usefixtures("hears_hangup")
+
 
 def verdict(number: int, error: float, disturbed: float = 0.0, failure: str = "") -> Verdict:
     """Return a verdict on an open loop around paper with this error (m)."""

@@ -35,6 +35,8 @@ from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter, recover_bag
 
+pytestmark = pytest.mark.usefixtures("hears_hangup")
+
 # For whatever must come, so that a test fails instead of hanging, in wall-clock seconds.
 TIMEOUT = 60.0
 

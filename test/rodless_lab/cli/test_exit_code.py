@@ -21,6 +21,8 @@ from quiet_stop import Quiet
 from rodless_lab.cli import animate, bench, compare, docs, identify, policy, replay, soak
 from rodless_lab.cli.exit_code import exit_code
 
+pytestmark = pytest.mark.usefixtures("hears_hangup")
+
 
 def never() -> None:
     """Stand for the work."""
