@@ -64,6 +64,11 @@ def listed(names: Sequence[str]) -> str:
     return f"{first} and {rest} more" if rest > 0 else first
 
 
+def has_half_character(text: str) -> bool:
+    """Whether a text has a lone surrogate, which is no text in UTF-8."""
+    return not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text)
+
+
 def function_name(function: object) -> str:
     """Return what messages call a function: its name, or what it is where it has none."""
     return str(getattr(function, "__name__", None) or shown(function))

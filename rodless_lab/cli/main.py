@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 from rodless_base.command_line import Parser
+from rodless_base.one_line import has_half_character
 from rodless_base.output import Output
 from rodless_base.ros.shared_memory import prepare_shared_memory
 from rodless_base.start import NO_ROS, Stop
@@ -102,7 +103,7 @@ def _run(stop: Stop) -> str | int | None:
         parser.error(f"the folder in which this runs: {error.strerror}; go into another one")
     for text in chosen.arguments:
         # Neither ROS nor a bag takes another text.
-        if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+        if has_half_character(text):
             parser.error(f"{text!a} is not text in UTF-8")
     if chosen.verb in WITH_LAWS and not getattr(sys.flags, "safe_path", False):
         sys.path.append(str(Path.cwd()))

@@ -27,7 +27,7 @@ from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from rodless_base.closing import Closing
-from rodless_base.one_line import shown
+from rodless_base.one_line import has_half_character, shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.parameters import is_not_yet
@@ -399,7 +399,7 @@ def _check_fits(name: str, value: object) -> None:
     """Raise TypeError for a number or a text that no message can hold."""
     if isinstance(value, int) and not SMALLEST_INTEGER <= value <= LARGEST_INTEGER:
         raise TypeError(f"{name}: {shown(value)} refused, ROS has whole numbers of 64 bits")
-    if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+    if isinstance(value, str) and has_half_character(value):
         raise TypeError(f"{name}: {shown(value)} refused, it has half a character")
 
 

@@ -36,6 +36,14 @@ def add(writer: BagWriter, first: int, last: int) -> None:
     writer.flush()
 
 
+def recording(bag: Path) -> BagWriter:
+    """Return a bag under construction that has a thousand messages."""
+    writer = BagWriter(bag)
+    writer.add_topic(TOPIC)
+    add(writer, 0, 1000)
+    return writer
+
+
 def numbers(bag: Path, recover: bool = False) -> list[int]:
     """The messages of the bag."""
     found = read_bag(bag, recover)["/x"].payloads
@@ -53,9 +61,7 @@ def test_a_bag_under_way_is_refused_and_ends_whole(
 ) -> None:
     """It would be cut short, and its recorder would write on behind an end that is none."""
     bag = tmp_path / "bag"
-    with BagWriter(bag) as writer:
-        writer.add_topic(TOPIC)
-        add(writer, 0, 1000)
+    with recording(bag) as writer:
         before = files(bag)
         with pytest.raises(BagError, match=UNDER_WAY):
             attempt(bag)
@@ -83,9 +89,7 @@ def another_writer(file: Path) -> Iterator[None]:
 def test_the_bag_of_another_recorder_is_left_alone_too(tmp_path: Path) -> None:
     """The process is named that has the file open to write; after that the bag is recovered."""
     bag = tmp_path / "bag"
-    with BagWriter(bag) as writer:
-        writer.add_topic(TOPIC)
-        add(writer, 0, 1000)
+    with recording(bag):
         cut = files(bag)["bag_0.mcap"]
     (bag / METADATA_FILE).unlink()
     (bag / "bag_0.mcap").write_bytes(cut)
@@ -101,9 +105,7 @@ def test_the_bag_of_another_recorder_is_left_alone_too(tmp_path: Path) -> None:
 def test_a_file_that_others_change_ends_its_recording(tmp_path: Path) -> None:
     """A program that asks nobody: the recorder says so, and ends the bag with what it knows."""
     bag = tmp_path / "bag"
-    with BagWriter(bag) as writer:
-        writer.add_topic(TOPIC)
-        add(writer, 0, 1000)
+    with recording(bag) as writer:
         with (bag / "bag_0.mcap").open("ab") as other:
             other.write(b"an end")
         with pytest.raises(BagError, match="another program has changed its file"):
@@ -115,24 +117,19 @@ def test_a_file_that_others_change_ends_its_recording(tmp_path: Path) -> None:
 def test_a_fork_keeps_nobody_from_a_bag(tmp_path: Path) -> None:
     """A process forked while it was recorded has no part in it, however long it lives."""
     bag = tmp_path / "bag"
-    with BagWriter(bag) as writer:
-        writer.add_topic(TOPIC)
-        add(writer, 0, 1000)
-        with multiprocessing.get_context("fork").Pool(1) as pool:
-            assert pool.apply(os.getpid) != os.getpid()
-            add(writer, 1000, 2000)
-            writer.close()
-            (bag / METADATA_FILE).unlink()
-            assert recover_bag(bag) == 2000
+    with recording(bag) as writer, multiprocessing.get_context("fork").Pool(1) as pool:
+        assert pool.apply(os.getpid) != os.getpid()
+        add(writer, 1000, 2000)
+        writer.close()
+        (bag / METADATA_FILE).unlink()
+        assert recover_bag(bag) == 2000
 
 
 def test_a_lock_alone_keeps_recovery_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a recorder that cannot be seen: another user's, or in another container."""
     monkeypatch.setattr(being_written, "PROCESSES", tmp_path / "none")
     bag = tmp_path / "bag"
-    with BagWriter(bag) as writer:
-        writer.add_topic(TOPIC)
-        add(writer, 0, 1000)
+    with recording(bag) as writer:
         with pytest.raises(BagError, match=r"_0\.mcap is still being written by another process;"):
             recover_bag(bag)
         add(writer, 1000, 2000)

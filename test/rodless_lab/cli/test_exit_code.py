@@ -103,6 +103,7 @@ def test_a_folder_that_is_gone_is_said(tmp_path: Path) -> None:
 
 def test_what_shows_pictures_does_not_matter(tmp_path: Path) -> None:
     """Verbs draw into files, whatever matplotlib is told to show them with."""
+    said_by(f"cd {tmp_path} &&")  # which says so where it has to compile
     said = said_by(f"cd {tmp_path} &&", MPLBACKEND="nonsense")
     assert said.count("\n") == 1
     assert "workers 0 refused" in said

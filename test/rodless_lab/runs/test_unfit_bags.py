@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
-from rig_bag import write
+from rig_bag import Spoil, write
 from std_msgs.msg import Float64MultiArray
 
 from rodless_lab.bags.metadata import BagError, BagTopic
@@ -47,16 +47,21 @@ def refused(verb, bag: Path, capsys: pytest.CaptureFixture[str], *arguments: str
     return said
 
 
+def reading(topic: str, value: float, at: int | None = None) -> Spoil:
+    """Put ``value`` in place of what ``topic`` has, in sample ``at`` or in all."""
+
+    def put(here: str, sample: int, time: float, good: float) -> tuple[float, float]:
+        return time, value if here == topic and at in (None, sample) else good
+
+    return put
+
+
 @pytest.mark.parametrize("pressure", [0.0, -1e5])
 def test_a_chamber_without_air_is_not_replayed(
     tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str], pressure: float
 ) -> None:
     """A gauge reading of a vented chamber: the rig's own words, and which bag has it."""
-
-    def gauge(topic: str, _sample: int, time: float, value: float) -> tuple[float, float]:
-        return time, pressure if topic == "/chamber_a/pressure" else value
-
-    bag = write(tmp_path / "bag", run, gauge)
+    bag = write(tmp_path / "bag", run, reading("/chamber_a/pressure", pressure))
     said = refused(replay, bag, capsys)
     assert f"no simulated rig can repeat it: pressures {pressure:g}" in said
     assert "must be finite and positive" in said
@@ -66,11 +71,7 @@ def test_a_supply_that_no_rig_has_is_not_replayed(
     tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A rig without air, or a gauge reading of one."""
-
-    def cut(topic: str, _sample: int, time: float, value: float) -> tuple[float, float]:
-        return time, 0.0 if topic == "/supply/pressure" else value
-
-    bag = write(tmp_path / "bag", run, cut)
+    bag = write(tmp_path / "bag", run, reading("/supply/pressure", 0.0))
     for verb in (replay, compare):
         said = refused(verb, bag, capsys)
         assert "no simulated rig can repeat it: supply.pressure: 0.0 refused" in said
@@ -106,11 +107,7 @@ def test_a_reading_of_no_instrument_is_named(
     tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str], topic: str, verb
 ) -> None:
     """1e308 is finite, and nothing can be computed or drawn from it."""
-
-    def huge(here: str, sample: int, time: float, value: float) -> tuple[float, float]:
-        return time, 1e308 if (here, sample) == (topic, 7) else value
-
-    bag = write(tmp_path / "bag", run, huge, held=True)
+    bag = write(tmp_path / "bag", run, reading(topic, 1e308, at=7), held=True)
     said = refused(verb, bag, capsys)
     assert f"{topic}: message 7, at 0.007" in said
     assert "holds 1e+308, must be a number within ±1e+100" in said

@@ -17,7 +17,8 @@ import subprocess
 import sys
 import textwrap
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -210,6 +211,19 @@ def test_an_output_that_cannot_be_is_named(
     assert list(tmp_path.iterdir()) == [tmp_path / "file"]
 
 
+@contextmanager
+def running(program: str) -> Iterator[tuple["subprocess.Popen[str]", list[int]]]:
+    """Run a test's program; yield its process and the process IDs that it prints."""
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(program)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        yield process, [int(pid) for pid in process.stdout.readline().split()]
+
+
 PROGRAM = """
     import signal
     from rodless_lab.harness import RigSession
@@ -224,14 +238,7 @@ PROGRAM = """
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_all_ends_when_the_test_is_ended_from_outside(number: int) -> None:
     """Ctrl-C, a CI's SIGTERM or SIGKILL on the test's process: no node is left behind."""
-    with subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(PROGRAM)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    ) as program:
-        assert program.stdout is not None
-        pids = [int(pid) for pid in program.stdout.readline().split()]
+    with running(PROGRAM) as (program, pids):
         assert len(pids) == 2
         program.send_signal(number)
         assert all(ended(pid) for pid in pids)
@@ -253,14 +260,7 @@ FORKING = """
 
 def test_a_child_of_a_killed_test_keeps_no_node_alive() -> None:
     """Forked inside the block, as multiprocessing does, it outlives the test, and nothing else."""
-    with subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(FORKING)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    ) as program:
-        assert program.stdout is not None
-        child, *nodes = map(int, program.stdout.readline().split())
+    with running(FORKING) as (program, (child, *nodes)):
         try:
             program.kill()
             assert [ended(pid) for pid in nodes] == [True, True]
