@@ -10,6 +10,7 @@
 
 import math
 import reprlib
+from array import array
 from collections.abc import Sequence
 from pathlib import Path
 from traceback import walk_tb
@@ -27,7 +28,14 @@ LONGEST_NAME = 80
 # Bits of the longest whole number whose first and last digits are shown.
 LONGEST_WRITTEN = 10_000
 
-_short = reprlib.Repr()
+
+class _Short(reprlib.Repr):
+    def repr_array(self, x: "array[float]", level: int) -> str:
+        """Return it as the list that it stands for in a message or a parameter."""
+        return self.repr_list(x[: self.maxlist + 1].tolist(), level)
+
+
+_short = _Short()
 _short.maxstring = _short.maxother = _short.maxlong = 80
 _short.maxlist = _short.maxtuple = _short.maxdict = 8
 

@@ -44,8 +44,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
+    from rodless_lab.studies.part import parquet_modules  # noqa: PLC0415
     from rodless_lab.studies.report import write_report  # noqa: PLC0415
-    from rodless_lab.studies.store import parquet_modules  # noqa: PLC0415
     from rodless_lab.studies.study import read_study  # noqa: PLC0415
     from rodless_lab.studies.sweep import run_sweep  # noqa: PLC0415
 

@@ -8,8 +8,6 @@
 
 """What a session tells a test that cannot go on; the nodes' output is part of the text."""
 
-import os
-
 
 class HarnessError(RuntimeError):
     """Something a test has asked of a session is impossible."""
@@ -37,12 +35,3 @@ class WaitTimeoutError(HarnessError, TimeoutError):
 
 class InterruptedRunError(Exception):
     """The user has asked to stop."""
-
-
-def check_not_forked(owner: int) -> None:
-    """Raise HarnessError in any other process than ``owner`` (a process ID)."""
-    if os.getpid() != owner:
-        raise HarnessError(
-            "this process was forked inside the block of a session, which only the process that "
-            "opened it can use; open one here, or leave the session alone"
-        )

@@ -19,7 +19,8 @@ from pathlib import Path
 from rodless_base.forked import left_to_parent
 from rodless_base.one_line import shown
 from rodless_lab.session import guard
-from rodless_lab.session.errors import HarnessError, WaitTimeoutError, check_not_forked
+from rodless_lab.session.errors import HarnessError, WaitTimeoutError
+from rodless_lab.session.opening_process import OpeningProcess
 
 # Default bound of a wait, in wall-clock s.
 TIMEOUT = 60.0
@@ -101,7 +102,7 @@ class NodeProcess:
         self._output = output
         self._guard = guard
         self._process: subprocess.Popen[bytes] | None = None
-        self._owner = os.getpid()
+        self._opening = OpeningProcess()
         self._meant_to_run = False
         self._over = True
         self.had_to_be_killed = False  # because it did not end when it was asked to
@@ -154,7 +155,7 @@ class NodeProcess:
         """Its exit code, negative for a signal, or None while it runs."""
         if self._process is None:
             return None
-        check_not_forked(self._owner)
+        self._opening.check()
         if self._process.poll() is not None:
             self._end_what_it_left()
         return self._process.returncode
@@ -191,7 +192,7 @@ class NodeProcess:
         (wall-clock s).
         """
         assert self._process is not None
-        check_not_forked(self._owner)
+        self._opening.check()
         try:
             self._process.wait(timeout)
         except subprocess.TimeoutExpired as error:
@@ -213,7 +214,7 @@ class NodeProcess:
         """Wait up to ``timeout`` (wall-clock s) for it to stop, then kill it."""
         if self._process is None:
             return
-        check_not_forked(self._owner)
+        self._opening.check()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout)
         self.had_to_be_killed = self.exit_code is None

@@ -39,9 +39,9 @@ from rodless_lab.session.errors import (
     NotYetError,
     RefusedError,
     WaitTimeoutError,
-    check_not_forked,
 )
 from rodless_lab.session.network import make_room_for_nodes
+from rodless_lab.session.opening_process import OpeningProcess
 
 Found = TypeVar("Found")
 
@@ -114,7 +114,7 @@ class Observer(Closing):
             )
         self._executor = make_executor(self.context)
         self._executor.add_node(self.node)
-        self._owner = os.getpid()
+        self._opening = OpeningProcess()
         self._spinning = threading.Lock()
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
@@ -144,7 +144,7 @@ class Observer(Closing):
         Raises HarnessError while that runs already, in another thread or from a callback, and in a
         process forked from this.
         """
-        check_not_forked(self._owner)
+        self._opening.check()
         if not self._spinning.acquire(blocking=False):
             raise HarnessError(
                 "messages are waited for already: one thread at a time can use a session, and none "

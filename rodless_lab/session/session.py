@@ -9,7 +9,6 @@
 """A rig under test: the nodes in a domain of their own, and everything a test does with them."""
 
 import math
-import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -38,6 +37,7 @@ from rodless_lab.session.faults import Faults
 from rodless_lab.session.law_watch import WAY_OUT, LawWatch
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.observer import Observer
+from rodless_lab.session.opening_process import OpeningProcess
 from rodless_lab.session.plant_time import PlantTime
 from rodless_lab.session.processes import WANTED_VOLTAGE, ProcessPlan, SessionProcesses
 from rodless_lab.session.receiver import Receiver
@@ -212,7 +212,7 @@ class RigSession(PlantTime, Controls, Faults):
         if self._inside:
             raise HarnessError("this session runs already; make another RigSession beside it")
         self._inside = True
-        self._opened_by = os.getpid()
+        self._opening = OpeningProcess()
         with ExitStack() as stack:
             stack.callback(self._end)
             self._start(stack)
@@ -250,7 +250,7 @@ class RigSession(PlantTime, Controls, Faults):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if os.getpid() != self._opened_by:
+        if not self._opening.is_this:
             return  # forked inside the block; who opened the session ends it
         with self._stack:
             if error is None:

@@ -8,8 +8,6 @@
 
 """Pictures of a sweep: figures over each axis, and sensitivities."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
@@ -17,6 +15,7 @@ from matplotlib.figure import Figure
 from rodless_lab.figures.style import WIDTH, panels
 from rodless_lab.studies.results import Results
 from rodless_lab.studies.sensitivity import Indices
+from rodless_lab.studies.study import FACTOR
 from rodless_lab.studies.summary import SIGNED, shown, sizes
 
 # What is drawn, where it varies; the data set has all.
@@ -33,27 +32,38 @@ def draw_rows(results: Results) -> Figure:
     for number, panel in enumerate(found):
         row, column = divmod(number, len(axes))
         name, axis = names[row], axes[column]
-        panel.plot(*_points(results, axis, name), ".", markersize=2.5, label=f"_{name}")
-        has_numbers = results[axis].dtype.kind in "iuf"
-        panel.locator_params(axis="both" if has_numbers else "y", nbins=3)
+        places, ticks = _places(results, axis)
+        panel.plot(places, sizes(results, name).tolist(), ".", markersize=2.5, label=f"_{name}")
+        panel.locator_params(axis="both" if ticks is None else "y", nbins=3)
         panel.ticklabel_format(axis="y", useOffset=False)
+        # Rows without a figure would leave its panel with an axis of its own, and no numbers.
+        panel.sharex(found[column])
         panel.sharey(found[row * len(axes)])
         panel.tick_params(labelleft=column == 0, labelbottom=row == len(names) - 1)
         if column == 0:
             sized = ", size" if name in SIGNED else ""
             panel.set_ylabel(f"{name.replace('_', chr(10))}{sized}\n/ {shown(name).unit}")
         if row == len(names) - 1:
-            panel.set_xlabel(axis.replace(".", ".\n"))
-            if has_numbers:
+            panel.set_xlabel(axis.replace(".", ".\n") + _in_unit(results.unit(axis)))
+            if ticks is None:
                 panel.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4))
+            else:
+                panel.set_xticks(range(len(ticks)), ticks)
     return figure
 
 
-def _points(results: Results, axis: str, name: str) -> tuple[Any, Any]:
+def _places(results: Results, axis: str) -> tuple[list[float], list[str] | None]:
+    """Return where each row stands on an axis, and what its ticks say where it has no numbers."""
     values = results[axis]
-    if values.dtype.kind not in "iuf":
-        values = np.array([str(value) for value in values])
-    return values.tolist(), sizes(results, name).tolist()
+    if values.dtype.kind in "iuf":
+        return values.tolist(), None
+    texts = [str(value) for value in values]
+    ticks = list(dict.fromkeys(texts))
+    return [float(ticks.index(text)) for text in texts], ticks
+
+
+def _in_unit(unit: str) -> str:
+    return {"": "", FACTOR: "\ntimes its base"}.get(unit, f"\n/ {unit}")
 
 
 def _varies(values: npt.NDArray[np.float64]) -> bool:

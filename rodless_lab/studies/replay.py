@@ -16,7 +16,7 @@ import numpy as np
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.results import DATA, read_part
+from rodless_lab.studies.part import part_files, read_part
 from rodless_lab.studies.row_run import RowRunner
 from rodless_lab.studies.saved_study import read_saved_study
 from rodless_lab.studies.study import Row, Study
@@ -53,7 +53,7 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
 
 
 def _saved(folder: Path, study: Study, number: int) -> dict[str, Any]:
-    files = sorted((folder / DATA).glob("part-*.parquet"))
+    files = part_files(folder)
     if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run the sweep on first")
     wanted = [("row", "=", number)]

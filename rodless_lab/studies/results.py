@@ -8,7 +8,7 @@
 
 """The results of a sweep, read back from its folder."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,15 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.extras import missing_extra
-from rodless_base.one_line import described
-from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.part import part_files, read_part
 from rodless_lab.studies.study import Study
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-DATA = "rows"  # the folder of the data set, below that of the sweep
 
 
 class Results:
@@ -52,6 +49,11 @@ class Results:
     def __repr__(self) -> str:
         return f"Results: {len(self)} of {self.total} rows, {len(self.failures)} failed"
 
+    def unit(self, name: str) -> str:
+        """Return the unit of a column, empty where it has none; raises KeyError."""
+        metadata = self._table.schema.field(name).metadata or {}
+        return str(metadata.get(b"unit", b"").decode())
+
     @property
     def complete(self) -> bool:
         """Whether all rows of the study are there."""
@@ -76,58 +78,15 @@ class Results:
             frame: DataFrame = self._table.to_pandas()
         except ModuleNotFoundError as error:
             raise missing_extra("a data frame", error.name, "data") from error
-        frame.attrs["units"] = {
-            field.name: (field.metadata or {}).get(b"unit", b"").decode()
-            for field in self._table.schema
-        }
+        frame.attrs["units"] = {name: self.unit(name) for name in self._table.column_names}
         return frame
-
-
-def read_part(
-    file: Path, study: Study, filters: Any = None, columns: Sequence[str] | None = None
-) -> Any:
-    """Return the table of a complete part, or those of its rows that pass pyarrow's ``filters``.
-
-    Raises StudyError for a file that is damaged, or has other columns than ``study``.
-    """
-    import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
-    from pyarrow import parquet  # noqa: PLC0415
-
-    try:
-        kinds = {one.name: one.type for one in parquet.read_schema(file)}
-        table = parquet.read_table(file, filters=filters, columns=columns)
-    except (arrow.ArrowException, OSError) as error:
-        raise _damaged(file, described(error)) from error
-    if tuple(kinds) != _columns(study):
-        raise _damaged(file, "it has other columns than the study")
-    if {kinds[name] for name in RunMetrics._fields} != {arrow.float64()}:
-        raise _damaged(file, "it has figures that are no numbers")
-    return table
-
-
-def check_rows(file: Path, study: Study, rows: range) -> None:
-    """Raise StudyError as :func:`read_part`, and where a part has not these ``rows``, in order."""
-    found = read_part(file, study, columns=["row"])["row"].to_pylist()
-    if found != list(rows):
-        raise _damaged(file, f"it has {len(found)} rows that are not the {len(rows)} of its part")
-
-
-def _columns(study: Study) -> tuple[str, ...]:
-    """Return the names of a part's columns, in order."""
-    axes = (one.name for one in study.dimensions)
-    traces = (f"trace.{name}" for name in study.trace_columns)
-    return tuple(dict.fromkeys(("row", "seed", *axes, *RunMetrics._fields, "failure", *traces)))
-
-
-def _damaged(file: Path, why: str) -> StudyError:
-    return StudyError(f"{file}: damaged, {why}; remove it, and the sweep's next run makes it anew")
 
 
 def read_results(folder: Path, study: Study) -> Results:
     """Return the complete parts of a sweep; raises StudyError where there is none."""
     import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
 
-    files = sorted((folder / DATA).glob("part-*.parquet"))
+    files = part_files(folder)
     axes = tuple(one.name for one in study.dimensions)
     if not files:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run it again")

@@ -20,13 +20,16 @@ from threading import Lock
 from typing import Any
 
 from rodless_base.atomic_write import atomic_write, make_folder
-from rodless_base.columns import quantities
-from rodless_base.extras import missing_extra
 from rodless_base.real_number import is_number
-from rodless_lab.simulation.design import is_whole
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.journal import add_line, claim, known_lines, locked
-from rodless_lab.studies.results import DATA, check_rows
+from rodless_lab.studies.part import (
+    check_rows,
+    data_folder,
+    parquet_modules,
+    part_bytes,
+    part_file,
+)
 from rodless_lab.studies.row_run import RowResult
 from rodless_lab.studies.saved_study import FILE, study_text
 from rodless_lab.studies.study import Study
@@ -46,11 +49,11 @@ class Store:
         ModuleNotFoundError without pyarrow; OSError for a folder that cannot be written.
         """
         parquet_modules()
-        self._data = folder / DATA
+        self._folder = folder
         self._study = study
         self._size = max(min(PART, NUMBERS // (study.numbers + 1)), 1)
         self._lock = Lock()
-        make_folder(self._data)
+        make_folder(data_folder(folder))
         self._only = locked(folder)
         try:
             claim(folder, FILE, study_text(study), "the results of another study")
@@ -98,7 +101,7 @@ class Store:
 
     def _finish(self, part: int, known: dict[int, dict[str, Any]]) -> None:
         rows = [known[number] for number in self._rows_of(part)]
-        atomic_write(self._file(part), parquet_bytes(self._study, rows))
+        atomic_write(self._file(part), part_bytes(self._study, rows))
         self._journal(part).unlink()
 
     def _read_part(self, part: int) -> dict[int, dict[str, Any]] | None:
@@ -132,64 +135,8 @@ class Store:
         return range(part * self._size, min((part + 1) * self._size, len(self._study)))
 
     def _file(self, part: int) -> Path:
-        return self._data / f"part-{part:05}.parquet"
+        return part_file(self._folder, part)
 
     def _journal(self, part: int) -> Path:
         # Readers of the data set leave out what begins with a dot.
-        return self._data / f".part-{part:05}.jsonl"
-
-
-def parquet_modules() -> Any:
-    """Return pyarrow and what it writes with; raises ModuleNotFoundError that names the extra."""
-    try:
-        import pyarrow as arrow  # noqa: PLC0415  an extra
-        from pyarrow import parquet  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise missing_extra("a sweep", error.name, "data") from error
-    return arrow, parquet
-
-
-def _as_floats(level: object) -> object:
-    """Return a number as a float, of several each."""
-    if isinstance(level, tuple):
-        return tuple(map(_as_floats, level))
-    return float(level) if is_whole(level) else level
-
-
-def parquet_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
-    """Return a Parquet file of rows as the journal has them: the same bytes for the same rows.
-
-    Columns are the row's number and seed, each axis of the study, the figures, the failure, and a
-    list for each column of the traces. Units stand in the metadata of the fields.
-    """
-    arrow, parquet = parquet_modules()
-    units = {quantity.name: quantity.unit for quantity in quantities(RunMetrics)}
-    numbers = [row["row"] for row in rows]
-    levels = [study.row(number) for number in numbers]
-    columns: dict[str, Any] = {
-        "row": arrow.array(numbers, arrow.int64()),
-        "seed": arrow.array([int(one.base.rig.number("sensors.seed")) for one in levels]),
-    }
-    for place, axis in enumerate(study.dimensions):
-        values = [one.levels[axis.name] for one in levels]
-        # One type for all parts, of which some may have whole numbers alone.
-        columns[axis.name] = arrow.array(
-            map(_as_floats, values) if place in study.with_fractions else values
-        )
-    for place, name in enumerate(RunMetrics._fields):
-        # There are NaN of two signs; JSON has made them one.
-        values = [row["metrics"][place] for row in rows]
-        columns[name] = arrow.array(values, arrow.float64())
-    columns["failure"] = arrow.array([row["failure"] for row in rows], arrow.string())
-    for name in study.trace_columns:
-        values = [row["traces"].get(name, []) for row in rows]
-        columns[f"trace.{name}"] = arrow.array(values, arrow.list_(arrow.float64()))
-    schema = arrow.schema(
-        [
-            arrow.field(name, array.type, metadata={"unit": units.get(name, "")})
-            for name, array in columns.items()
-        ]
-    )
-    sink = arrow.BufferOutputStream()
-    parquet.write_table(arrow.Table.from_arrays(list(columns.values()), schema=schema), sink)
-    return bytes(sink.getvalue())
+        return self._file(part).with_name(f".part-{part:05}.jsonl")

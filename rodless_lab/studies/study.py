@@ -44,6 +44,9 @@ DESIGNS = (GRID, *METHODS, SALTELLI)
 
 TRACES = tuple(quantity.name for quantity in (*quantities(State), *quantities(ClosedLoopTrace)))
 
+# The unit of an axis of factors.
+FACTOR = "1"
+
 # What the file of a study may hold.
 FIELDS = ("base", "sensors", "set", "vary", "design", "run", "traces")
 
@@ -117,6 +120,14 @@ class Study:
         """How many numbers the traces of a row have."""
         samples = int(self.base.duration / self.base.period) + 1
         return len(self.trace_columns) * (samples // self.trace_every + 1)
+
+    def unit(self, axis: Dimension) -> str:
+        """Return the unit of an axis, 1 of factors, empty where it varies unlike parameters."""
+        if axis.factor:
+            return FACTOR
+        declared = {**self.base.rig.DECLARATIONS, **self.base.controller.DECLARATIONS}
+        units = {declared[name].unit for name in axis.names(self._both)}
+        return units.pop() if len(units) == 1 else ""
 
     def row(self, number: int) -> Row:
         """Return one row; raises ParameterError where its values are no rig or controller."""

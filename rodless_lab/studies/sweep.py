@@ -16,9 +16,10 @@ from rodless_base.file_path import file_path
 from rodless_lab.simulation.closed_loop import as_law, is_compiled
 from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.studies.base import Base
+from rodless_lab.studies.part import parquet_modules
 from rodless_lab.studies.results import Results, read_results
 from rodless_lab.studies.row_run import RowResult, RowRunner
-from rodless_lab.studies.store import Store, parquet_modules
+from rodless_lab.studies.store import Store
 from rodless_lab.studies.study import Row, Study, read_study
 
 

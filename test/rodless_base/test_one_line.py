@@ -8,6 +8,8 @@
 
 """What others have made is shown in one short line, whatever it is."""
 
+from array import array
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,13 @@ def test_short_values_are_shown_as_python_shows_them() -> None:
     """Nothing is lost of what fits."""
     for value in (1.5, "text", (1, 2), [0.1], None, {"a": 1}):
         assert shown(value) == repr(value)
+
+
+def test_the_array_of_a_parameter_is_shown_as_the_list_it_is() -> None:
+    """ROS gives lists of numbers as arrays; of a long one the first are shown, as of a list."""
+    assert shown(array("d", [0.1, 2.0])) == "[0.1, 2.0]"
+    numbers = [float(number) for number in range(100)]
+    assert shown(array("d", numbers)) == shown(numbers)
 
 
 def test_any_exception_is_described_in_one_short_line() -> None:

@@ -164,6 +164,10 @@ def test_single_commands_and_commands_that_are_no_numbers(rig_session: StartSess
         rig.run_until(start + 1e-3)
     rig.wait_until(lambda: rig.counter("plant", "commands received") == 3, "three commands")
     assert rig.counter("plant", "commands not finite") == 1
+    with pytest.raises(HarnessError, match=r"^plant counts no 'commands not finit'; did you mean"):
+        rig.counter("plant", "commands not finit")
+    with pytest.raises(HarnessError, match=r"^plant: preset is '.*', no number"):
+        rig.counter("plant", "preset")
     assert len(rig.samples()) == 4
     expected = simulate(RigParameters.preset("paper"), [5.6, 5.08, 4.4], 1e-3)
     assert np.array_equal(rig.samples().pressure_a, expected.pressure_a)

@@ -106,6 +106,46 @@ def test_texts_are_drawn_over_their_axis(tmp_path: Path) -> None:
     assert {"stribeck", "saturating"} <= shown
 
 
+def test_panels_above_one_another_have_one_axis(tmp_path: Path) -> None:
+    """Where one level alone settles, its dot stands above that level, not in the middle."""
+    path = written(
+        tmp_path,
+        "run: {duration: 0.6}\nset: {reference.at: 0.01}\n"
+        "vary: {friction.form: [stribeck, saturating], supply.pressure: [2.0e5, 6.0e5]}",
+    )
+    found = sweep(path, tmp_path / "out")
+    settled = ~np.isnan(found["settling_time"])
+    assert settled.any()
+    assert not settled.all()
+    panels = draw_rows(found).axes
+    below = panels[-len(found.axes) :]
+    assert all(
+        panel.get_xlim() == below[place % len(below)].get_xlim()
+        for place, panel in enumerate(panels)
+    )
+    left, right = below[0].get_xlim()
+    assert left < 0.0
+    assert right > 1.0
+    assert [label.get_text() for label in below[0].get_xticklabels()] == ["stribeck", "saturating"]
+
+
+def test_an_axis_has_the_unit_of_what_it_varies(tmp_path: Path) -> None:
+    """Pa for the supply, 1 for a factor; a pattern of frictions in N and N s/m has none."""
+    path = written(
+        tmp_path,
+        "run: {duration: 0.02}\n"
+        "vary:\n"
+        "  supply.pressure: [5.0e5, 6.0e5]\n"
+        "  cylinder.moving_mass: {from: 1, to: 2, count: 2, factor: true}\n"
+        '  "friction.forward.[cv]*": [10.0, 20.0]',
+    )
+    found = sweep(path, tmp_path / "out")
+    assert [found.unit(axis) for axis in found.axes] == ["Pa", "1", ""]
+    assert found.to_dataframe().attrs["units"]["supply.pressure"] == "Pa"
+    labels = [panel.get_xlabel() for panel in draw_rows(found).axes]
+    assert next(label for label in labels if label) == "supply.\npressure\n/ Pa"
+
+
 def test_no_worst_is_better_than_the_ninetieth() -> None:
     """Where three of twenty never settled, 90 % and worst both say so."""
     runs = [NO_METRICS._replace(settling_time=0.3 if k < 17 else math.nan) for k in range(20)]
