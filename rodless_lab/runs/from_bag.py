@@ -152,7 +152,7 @@ def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, begin: float) -> Setp
     name = f"{namespace}/{SETPOINT}"
     if name not in bag or not len(bag[name]):
         return None
-    when, wanted = _unstamped(bag[name], sent)
+    when, wanted = plain_numbers(bag[name], sent)
     doubt = ""
     if sent.why_useless:
         doubt = (
@@ -267,11 +267,11 @@ def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, 
         )
     if sent.why_useless:  # not even where the run begins
         raise RunError(doubt)
-    return _unstamped(commands, sent), doubt
+    return plain_numbers(commands, sent), doubt
 
 
-def _unstamped(messages: TopicMessages, sent: SampleTimes) -> tuple[Array, Array]:
-    """Plant times (s) and values of a topic of plain numbers."""
+def plain_numbers(messages: TopicMessages, sent: SampleTimes) -> tuple[Array, Array]:
+    """Return plant times (s) and values of a topic of plain numbers; raises RunError for others."""
     _refuse_backwards(messages, messages.time)
     when = sent.plant_time(messages)
     return when, _checked(messages, _field(messages, "data"), when)

@@ -22,7 +22,7 @@ from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
-from rodless_lab.runs.from_bag import Recording, recording_in, stamps_of
+from rodless_lab.runs.from_bag import Recording, plain_numbers, recording_in, stamps_of
 from rodless_lab.runs.joints import messages_of
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.view.errors import ViewError
@@ -136,8 +136,8 @@ def _reference(bag: Bag, namespace: str, found: Recording) -> Array:
         return np.full(found.run.time.shape, np.nan)
     topic = f"{namespace}/{REFERENCE}"
     if topic in bag and len(bag[topic]):
-        when = found.sent.plant_time(bag[topic]) - found.begin
-        return _held(when, np.asarray(bag[topic].fields["data"]), found.run.time)
+        when, wanted = plain_numbers(bag[topic], found.sent)
+        return _held(when - found.begin, wanted, found.run.time)
     if found.setpoint is not None and len(found.setpoint.time):
         return _held(found.setpoint.time, found.setpoint.position, found.run.time)
     return np.full(found.run.time.shape, np.nan)

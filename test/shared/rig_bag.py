@@ -15,10 +15,11 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import FluidPressure, JointState
-from std_msgs.msg import Float64, Header
+from std_msgs.msg import Float64, Float64MultiArray, Header
 
 from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_lab.bags.metadata import BagTopic
+from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.runs.measured_run import MeasuredRun
 
@@ -27,6 +28,8 @@ PRESSURES = {
     "/chamber_b/pressure": "pressure_b",
     "/supply/pressure": "supply_pressure",
 }
+
+ARRAYS = "std_msgs/msg/Float64MultiArray"
 
 # Topic, sample, time in s, value: what is written instead, or None for nothing.
 Message = tuple[float, float]
@@ -84,3 +87,20 @@ def write(
             log_time = round(clock(setpoint[0]) * 1e9)
             writer.write("/setpoint", payload("/setpoint", *setpoint), log_time, log_time)
     return path
+
+
+def with_arrays(path: Path, run: MeasuredRun, topic: str, numbers: list[list[float]]) -> Path:
+    """Write a run in which a topic of single numbers has arrays of them instead."""
+    times = run.time.tolist()
+    write(path / "plain", run, without=topic, held=True)
+    plain = read_bag(path / "plain")
+    with BagWriter(path / "bag") as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                writer.write(name, data, int(when), int(when))
+        writer.add_topic(BagTopic(topic, ARRAYS))
+        for k, one in enumerate(numbers):
+            when = round(times[k] * 1e9)
+            writer.write(topic, serialize_message(Float64MultiArray(data=one)), when, when)
+    return path / "bag"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
-from rig_bag import Spoil, write
+from rig_bag import Spoil, with_arrays, write
 from std_msgs.msg import Float64MultiArray
 
 from rodless_lab.bags.metadata import BagError, BagTopic
@@ -24,8 +24,6 @@ from rodless_lab.cli import animate, compare, replay
 from rodless_lab.runs.from_bag import read_commands, read_run, read_run_and_setpoint
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, run_of_trace
 from rodless_sim import RigParameters, simulate
-
-ARRAYS = "std_msgs/msg/Float64MultiArray"
 
 
 @pytest.fixture
@@ -127,23 +125,6 @@ def test_a_replay_that_has_to_start_elsewhere_says_so(
         said = capsys.readouterr().err
         line = "starts at 200 mm, the end of its stroke, the recorded one at 500 mm: the rig may"
         assert (line in said) == (name == "far")
-
-
-def with_arrays(path: Path, run: MeasuredRun, topic: str, numbers: list[list[float]]) -> Path:
-    """Write a run in which a topic of single numbers has arrays of them instead."""
-    times = run.time.tolist()
-    write(path / "plain", run, without=topic, held=True)
-    plain = read_bag(path / "plain")
-    with BagWriter(path / "bag") as writer:
-        for name in plain:
-            writer.add_topic(plain[name].topic)
-            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
-                writer.write(name, data, int(when), int(when))
-        writer.add_topic(BagTopic(topic, ARRAYS))
-        for k, one in enumerate(numbers):
-            when = round(times[k] * 1e9)
-            writer.write(topic, serialize_message(Float64MultiArray(data=one)), when, when)
-    return path / "bag"
 
 
 @pytest.mark.parametrize("numbers", [[[1.0, 2.0]] * 20, [[]] * 20, [[1.0], [1.0, 2.0]] * 10])
