@@ -12,6 +12,8 @@ import operator
 from numbers import Real
 from typing import SupportsIndex, TypeGuard
 
+import numpy as np
+
 from rodless_base.one_line import shown
 
 
@@ -31,6 +33,13 @@ def is_number(value: object) -> TypeGuard[float]:
     except TypeError:
         return False
     return True
+
+
+def only_number(value: object) -> object:
+    """Return the number of an array that has one, and no mask on it; anything else as it is."""
+    if isinstance(value, np.ndarray) and value.size == 1 and not np.ma.is_masked(value):
+        return value.item()
+    return value
 
 
 def whole_number(value: SupportsIndex, name: str) -> int:

@@ -27,7 +27,7 @@ import numpy.typing as npt
 
 from rodless_base.kernels import outlined_kernel
 from rodless_base.one_line import shown, traced
-from rodless_base.real_number import is_number
+from rodless_base.real_number import is_number, only_number
 
 Array = npt.NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def _array(reference: object, answer: object, count: int) -> Array:
         points = np.ascontiguousarray(answer)
     except ValueError:  # rows of different lengths
         points = np.empty(0)
-    if points.shape != (count, 2) or points.dtype.kind not in "iuf":
+    if points.shape != (count, 2) or points.dtype.kind not in "iuf" or np.ma.is_masked(answer):
         raise ValueError(
             f"reference {_name(reference)}: samples(times) answered {shown(answer)} for {count} "
             f"times, must be numbers of shape ({count}, 2): position (m) and velocity (m/s)"
@@ -163,7 +163,7 @@ class _Finite:
     def __post_init__(self) -> None:
         for field in fields(self):
             given = getattr(self, field.name)
-            value = given.item() if isinstance(given, np.ndarray) and given.size == 1 else given
+            value = only_number(given)
             if not is_number(value):
                 raise TypeError(f"{field.name} {shown(given)} refused: must be a number")
             if not _is_finite(value):

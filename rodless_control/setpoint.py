@@ -8,7 +8,6 @@
 
 """From set-points, as they arrive, to the reference the controller follows."""
 
-import math
 from collections.abc import Callable, Sequence
 
 from rodless_base.parameters import ParameterError
@@ -118,8 +117,11 @@ class SetpointFollower:
         """
         self._check_type(f"command: {position:g} m")
         self._parameters.check_travel("command", position)
-        if not math.isfinite(velocity):
-            raise ParameterError(f"command: {velocity!r} m/s refused, must be a finite number")
+        fastest = LARGEST["velocity"]
+        if not abs(velocity) <= fastest:
+            raise ParameterError(
+                f"command: {velocity:g} m/s refused, must be within {fastest:g} m/s"
+            )
         lasts = self._parameters.number("reference.velocity_timeout")
         self._take_over(lambda time, _: Moving(position, velocity, time + lasts))
 

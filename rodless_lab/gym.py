@@ -161,7 +161,10 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         self._over = True
         super().reset(seed=seed)
         drawn = self._drawn(int(self.np_random.integers(LARGEST_SEED)))
-        self._rig = Rig(given.get("rig", drawn))
+        parameters = given.get("rig", drawn)
+        if not isinstance(parameters, RigParameters):
+            raise TypeError(f"option rig {shown(parameters)} refused: must be RigParameters")
+        self._rig = Rig(parameters)
         self._points = sampled(self._drawn_reference(), self._times)
         refuse_beyond_any_rig(self._points[:, 0], self._times)
         self._sample, self._over = 0, False

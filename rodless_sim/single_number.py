@@ -10,10 +10,8 @@
 
 import math
 
-import numpy as np
-
 from rodless_base.one_line import shown
-from rodless_base.real_number import is_number
+from rodless_base.real_number import is_number, only_number
 
 
 def single_number(value: object, name: str, unit: str) -> float:
@@ -24,9 +22,7 @@ def single_number(value: object, name: str, unit: str) -> float:
     """
     if type(value) is float:
         return value
-    number = value
-    if isinstance(value, np.ndarray) and value.size == 1 and not np.ma.is_masked(value):
-        number = value.item()
+    number = only_number(value)
     if not is_number(number):
         raise TypeError(f"{name} {shown(value)} refused: must be a number of {unit}")
     try:

@@ -22,8 +22,8 @@ from rodless_base.ros.topics import QUEUE_DEPTH
 # What /diagnostics calls messages that an Outbox had no room for.
 LOST = "messages lost to a stopped subscriber"
 
-# A node that the middleware has seen the publisher of, and not yet the name.
-UNKNOWN = "(name not known yet)"
+# A node that the middleware has seen the publisher of, and not the name: see unheard.py.
+UNKNOWN = "(a node whose name has not arrived, as of another account)"
 
 Value = TypeVar("Value")
 

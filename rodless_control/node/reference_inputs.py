@@ -75,9 +75,9 @@ class ReferenceInputs:
             self.refused += 1
             self._logger.warning(str(error), throttle_duration_sec=LOG_PERIOD)
         else:
-            when = "now" if start is None else f"at {start:g} s"
+            when = "now" if start is None else f"{start:g} s"
             self._logger.info(
-                f"trajectory: {len(points)} points, from {when}, {points[-1].time:g} s long",
+                f"trajectory: {len(points)} points, from {when} on, {points[-1].time:g} s long",
                 throttle_duration_sec=LOG_PERIOD,
             )
 

@@ -52,7 +52,6 @@ def _parser() -> Parser:
     parser.add_argument(
         "--drive",
         choices=("voltage", "setpoint"),
-        default="voltage",
         help="what of BAG drives the preset: its recorded voltage, or its set-points (default: "
         "voltage)",
     )
@@ -62,6 +61,8 @@ def _parser() -> Parser:
 def _pair(options: argparse.Namespace, second: MeasuredRun, setpoint: Setpoint | None) -> Pair:
     """Return both runs on one time: the preset simulated like ``second``, or the first bag."""
     if options.first not in preset_names() or Path(options.first).exists():
+        if options.drive is not None:
+            raise RunError("--drive: refused for two bags, none is simulated; leave it out")
         recorded = read_run_and_setpoint(options.first, options.namespace)
         return aligned(recorded, (second, setpoint))
     with naming(options.bag):
@@ -71,7 +72,7 @@ def _pair(options: argparse.Namespace, second: MeasuredRun, setpoint: Setpoint |
 def _simulated(
     options: argparse.Namespace, second: MeasuredRun, setpoint: Setpoint | None
 ) -> MeasuredRun:
-    if options.drive == "voltage":
+    if options.drive in (None, "voltage"):
         return resimulate(RigParameters.preset(options.first), second)
     if setpoint is None:
         raise RunError("no set-points were recorded; compare with --drive voltage")

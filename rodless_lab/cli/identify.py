@@ -17,6 +17,7 @@ from pathlib import Path
 from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
+from rodless_lab.bags.metadata import METADATA_FILE
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
@@ -48,6 +49,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
+        _refuse_inputs(options)
         check_file_writable(options.output)
         check_file_writable(_picture(options.output))
         return _identify(options)
@@ -64,6 +66,18 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
 def _picture(output: Path) -> Path:
     """Return where the residuals are drawn."""
     return output.with_suffix(".png")
+
+
+def _refuse_inputs(options: argparse.Namespace) -> None:
+    """Raise ParameterError for an output in place of what is read: a file of a bag, or the base."""
+    output, base = options.output, Path(options.base)
+    if not output.exists():
+        return
+    of_bag = output.name == METADATA_FILE or output.suffix in (".mcap", ".db3")
+    if of_bag or (base.exists() and output.samefile(base)):
+        raise ParameterError(
+            f"--output {output}: refused, that file is of a bag or of --base; name another one"
+        )
 
 
 def _identify(options: argparse.Namespace) -> int:

@@ -80,20 +80,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 
 def _check_free(plan: "ProcessPlan", stop: Stop) -> None:
-    """Raise RigError where a node that is to be started runs already: each would disturb the other.
-
-    One that starts at the same moment, or is found late, ends this rig while it gets ready.
-    """
-    from rodless_lab.session.running_rig import DISCOVERY, RigError, RunningRig  # noqa: PLC0415
+    from rodless_lab.session.running_rig import RunningRig  # noqa: PLC0415
 
     with RunningRig(plan.namespace, stop) as there:
-        if there.wait_for(lambda: any(map(there.is_known, plan.own_nodes)), DISCOVERY):
-            found = next(filter(there.is_known, plan.own_nodes))
-            domain = there.observer.context.get_domain_id()
-            raise RigError(
-                f"a {found} runs already in namespace {there.namespace} of ROS domain {domain}: "
-                "stop that rig, or give this one a --namespace of its own"
-            )
+        there.check_free(plan.own_nodes)
 
 
 def _watch(processes: "SessionProcesses", plan: "ProcessPlan", stop: Stop) -> None:

@@ -20,7 +20,7 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.number import number
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace
-from rodless_lab.session.errors import HarnessError, NodeDiedError
+from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
 
 HOST, PORT = "127.0.0.1", 8080
 
@@ -38,6 +38,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     stop.from_now_on_wait()
     try:
         serve(Options(**vars(options)), stop, lambda line: print(line, flush=True))
+    except InterruptedRunError:
+        return 0
     except NodeDiedError as error:
         print(error, file=sys.stderr)
         return 1

@@ -32,6 +32,7 @@ class Faults(LiveSession):
         relayed: reset it then. One that was killed remains in DDS discovery for about 20 s of wall
         clock, for which lock-step waits.
         """
+        self._check_inside()
         managed = self._processes[process]
         managed.ask_to_stop()
         managed.end()
@@ -50,8 +51,10 @@ class Faults(LiveSession):
 
     def freeze(self, process: str) -> None:
         """Hold a process where it is, as a machine does that has no time for it."""
+        self._check_inside()
         self._processes[process].freeze()
 
     def thaw(self, process: str) -> None:
         """Let a frozen process go on."""
+        self._check_inside()
         self._processes[process].thaw()

@@ -25,7 +25,16 @@ from rodless_lab.session.samples import Received
 OUTSIDE = "this session does not run: use it inside its with block"
 
 # What there is from __enter__ on.
-_LIVE = {"_observer", "_received", "_processes", "_environment", "_setpoint", "_stack", "_heard"}
+_LIVE = {
+    "_observer",
+    "_received",
+    "_processes",
+    "_environment",
+    "_setpoint",
+    "_stack",
+    "_heard",
+    "_opening",
+}
 
 Mode = Literal["realtime", "lockstep"]
 Found = TypeVar("Found")

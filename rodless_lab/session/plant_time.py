@@ -162,6 +162,7 @@ class PlantTime(LiveSession):
         """
         if (count := whole_number(count, "count")) < 1:
             raise ValueError(f"count {count} refused, must be 1 or more")
+        self._check_inside()
         if not self._paused:
             raise RefusedError("step: pause the plant first")
         for _ in range(count):

@@ -17,7 +17,9 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rodless_base.closing import Closing
 from rodless_base.ros.diagnostics import NAMESAKES
 from rodless_base.ros.namesakes import count_nodes, namesakes_text
+from rodless_base.ros.unheard import WAY_OUT, has_unheard_publisher
 from rodless_base.start import Stop
+from rodless_base.topics import JOINT_STATES
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import TIMEOUT, Diagnostic, Observer
@@ -104,6 +106,26 @@ class RunningRig(Closing):
         """Whether ``node`` is known in this namespace."""
         return (node, self.namespace) in self._nodes()
 
+    def is_unheard(self) -> bool:
+        """Whether a plant is there of which nothing arrives."""
+        return has_unheard_publisher(self.observer.node, self.name(JOINT_STATES))
+
+    def check_free(self, nodes: Sequence[str]) -> None:
+        """Raise :class:`RigError` where one of ``nodes`` runs already.
+
+        Each would disturb the other. One that starts at the same moment, or is found late, ends
+        the new rig while it gets ready.
+        """
+        self.wait_for(lambda: any(map(self.is_known, nodes)), DISCOVERY)
+        found = next(filter(self.is_known, nodes), None)
+        domain = self.observer.context.get_domain_id()
+        where = f"in namespace {self.namespace} of ROS domain {domain}"
+        way_out = "stop that rig, or give this one a --namespace of its own"
+        if found is not None:
+            raise RigError(f"a {found} runs already {where}: {way_out}")
+        if self.is_unheard():
+            raise RigError(f"a plant runs already {where}, of which nothing arrives: {way_out}")
+
     def wait_for_node(self, node: str, timeout: float) -> None:
         """Wait for ``node`` to appear; raises :class:`RigError` saying where there is one."""
         if not self.wait_for(lambda: self.is_known(node), timeout):
@@ -144,6 +166,9 @@ class RunningRig(Closing):
 
     def missing(self, node: str, timeout: float) -> str:
         """Say that ``node`` has not appeared, and what to do about it."""
+        domain = self.observer.context.get_domain_id()
+        if self.is_unheard():
+            return f"{self.name(JOINT_STATES)} of ROS domain {domain} does not arrive, {WAY_OUT}"
         elsewhere = sorted(
             {where for name, where in self._nodes() if name == node and where != self.namespace}
         )
@@ -160,7 +185,6 @@ class RunningRig(Closing):
                 "start a rig with rodless rig, whose first start compiles for a minute or more, or "
                 "choose its ROS_DOMAIN_ID and --namespace"
             )
-        domain = self.observer.context.get_domain_id()
         return (
             f"no {node} in namespace {self.namespace} of ROS domain {domain} within "
             f"{timeout:g} s; {advice}"

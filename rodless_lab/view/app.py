@@ -81,6 +81,8 @@ def _serve_rig(
     if options.rig:
         stay_on_this_machine()
         plan = ProcessPlan(options.preset, namespace=options.namespace)
+        with RunningRig(options.namespace, stop) as there:
+            there.check_free(plan.own_nodes)
         processes = stack.enter_context(run_rig(plan, stop_timeout=STOP_TIMEOUT))
     rig = stack.enter_context(RunningRig(options.namespace, stop, ANSWER_TIMEOUT))
     desk = Desk(rig, state)

@@ -19,6 +19,7 @@ from fastapi import FastAPI
 from nicegui import ui
 
 from rodless_base.closing import Closing
+from rodless_lab.view.connection import Connection
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.origins import OwnPagesOnly
 from rodless_lab.view.server_log import one_line_each
@@ -28,6 +29,10 @@ HISTORY = 200
 
 # For a page to come back whose connection has broken, in wall-clock s.
 RECONNECT_TIMEOUT = 30.0
+
+# Connections that wait to be taken. Where the process can open no more files, asyncio tries so
+# often in a second, with a line for each.
+BACKLOG = 32
 
 # For pages to be told good-bye, in wall-clock s; and for the server to end without.
 END_TIMEOUT = 2
@@ -56,6 +61,8 @@ class Server(Closing):
             OwnPagesOnly(app, host),
             log_level="error",
             lifespan="on",
+            http=Connection,
+            backlog=BACKLOG,
             timeout_graceful_shutdown=END_TIMEOUT,
         )
         self._server = uvicorn.Server(config)

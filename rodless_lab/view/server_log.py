@@ -8,6 +8,7 @@
 
 """What the libraries below the pages log, in one line each."""
 
+import errno
 import logging
 import os
 import time
@@ -23,8 +24,9 @@ SERVER = "uvicorn.error"  # which logs errors of pages, too
 LOGGERS = ("nicegui", "asyncio", "engineio.server", "socketio.server", SERVER)
 WEBSOCKETS = f"{os.sep}uvicorn{os.sep}protocols{os.sep}websockets{os.sep}"
 
-# s between two lines on messages that were none.
+# s between two lines on messages that were none, or on connections that find no room.
 PERIOD = 10.0
+FULL = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 PACKAGES = ("rodless_base", "rodless_sim", "rodless_control", "rodless_lab")
 
@@ -47,6 +49,7 @@ class OneLineEach(logging.Filter):
         super().__init__()
         self._said = -PERIOD
         self._since = 0
+        self._said_full = -PERIOD
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Make the record one line; False for one that only counts."""
@@ -54,7 +57,12 @@ class OneLineEach(logging.Filter):
         error = record.exc_info[1] if record.exc_info else None
         if error is not None and not _is_ours(error, record.name):
             why = in_one_line(described(error))
-            if isinstance(error, OSError):
+            if isinstance(error, OSError) and error.errno in FULL:
+                if time.monotonic() - self._said_full < PERIOD:
+                    return False
+                self._said_full = time.monotonic()
+                text = f"more connections than can be served wait or are refused: {why}"
+            elif isinstance(error, OSError):
                 text = f"{text}: {why}"
             elif self._counted():
                 return False

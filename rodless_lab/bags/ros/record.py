@@ -17,8 +17,9 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_topic_name import validate_topic_name
 
-from rodless_base.one_line import shown
+from rodless_base.one_line import listed, shown
 from rodless_base.ros.process import RunningNode, run_nodes
+from rodless_base.ros.unheard import WAY_OUT
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.ros.recorder import Recorder
@@ -56,7 +57,8 @@ def record(
     ``optional`` topics are recorded besides where somebody publishes them.
     ``beside`` makes nodes that share the process: what they publish reaches the bag without the
     middleware, where that can be kept from delivering inside the process. Returns 2 for a bag that
-    cannot be begun, 1 for one that is not whole or a node that cannot be made.
+    cannot be begun, 1 for one that is not whole, lacks topics that were published, or a node that
+    cannot be made.
     """
     # From here on there is a bag to close, whenever the request to stop comes.
     stop.from_now_on_wait()
@@ -82,6 +84,7 @@ def record(
                 optional=optional,
                 wall_time=wall_time,
                 on_topics=_tell_topics,
+                on_unheard=_tell_unheard,
                 on_failure=end,
             )
         )
@@ -97,11 +100,15 @@ def record(
     if writer.failure is not None:
         print(writer.failure, file=sys.stderr)
         return 1
-    return code
+    return code or int(any(recorder.unheard for recorder in recorders))
 
 
 def _tell_topics(new: list[str]) -> None:
     print(f"recording {', '.join(new)}", flush=True)
+
+
+def _tell_unheard(topics: list[str]) -> None:
+    print(f"{listed(topics)}: published, but nothing arrives, {WAY_OUT}", file=sys.stderr)
 
 
 def _tell_what_is_missing(recorder: Recorder) -> None:

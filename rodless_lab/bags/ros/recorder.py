@@ -21,6 +21,8 @@ from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_t
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
 from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
+from rodless_lab.bags.ros.unheard_topics import PERIOD as LOOK_PERIOD
+from rodless_lab.bags.ros.unheard_topics import UnheardTopics
 from rodless_lab.bags.writer import BagWriter
 
 CLOCK_TOPIC = "/clock"
@@ -50,6 +52,7 @@ class Recorder:
         optional: Sequence[str] = (),
         wall_time: bool = False,
         on_topics: Callable[[list[str]], None] = lambda _: None,
+        on_unheard: Callable[[list[str]], None] = lambda _: None,
         on_failure: Callable[[], None] = lambda: None,
         **node_options: object,
     ) -> None:
@@ -57,7 +60,8 @@ class Recorder:
 
         ``optional`` topics are recorded besides where somebody publishes them.
         ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
-        then on those that join them. ``on_failure`` is called when the
+        then on those that join them. ``on_unheard`` is told topics that are published and of
+        which nothing arrives. ``on_failure`` is called when the
         bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
         """
         self.node = DirectNode(
@@ -81,8 +85,11 @@ class Recorder:
         self.lost: Counter[str] = Counter()
         self._on_topics = on_topics
         self._told: list[str] = []
+        self._unheard = UnheardTopics(self.node)
+        self._on_unheard = on_unheard
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._poll, clock=steady_clock())
+        self.node.create_timer(LOOK_PERIOD, self._look, clock=steady_clock())
         self._subscribe_new()
 
     @property
@@ -131,6 +138,16 @@ class Recorder:
         if new and (self._told or self.ready):
             self._told += new
             self._on_topics(new)
+
+    def _look(self) -> None:
+        new = self._unheard.look([topic for topic in self.topics if not self.received[topic]])
+        if new:
+            self._on_unheard(new)
+
+    @property
+    def unheard(self) -> list[str]:
+        """Topics that somebody publishes and of which nothing has arrived."""
+        return [topic for topic in self._unheard.found if not self.received[topic]]
 
     @property
     def missing(self) -> list[str]:

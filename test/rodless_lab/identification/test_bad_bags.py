@@ -271,6 +271,26 @@ def test_a_run_shorter_than_what_is_looked_at(tmp_path: Path, write_bag, capsys)
     assert "a sample every 0.1 s refused, 5 in 0.25 s are needed" in message
 
 
+def test_chambers_are_not_looked_for_between_samples_farther_apart_than_they_fill() -> None:
+    """A sample a second, as where ms are taken for s: the fit went on for hours."""
+    run = a_run(3000)
+    with pytest.raises(RunError, match=r"^a sample every 1 s refused, 5 in 0\.5 s are needed$"):
+        identify_chambers(replace(run, time=run.time * 1000.0), RigParameters())
+
+
+def test_no_output_takes_the_place_of_what_is_read(tmp_path: Path, write_bag, capsys) -> None:
+    """The description of a bag was replaced, and the bag lost; the base would be, too."""
+    bag = write_bag(tmp_path / "bag", a_run())
+    base = tmp_path / "base.yaml"
+    base.write_text("plant:\n  ros__parameters:\n    supply.pressure: 6.0e5\n")
+    for output in (bag / "metadata.yaml", next(bag.glob("*.mcap")), base):
+        before = output.read_bytes()
+        arguments = ["friction", str(bag), "-o", str(output), "--base", str(base)]
+        assert identify.main(arguments, Quiet()) == 2
+        assert f"--output {output}: refused, that file is of a bag" in capsys.readouterr().err
+        assert output.read_bytes() == before
+
+
 @pytest.mark.parametrize("identify_it", [identify_chambers, identify_bristles, identify_friction])
 @pytest.mark.parametrize("unit", [1e-300, 1e-6, 1e4, 1e200])
 def test_a_run_on_another_clock(identify_it: Callable[..., object], unit: float) -> None:
