@@ -39,15 +39,20 @@ SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 1.0
 
 
 def check_run(
-    run: MeasuredRun, known: RigParameters, window: float = 0.0, absolute: bool = True
+    run: MeasuredRun,
+    known: RigParameters,
+    window: float = 0.0,
+    absolute: bool = True,
+    longest: float = LONGEST_PERIOD,
 ) -> None:
     """Raise RunError, with the first sample that it cannot have, where ``run`` is of no such rig.
 
     ``known`` is what is taken as known of the rig: its stroke. Unless positions are ``absolute``,
     from the end of chamber A, they may be counted from anywhere. A run shorter than a ``window``
-    (s) that is looked at informs nothing: UninformativeRunError.
+    (s) that is looked at informs nothing: UninformativeRunError. Samples are ``longest`` (s) apart
+    at the most.
     """
-    _check_clock(run, window)
+    _check_clock(run, window, longest)
     _check_absolute(run)
     stroke = known.number(STROKE)
     origin = 0.5 * stroke if absolute else float(np.median(run.position))
@@ -73,11 +78,11 @@ def from_gauge(run: MeasuredRun) -> MeasuredRun:
     return replace(run, **pressures)
 
 
-def _check_clock(run: MeasuredRun, window: float) -> None:
-    if not SHORTEST_PERIOD <= run.period <= LONGEST_PERIOD:
+def _check_clock(run: MeasuredRun, window: float, longest: float) -> None:
+    if not SHORTEST_PERIOD <= run.period <= longest:
         raise RunError(
             f"a sample every {run.period:.3g} s refused, must be from {SHORTEST_PERIOD:g} to "
-            f"{LONGEST_PERIOD:g} s; time is in s"
+            f"{longest:g} s; time is in s"
         )
     if window and run.period > window / FEWEST:
         raise RunError(

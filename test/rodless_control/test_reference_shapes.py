@@ -211,3 +211,28 @@ def test_speeds_and_limits_must_be_positive(value: float) -> None:
         limits[k] = value
         with pytest.raises(ValueError, match=f"{name} {value!r}"):
             references.move(0.0, 1.0, *limits)
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_a_masked_number_is_none(place: int) -> None:
+    """What stands below the mask was taken; an array of one number is that number."""
+    numbers = [0.01, 0.06, 0.5]
+    given: list[object] = list(map(np.array, numbers))
+    assert references.step(*given) == references.step(*numbers)  # type: ignore[arg-type]
+    given[place] = np.ma.masked_array([numbers[place]], [True])
+    with pytest.raises(TypeError, match=r"refused: must be a number$"):
+        references.step(*given)  # type: ignore[arg-type]
+
+
+def test_masked_answers_of_a_reference_are_none() -> None:
+    """As where a measured course has gaps."""
+
+    class Gaps(Reference):
+        def sample(self, time: float) -> tuple[float, float]:
+            return time, 0.0
+
+        def samples(self, times: np.ndarray) -> np.ndarray:
+            return np.ma.masked_less(np.stack([times, times], axis=1), 0.5)
+
+    with pytest.raises(ValueError, match=r"^reference Gaps: samples.* answered"):
+        references.sampled(Gaps(), np.array([0.0, 1.0]))

@@ -49,6 +49,9 @@ def test_a_misspelt_option_is_refused() -> None:
     env = RigEnv(NOISY, STEP, duration=0.8)
     with pytest.raises(ValueError, match="option 'rigs' refused: there is rig"):
         env.reset(options={"rigs": NOISY})
+    for none in (None, "calibrated", dict(NOISY)):
+        with pytest.raises(TypeError, match=r"^option rig .* refused: must be RigParameters$"):
+            env.reset(options={"rig": none})
 
 
 def test_a_law_through_it_answers_with_the_bits_of_the_closed_loop() -> None:

@@ -45,9 +45,9 @@ SUPPLY = "supply.pressure"
 # Whose bias each of the last values is.
 SENSORS = ("chamber A", "chamber B", "the supply")
 
-# In s, what a chamber takes to fill: samples farther apart do not show it, and fits of them go on
-# for hours.
-FILLING = 0.5
+# s between samples, at the most: a chamber fills in a few times that, and fits to samples farther
+# apart go on for hours.
+LONGEST_PERIOD = 0.1
 
 # A run whose pressures stay within this many standard deviations of their noise informs nothing.
 LEAST_CHANGE = 20.0
@@ -177,7 +177,7 @@ def solve(
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
     ``known`` have the sizes given, whatever ``parameters`` say.
     """
-    check_run(run, parameters, FILLING)
+    check_run(run, parameters, longest=LONGEST_PERIOD)
     plant = Plant.of(parameters)
     rippling = parameters.number("supply.ripple_amplitude") > 0.0
     if plant.tubes or rippling or (plant.full and plant.full.supply.acting):

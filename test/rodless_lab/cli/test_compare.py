@@ -212,6 +212,15 @@ def test_set_points_that_were_not_recorded(tmp_path: Path, capsys) -> None:
     assert not output.exists()
 
 
+def test_two_bags_have_nothing_to_drive(tmp_path: Path, capsys) -> None:
+    """--drive was dropped without a word."""
+    bag = record(tmp_path / "bag", simulate(RigParameters(), [5.3] * 100, 1e-3))
+    arguments = [str(bag), str(bag), "--drive", "voltage", "--output", str(tmp_path / "out")]
+    assert compare.main(arguments, Quiet()) == 2
+    assert "--drive: refused for two bags" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_table_shows_the_papers_two_numbers(tmp_path: Path, capsys) -> None:
     """The table names both runs, and gives steady-state and largest difference in mm."""
     run = simulate(RigParameters(), [5.4] * 600, 1e-3, position=0.05)

@@ -43,6 +43,10 @@ def test_a_second_rig_of_one_name_is_refused(rodless: StartProcess, observer: Ob
             assert second.wait() == 2
             assert "runs already in namespace /taken" in second.output
             assert "--namespace" in second.output
+        # Where the pages cannot be had, the view says so instead, and starts nothing either.
+        with rodless("view", "--rig", "--namespace", "taken", "--port", "0") as view:
+            assert view.wait() == 2
+            assert "runs already in namespace /taken" in view.output or "nicegui" in view.output
         assert observer.counter("/taken/plant", "nodes of this name", fresh=True) == 1
         first.signal(signal.SIGINT)
         assert first.wait(STOP_SECONDS) == 0

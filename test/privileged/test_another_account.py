@@ -1,0 +1,47 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""A rig of another account: found over the network, and without shared memory nothing arrives.
+
+A private mount over /dev/shm does here what the permissions of two accounts do. Needs root:
+`make reliability` runs it, CI does not.
+"""
+
+import sys
+from pathlib import Path
+
+from running import StartProcess, until_it_says
+
+from rodless_lab.session.network import PROFILE_VARIABLES, RANGE
+
+TIMEOUT = 240.0
+APART = ["unshare", "-m", "bash", "-c", 'mount -t tmpfs none /dev/shm; exec "$@"', "bash"]
+RODLESS = [sys.executable, "-c", "from rodless_lab.cli.main import main; main()"]
+SETTINGS = dict.fromkeys((RANGE, *PROFILE_VARIABLES.values()), "")
+
+
+def test_what_does_not_arrive_is_told(
+    start_process: StartProcess, domain: dict[str, str], tmp_path: Path
+) -> None:
+    """No second rig starts beside it, nobody is told to start one, and no bag passes for whole."""
+    del domain
+    with start_process([*RODLESS, "rig"], "rig", environment=SETTINGS) as rig:
+        until_it_says(rig, "ready: preset paper", TIMEOUT)
+        for verb, code, said in (
+            (["rig"], 2, "of which nothing arrives: stop that rig"),
+            (["status"], 1, "/joint_states of ROS domain "),
+        ):
+            with start_process([*APART, *RODLESS, *verb], "other", environment=SETTINGS) as other:
+                assert other.wait(TIMEOUT) == code
+                assert said in other.output
+        record = [*APART, *RODLESS, "record", "-o", str(tmp_path / "bag")]
+        with start_process(record, "recorder", environment=SETTINGS) as recorder:
+            until_it_says(recorder, "published, but nothing arrives, as from another", TIMEOUT)
+            recorder.ask_to_stop()
+            assert recorder.wait(TIMEOUT) == 1
+            assert "FASTDDS_BUILTIN_TRANSPORTS=UDPv4" in recorder.output
