@@ -15,10 +15,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rodless_base.one_line import in_one_line
+from rodless_lab.bags.file_lock import is_locked_to_write, lock_to_write
 from rodless_lab.bags.metadata import BagError
-from rodless_lab.results_folder import lock_or_refuse
 
 PROCESSES = Path("/proc")
+
+_UNSEEN = "another process"
 
 
 @contextmanager
@@ -28,24 +30,14 @@ def locked(file: Path) -> Iterator[None]:
     Raises :class:`BagError` where another process has it locked or open to write, as rosbag2's
     recorder has, which locks nothing; OSError for a file that cannot be opened.
     """
-    writer = writer_of(file)
-    if writer:
-        raise BagError(f"{file} {still_written(writer)}")
+    writer = _seen_writer(file)
     descriptor = _opened(file)
     try:
-        _lock(descriptor, file)
+        if writer or not lock_to_write(descriptor):
+            raise BagError(f"{file} {still_written(writer or _UNSEEN)}")
         yield
     finally:
         os.close(descriptor)
-
-
-def _lock(descriptor: int, file: Path) -> None:
-    try:
-        lock_or_refuse(descriptor, file)
-    except OSError as error:
-        if error.errno != errno.EBUSY:
-            raise
-        raise BagError(f"{file} {still_written('another process')}") from error
 
 
 def still_written(writer: str) -> str:
@@ -54,10 +46,20 @@ def still_written(writer: str) -> str:
 
 
 def writer_of(file: Path) -> str:
-    """Return the name of a process that has ``file`` open to write; empty where none is seen.
+    """Return the name of a process that writes ``file``; empty where there is none.
 
-    Those of other users, and of other containers, are not.
+    Those of other users, and of other containers, are noticed by their lock. Raises OSError for a
+    file that cannot be opened.
     """
+    return _seen_writer(file) or (_UNSEEN if _is_locked(file) else "")
+
+
+def _is_locked(file: Path) -> bool:
+    with file.open("rb") as opened:
+        return is_locked_to_write(opened.fileno())
+
+
+def _seen_writer(file: Path) -> str:
     place = Path(os.path.realpath(file))
     for process in PROCESSES.glob("[0-9]*"):
         with suppress(OSError):  # it has ended meanwhile, or is another user's
@@ -79,7 +81,7 @@ def _writes(descriptor: Path, place: Path) -> bool:
 
 def _opened(file: Path) -> int:
     try:
-        # A lock on a network file system wants one that can be written.
+        # Only one that can be written can be locked.
         return os.open(file, os.O_RDWR | os.O_CLOEXEC)
     except OSError as error:
         if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):

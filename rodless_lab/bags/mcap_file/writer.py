@@ -28,8 +28,8 @@ from mcap.records import (
 
 from rodless_base.closing import Closing
 from rodless_base.forked import left_to_parent
+from rodless_lab.bags.file_lock import lock_to_write
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
-from rodless_lab.results_folder import lock_or_refuse
 
 # Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
 CHUNK_SIZE = 64 * 1024
@@ -52,7 +52,8 @@ class McapWriter(Closing):
     def __init__(self, path: Path) -> None:
         """Begin a new file, which no other process may change; raises OSError."""
         self._begin(path, "xb", McapIndex())
-        lock_or_refuse(self._file.fileno(), path)
+        if not lock_to_write(self._file.fileno()):
+            raise OSError(errno.EBUSY, "another process writes there", str(path))
         self._append(MAGIC + encoded([Header(profile="ros2", library="rodless_lab")]))
 
     @classmethod

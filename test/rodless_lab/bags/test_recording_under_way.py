@@ -8,8 +8,11 @@
 
 """A bag that is being recorded is read by nobody as a whole one, and changed by no other."""
 
+import errno
+import fcntl
 import multiprocessing
 import os
+import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -20,7 +23,7 @@ import pytest
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores, get_typestore
 
-from rodless_lab.bags import being_written
+from rodless_lab.bags import being_written, file_lock
 from rodless_lab.bags.metadata import METADATA_FILE, BagError, BagTopic
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import BagWriter, recover_bag
@@ -125,15 +128,76 @@ def test_a_fork_keeps_nobody_from_a_bag(tmp_path: Path) -> None:
         assert recover_bag(bag) == 2000
 
 
-def test_a_lock_alone_keeps_recovery_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a recorder that cannot be seen: another user's, or in another container."""
+@pytest.fixture
+def unseen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No process can be seen, as another user's, or one in another container."""
     monkeypatch.setattr(being_written, "PROCESSES", tmp_path / "none")
+
+
+@pytest.mark.usefixtures("unseen")
+@pytest.mark.parametrize("attempt", [recover_bag, read_bag])
+def test_a_recorder_that_cannot_be_seen_is_noticed_by_its_lock(
+    tmp_path: Path, attempt: Callable[[Path], object]
+) -> None:
+    """By all readers, too: its bag is not called one whose recording was killed."""
     bag = tmp_path / "bag"
     with recording(bag) as writer:
         with pytest.raises(BagError, match=r"_0\.mcap is still being written by another process;"):
-            recover_bag(bag)
+            attempt(bag)
         add(writer, 1000, 2000)
     assert numbers(bag) == list(range(2000))
+
+
+@pytest.mark.usefixtures("unseen")
+def test_a_fork_leaves_the_lock_to_its_parent(tmp_path: Path) -> None:
+    """What a forked process lets go of stays locked, until its parent ends the bag."""
+    bag = tmp_path / "bag"
+    with recording(bag) as writer, multiprocessing.get_context("fork").Pool(1) as pool:
+        assert pool.apply(os.getpid) != os.getpid()
+        with pytest.raises(BagError, match=r"is still being written by another process;"):
+            recover_bag(bag)
+        writer.close()
+        assert recover_bag(bag) == 1000
+
+
+# What who may only read a file can take on it.
+READERS_LOCKS = {
+    "flock": lambda file: fcntl.flock(file, fcntl.LOCK_EX),
+    "fcntl": lambda file: fcntl.fcntl(
+        file, fcntl.F_OFD_SETLK, struct.pack("hhqqi4x", fcntl.F_RDLCK, 0, 0, 0, 0)
+    ),
+}
+
+
+@pytest.mark.parametrize("lock", READERS_LOCKS)
+def test_who_can_only_read_a_bag_keeps_nobody_from_it(tmp_path: Path, lock: str) -> None:
+    """A stranger's lock is no recorder's: whose bag it is can recover it."""
+    bag = tmp_path / "bag"
+    with recording(bag):
+        before = files(bag)["bag_0.mcap"]
+    (bag / "bag_0.mcap").write_bytes(before)
+    (bag / METADATA_FILE).unlink()
+    with (bag / "bag_0.mcap").open("rb") as opened:
+        READERS_LOCKS[lock](opened)
+        with pytest.raises(BagError, match="was never closed because its recording was killed"):
+            read_bag(bag)
+        assert recover_bag(bag) == 1000
+
+
+def test_a_file_system_without_locks_will_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Recording, reading and recovery go on, and keep nobody out."""
+
+    def no_locks(*_: object) -> bytes:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(file_lock.fcntl, "fcntl", no_locks)
+    bag = tmp_path / "bag"
+    with recording(bag):
+        pass
+    assert recover_bag(bag) == 1000
+    assert numbers(bag) == list(range(1000))
 
 
 def test_a_database_that_grows_is_not_read_as_a_whole_one(
