@@ -391,9 +391,31 @@ def _checked(files: Iterable[Path], bag: Path) -> list[Path]:
             raise BagError(f"{bag}: {name} is neither MCAP nor SQLite, the storages read here")
         if not path.is_file():
             raise BagError(f"{bag}: its file {in_one_line(path.name)} is missing")
+    _check_each_is_another(checked, bag)
     return checked
+
+
+def _check_each_is_another(files: Iterable[Path], bag: Path) -> None:
+    """Refuse a file that would be read twice, under one name or by a link."""
+    known: dict[tuple[int, int], Path] = {}
+    for path in files:
+        about = path.stat()
+        key = about.st_dev, about.st_ino
+        if key in known:
+            raise BagError(f"{bag}: {_is_there_twice(known[key], path)}")
+        known[key] = path
+
+
+def _is_there_twice(first: Path, second: Path) -> str:
+    if first.name == second.name:
+        way = f"remove {METADATA_FILE}, and all files in the folder are read, each once"
+        return f"{METADATA_FILE} lists {in_one_line(first.name)} twice; {way}"
+    link = in_one_line((first if first.is_symlink() else second).name)
+    names = " and ".join(in_one_line(path.name) for path in (first, second))
+    return f"{names} are the same file; remove {link}, and {METADATA_FILE} where it lists both"
 
 
 def _file_number(path: Path) -> tuple[int, str]:
     number = path.stem.rsplit("_", 1)[-1]
-    return (int(number) if number.isdigit() else 0, path.name)
+    # Python calls some characters digits that make no number, such as a small 2.
+    return (int(number) if number.isdecimal() else 0, path.name)

@@ -217,6 +217,68 @@ def test_a_bag_of_several_files_is_recovered_as_one(sample_bag, tmp_path: Path) 
         assert sum(1 for _ in reader.messages()) == count
 
 
+def two_files(sample_bag, tmp_path: Path) -> tuple[Path, Path]:
+    """Return a bag of two files with a description of both, and the second file."""
+    bag = tmp_path / "two"
+    shutil.copytree(sample_bag.path, bag)
+    second = shutil.copy(bag / "sample_0.mcap", bag / "sample_1.mcap")
+    (bag / "metadata.yaml").unlink()
+    assert recover_bag(bag) == 1200
+    return bag, second
+
+
+def contents(bag: Path) -> dict[str, bytes]:
+    """What is in the folder."""
+    return {file.name: file.read_bytes() for file in bag.iterdir()}
+
+
+@pytest.mark.parametrize("attempt", [recover_bag, read_bag])
+def test_a_file_that_is_listed_twice_is_named(
+    sample_bag, tmp_path: Path, attempt: Callable[[Path], object]
+) -> None:
+    """Its messages would count twice; as the line says, without the description they do not."""
+    bag, second = two_files(sample_bag, tmp_path)
+    description = bag / "metadata.yaml"
+    description.write_text(description.read_text().replace("- sample_0.mcap", "- sample_1.mcap"))
+    before = contents(bag)
+    said = f"{bag}: metadata.yaml lists {second.name} twice; remove metadata.yaml, and all files in"
+    with pytest.raises(BagError, match=said):
+        attempt(bag)
+    assert contents(bag) == before
+    description.unlink()
+    attempt(bag)
+    assert sum(map(len, payloads(read_bag(bag)).values())) == 1200
+
+
+@pytest.mark.parametrize("attempt", [recover_bag, read_bag])
+@pytest.mark.parametrize("link", [Path.symlink_to, Path.hardlink_to])
+def test_a_link_to_another_file_of_the_bag_is_named(
+    sample_bag,
+    tmp_path: Path,
+    attempt: Callable[[Path], object],
+    link: Callable[[Path, Path], None],
+) -> None:
+    """As a file that is listed twice; the way out leads out."""
+    bag, second = two_files(sample_bag, tmp_path)
+    second.unlink()
+    link(second, bag / "sample_0.mcap")
+    said = "sample_0.mcap and sample_1.mcap are the same file; remove sample_1.mcap, and metadata"
+    with pytest.raises(BagError, match=said):
+        attempt(bag)
+    second.unlink()
+    (bag / "metadata.yaml").unlink()
+    attempt(bag)
+
+
+def test_a_stray_file_with_a_digit_that_is_no_number_is_left_out(sample_bag) -> None:
+    """A small 2 is a digit to Python: a file of another name is told, and the bag is read."""
+    shutil.copy(sample_bag.path / "sample_0.mcap", sample_bag.path / "a_\u00b2.mcap")
+    bag = read_bag(sample_bag.path)
+    assert bag.complete
+    (note,) = bag.notes
+    assert "a_\u00b2.mcap left out" in note
+
+
 def test_the_command_says_what_it_saved_or_why_not(
     sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
