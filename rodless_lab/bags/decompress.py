@@ -18,7 +18,8 @@ import zstandard
 # Bytes of one chunk, or of one message compressed by itself: rosbag2's chunks hold at most 4 MB.
 LARGEST = 256 * 1024 * 1024
 
-# How many times its own size the contents of a file may have. Samples of a rig compress tenfold.
+# How many times their own size the contents of a bag's files may have. Samples of a rig compress
+# tenfold.
 RATIO = 1000
 
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
@@ -35,11 +36,24 @@ def is_zstd(data: bytes) -> bool:
 
 
 class Decompressor:
-    """Decompresses what one file holds: at most ``RATIO`` times its size, and ``LARGEST``."""
+    """Decompresses what one bag holds: at most ``RATIO`` times its files, and ``LARGEST``.
 
-    def __init__(self, file_size: int) -> None:
-        """Allow what a file of ``file_size`` bytes may hold."""
-        self._left = LARGEST + RATIO * file_size
+    All its files draw on the same bytes, and so does what is packed within something packed.
+    """
+
+    def __init__(self) -> None:
+        self._left = LARGEST
+
+    def allow(self, file_size: int) -> None:
+        """Allow for a file of the bag, of ``file_size`` bytes as it lies on the disk, once."""
+        self._left += RATIO * file_size
+
+    def take(self, size: int, what: str) -> None:
+        """Count ``size`` bytes of ``what``; raises :class:`TooLargeError`, which names that."""
+        most = min(LARGEST, self._left)
+        if size > most:
+            raise TooLargeError(f"{what} {size} bytes, more than {most}")
+        self._left -= size
 
     def chunk(self, compression: str, data: bytes, size: int) -> bytes:
         """Return a chunk that declares to hold ``size`` bytes; raises ValueError if it does not."""
@@ -55,9 +69,7 @@ class Decompressor:
         return content
 
     def _decompressed(self, compression: str, data: bytes, size: int) -> bytes:
-        if size > min(LARGEST, self._left):
-            raise TooLargeError(f"a compressed chunk declares {size} bytes")
-        self._left -= size
+        self.take(size, "a compressed chunk declares")
         if compression == "zstd":
             return _unzstd(data, size)
         if compression == "lz4":

@@ -14,17 +14,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.one_line import OneLineError, in_one_line, shown
 from rodless_base.yaml_file import BoundedLoader, number_or_text
-from rodless_lab.bags.mcap_file.index import McapIndex
-
-if TYPE_CHECKING:  # mcap_file, imported above, says how to get a library that is not there
-    from mcap.records import Channel
 
 METADATA_FILE = "metadata.yaml"
 
@@ -42,9 +38,6 @@ _NAMED = 3
 # Bytes. A description of a thousand files, with as many topics, is shorter.
 _LONGEST_METADATA = 10_000_000
 
-# Of one topic, in characters: rosbag2 writes some 300 for each publisher.
-_LONGEST_PROFILES = 100_000
-
 # Bits: rosbag2 has no longer ones of its own, and Python cannot write long ones.
 _LONGEST_NUMBER = 64
 
@@ -59,7 +52,12 @@ class BagError(OneLineError):
     """A bag that cannot be read or written; the text names the bag and what is wrong with it."""
 
 
-class _Loader(BoundedLoader):
+def needs_more_memory(file: Path) -> str:
+    """Say so of a storage file, which is not damaged by that."""
+    return f"{file}: needs more memory than there is; read it where there is more"
+
+
+class DescriptionLoader(BoundedLoader):
     """Reads what rosbag2 writes, texts without quotes that look like something else included."""
 
     def construct_object(self, node: Any, deep: bool = False) -> Any:
@@ -79,7 +77,7 @@ def _whole_number(loader: BoundedLoader, node: Any) -> object:
     return number
 
 
-_Loader.add_constructor("tag:yaml.org,2002:int", _whole_number)
+DescriptionLoader.add_constructor("tag:yaml.org,2002:int", _whole_number)
 
 
 @dataclass(frozen=True)
@@ -95,39 +93,6 @@ class BagTopic:
     def qos_text(self) -> str:
         """The profiles as the text that a channel of the storage file carries."""
         return yaml.safe_dump([dict(profile) for profile in self.qos], sort_keys=False).strip()
-
-
-def recorded_topics(index: McapIndex) -> dict[int, BagTopic]:
-    """Return the topics that a storage file names, by channel; raises :class:`BagError`."""
-    return {number: _topic(channel, index) for number, channel in index.channels.items()}
-
-
-def _topic(channel: "Channel", index: McapIndex) -> BagTopic:
-    schema = index.schemas.get(channel.schema_id)
-    return BagTopic(
-        name=channel.topic,
-        type_name="" if schema is None else schema.name,
-        type_hash=channel.metadata.get("topic_type_hash", ""),
-        qos=_profiles(channel),
-    )
-
-
-def _profiles(channel: "Channel") -> tuple[Mapping[str, object], ...]:
-    text = channel.metadata.get("offered_qos_profiles", "")
-    if len(text) > _LONGEST_PROFILES:
-        raise BagError(
-            f"{channel.topic}: profiles of quality of service of {len(text)} characters, more than "
-            f"{_LONGEST_PROFILES}"
-        )
-    try:
-        profiles = yaml.load(text, _Loader) or []
-    except (yaml.YAMLError, ValueError, TypeError):
-        profiles = text
-    if not isinstance(profiles, list) or not all(isinstance(one, dict) for one in profiles):
-        raise BagError(
-            f"{shown(channel.topic)}: {shown(text[:40])} are no profiles of quality of service"
-        )
-    return tuple(profiles)
 
 
 @dataclass(frozen=True)
@@ -284,6 +249,11 @@ def is_plain(file: Path) -> bool:
     return file.suffix == ".mcap"
 
 
+def is_within(bag: Path, file: Path) -> bool:
+    """Whether a storage file lies in the bag's folder, wherever links to it lead."""
+    return file.resolve().is_relative_to(bag.resolve())
+
+
 def listed_messages(bag: Path) -> int | None:
     """Return how many messages the description says there are; None for a bag without one.
 
@@ -360,7 +330,7 @@ def _information(bag: Path) -> dict[Any, Any]:
     try:
         if path.stat().st_size > _LONGEST_METADATA:
             raise ValueError(f"longer than {_LONGEST_METADATA} bytes")
-        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+        content = yaml.load(path.read_text(encoding="utf-8"), DescriptionLoader)
     except (yaml.YAMLError, TypeError, ValueError) as error:
         raise BagError(_no_description(path, _fault(error))) from error
     information = content.get(_INFORMATION) if isinstance(content, dict) else None

@@ -20,16 +20,15 @@ import numpy.typing as npt
 from rodless_base.columns import Columns
 from rodless_base.file_path import file_path
 from rodless_base.one_line import listed
-from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import (
-    METADATA_FILE,
-    BagError,
-    BagTopic,
-    is_plain,
-    listed_counts,
-    storage_files,
-    unlisted_files,
+from rodless_lab.bags.description_check import (
+    READ_ANYHOW,
+    RECOVER,
+    can_be_recovered,
+    left_out,
+    other_counts,
 )
+from rodless_lab.bags.message_definition import message_class
+from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, is_within, storage_files
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
@@ -289,60 +288,29 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     files = storage_files(bag)
     for file in files:
         read_storage(file, contents)
-    left_out = _left_out(bag, files)
-    differ = "" if contents.fault else _other_counts(bag, contents)
-    if (contents.fault or differ) and not recover:
-        raise BagError(f"{path}: {_refusal(files, contents, differ, left_out)}")
+    faults = _faults(bag, files, contents)
+    if faults and not recover:
+        raise BagError(f"{path}: {faults}")
     by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
-    complete = not (contents.fault or differ)
-    return Bag(bag, by_topic, complete, [f"{path}: {left_out}"] if left_out else [])
+    others = left_out(bag, files)
+    return Bag(bag, by_topic, not faults, [f"{path}: {others}"] if others else [])
 
 
-def _refusal(files: Sequence[Path], contents: Storage, differ: str, left_out: str) -> str:
-    """Say why a bag is not read as a whole one, and the way to what there is of it."""
-    if differ and left_out:
-        return f"{differ}; {left_out}"
+def _faults(bag: Path, files: Sequence[Path], contents: Storage) -> str:
+    """Say why a bag is not read as a whole one, if so, and the way to what there is of it."""
     if contents.under_way:
         return contents.under_way
-    plain, anyhow = all(map(is_plain, files)), "read_bag(..., recover=True)"
-    way = "rodless recover" if plain else anyhow
-    if differ and plain:  # recovery leaves a bag alone that was closed
-        way = f"remove {METADATA_FILE}, then rodless recover"
-    count = sum(len(one.payloads) for one in contents.recorded.values())
-    rest = f"; {count} messages can be recovered ({way})" if count else ""
-    return f"{contents.fault or differ}{rest}"
+    counts, way = contents.counts, _way(bag, files, contents)
+    if not contents.fault:
+        return other_counts(bag, files, counts, way)
+    return f"{contents.fault}{can_be_recovered(sum(counts.values()), way)}"
 
 
-def _left_out(bag: Path, files: Sequence[Path]) -> str:
-    """Say which storage files in the folder are not the bag's by its description, if any."""
-    names = ", ".join(file.name for file in unlisted_files(bag, files))
-    return names and (
-        f"{names} left out: {METADATA_FILE} lists no such file. Where it belongs to the bag, "
-        f"remove {METADATA_FILE}, and all files are read"
-    )
-
-
-def _other_counts(bag: Path, contents: Storage) -> str:
-    """Say where there are other messages than the description says.
-
-    SQLite has no sums that tell damage, and no storage tells that a file is gone. Not looked at is
-    what the description says of each file: rosbag2 counts there what it drops for want of memory.
-    """
-    found = {name: len(one.payloads) for name, one in contents.recorded.items()}
-    by_topic, messages = listed_counts(bag)
-    for name, count in (by_topic or {}).items():
-        if found.get(name, 0) != count:
-            return _counts_differ(f"{name} has", found.get(name, 0), count)
-    # Of the topics listed alone: rosbag2 forgets one that was taken off while it recorded.
-    held = sum(found.get(name, 0) for name in by_topic or found)
-    return "" if messages in (None, held) else _counts_differ("it has", held, messages)
-
-
-def _counts_differ(what: str, found: int, said: int | None) -> str:
-    return (
-        f"{what} {found} messages, {METADATA_FILE} says {said}: the bag or its description is "
-        "damaged"
-    )
+def _way(bag: Path, files: Sequence[Path], contents: Storage) -> str:
+    """Return the way to a bag that is not whole: recovery ends what is cut off, and no more."""
+    packed = any(one.compressed for one in contents.recorded.values())
+    ours = bag.is_dir() and all(is_plain(file) and is_within(bag, file) for file in files)
+    return RECOVER if ours and not (packed or contents.damaged) else READ_ANYHOW
 
 
 def _of_topic(recorded: Recorded) -> TopicMessages:

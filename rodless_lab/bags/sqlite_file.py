@@ -11,12 +11,15 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from rodless_lab.bags.decompress import Decompressor
 from rodless_lab.bags.metadata import BagError, BagTopic
 
 _EXTRA = "reading SQLite needs the package rosbags: pip install 'rodless_sim[bags]'"
 
 
-def sqlite_messages(file: Path) -> Iterator[tuple[BagTopic, int, int, bytes]]:
+def sqlite_messages(
+    file: Path, decompressor: Decompressor
+) -> Iterator[tuple[BagTopic, int, int, bytes]]:
     """Yield topic, log time, publish time (ns; one and the same here) and data of each message.
 
     Raises :class:`BagError`, also where rosbags is missing.
@@ -34,7 +37,11 @@ def sqlite_messages(file: Path) -> Iterator[tuple[BagTopic, int, int, bytes]]:
                 # SQLite keeps what it finds in a damaged row, of whatever type.
                 if type(time) is not int or not isinstance(data, bytes | memoryview):
                     raise BagError(f"message {count} has no time or content")
+                # A table can compute its columns, and be larger than its file.
+                decompressor.take(len(data), f"message {count} has")
                 yield topics[connection.id], time, time, bytes(data)
+    except MemoryError:  # no damage
+        raise
     except Exception as error:  # whatever a decoder trips over
         fault = str(error).partition("\n")[0]
         raise BagError(f"{file}: not a bag in SQLite, or damaged ({fault})") from error

@@ -20,7 +20,8 @@ from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
-from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, recorded_topics
+from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, needs_more_memory
+from rodless_lab.bags.recorded_topics import Profiles, RecordedTopics
 from rodless_lab.bags.sqlite_file import sqlite_messages
 
 Times = npt.NDArray[np.int64]
@@ -60,14 +61,29 @@ class Recorded:
 
 @dataclass
 class Storage:
-    """Topics by name, and what is wrong with the file, if anything: the rest is missing then.
+    """What a bag's files hold: topics by name, and the first fault of a file, if there is one.
 
-    ``under_way`` says which process is still writing it, if one is.
+    The rest of that file is missing then. ``damaged`` is a bag of which more is wrong than a cut
+    end; ``under_way`` says which process is still writing a file, if one is. All files draw on one
+    ``decompressor``, and repeat each other's ``profiles``.
     """
 
     recorded: dict[str, Recorded] = field(default_factory=dict)
     fault: str = ""
+    damaged: bool = False
     under_way: str = ""
+    decompressor: Decompressor = field(default_factory=Decompressor)
+    profiles: Profiles = field(default_factory=Profiles)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages by topic."""
+        return {name: len(one.payloads) for name, one in self.recorded.items()}
+
+    def note_damage(self, fault: str) -> None:
+        """Take note that the rest of a file cannot be read."""
+        self.fault = self.fault or fault
+        self.damaged = True
 
 
 def read_storage(file: Path, into: Storage) -> None:
@@ -76,22 +92,24 @@ def read_storage(file: Path, into: Storage) -> None:
     Where it is damaged, ``into.fault`` says so.
     """
     try:
-        decompressor = Decompressor(file.stat().st_size)
+        into.decompressor.allow(file.stat().st_size)
         if file.suffix != COMPRESSED:
-            _read_plain(file, into, decompressor)
+            _read_plain(file, into)
             if into.fault or file.suffix != ".mcap":  # no other storage says that it is whole
                 _look_who_writes(file, into)
             return
         with tempfile.TemporaryDirectory() as folder:
             plain = Path(folder, file.stem)
-            decompressor.file(file, plain)
-            _read_plain(plain, into, decompressor)
+            into.decompressor.file(file, plain)
+            _read_plain(plain, into)
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror or error}") from error
     except BagError as error:
         raise BagError(str(error) if str(file) in str(error) else f"{file}: {error}") from error
+    except MemoryError as error:
+        raise BagError(needs_more_memory(file)) from error
     except ValueError as error:
-        into.fault = into.fault or f"{file.name} {error}"
+        into.note_damage(f"{file.name} {error}")
 
 
 def _look_who_writes(file: Path, into: Storage) -> None:
@@ -101,8 +119,9 @@ def _look_who_writes(file: Path, into: Storage) -> None:
         into.fault = into.under_way = f"{file.name} {still_written(writer)}"
 
 
-def _read_plain(file: Path, into: Storage, decompressor: Decompressor) -> None:
-    messages = _mcap(file, into) if file.suffix == ".mcap" else sqlite_messages(file)
+def _read_plain(file: Path, into: Storage) -> None:
+    decompressor, is_mcap = into.decompressor, file.suffix == ".mcap"
+    messages = _mcap(file, into) if is_mcap else sqlite_messages(file, decompressor)
     for topic, log_time, publish_time, data in messages:
         recorded = into.recorded.setdefault(topic.name, Recorded(topic))
         compressed = is_zstd(data)
@@ -111,20 +130,17 @@ def _read_plain(file: Path, into: Storage, decompressor: Decompressor) -> None:
 
 
 def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes]]:
-    reader = McapReader(file)
-    topics: dict[int, BagTopic] = {}
-    fault = ""
+    reader = McapReader(file, into.decompressor)
+    topics = RecordedTopics(reader.index, into.profiles)
     try:
         for message in reader.messages():
-            if message.channel not in topics:
-                topics = recorded_topics(reader.index)
-            if message.channel not in topics:
+            if message.channel not in reader.index.channels:
                 raise McapError(f"holds a message of the unknown channel {message.channel}")
             yield topics[message.channel], message.log_time, message.publish_time, message.data
         if not reader.complete:
-            fault = "is cut off, or was never closed because its recording was killed"
+            fault = f"{file.name} is cut off, or was never closed because its recording was killed"
+            into.fault = into.fault or fault
     except McapError as error:
-        fault = f"{file.name} {error}"
-    into.fault = into.fault or fault
-    for topic in recorded_topics(reader.index).values():
+        into.note_damage(f"{file.name} {error}")
+    for topic in map(topics.__getitem__, reader.index.channels):
         into.recorded.setdefault(topic.name, Recorded(topic))

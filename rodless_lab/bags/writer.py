@@ -11,7 +11,7 @@
 import errno
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
@@ -19,7 +19,8 @@ from rodless_base.atomic_write import cannot_be_written
 from rodless_base.closing import Closing
 from rodless_base.file_path import file_path
 from rodless_lab.bags.being_written import locked
-from rodless_lab.bags.decompress import is_zstd
+from rodless_lab.bags.decompress import Decompressor, is_zstd
+from rodless_lab.bags.description_check import READ_ANYHOW, RECOVER, other_counts
 from rodless_lab.bags.mcap_file.index import McapIndex
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.mcap_file.writer import McapWriter
@@ -31,10 +32,12 @@ from rodless_lab.bags.metadata import (
     FileContents,
     information_text,
     is_plain,
-    recorded_topics,
+    is_within,
+    needs_more_memory,
     storage_files,
     write_metadata,
 )
+from rodless_lab.bags.recorded_topics import recorded_topics
 
 # Where rosbag2 looks in the storage file for its own description of the bag.
 _METADATA_RECORD = "rosbag2"
@@ -130,8 +133,8 @@ def recover_bag(path: str | Path) -> int:
 
     Only the cut end of its files is thrown away; a bag that was closed stays as it is. Returns
     the number of messages. Raises :class:`BagError`, also for a bag damaged before its end, in
-    another storage than MCAP, compressed, with a file that leads out of its folder, or that is
-    still being recorded.
+    another storage than MCAP, compressed, with a file that leads out of its folder, that is still
+    being recorded, or that was closed and has other messages than its description says.
     """
     bag = file_path(path, BagError)
     if not bag.is_dir():
@@ -142,7 +145,8 @@ def recover_bag(path: str | Path) -> int:
     with ExitStack() as locks:
         for file in files:
             _lock(file, locks)
-        readers = {file: _scanned(file) for file in files}
+        decompressor = Decompressor()
+        readers = {file: _scanned(file, decompressor) for file in files}
         try:
             done = _ended(bag, readers)
         except OSError as error:
@@ -159,16 +163,28 @@ def _ended(bag: Path, readers: Mapping[Path, McapReader]) -> list[FileContents]:
                 _finish(bag, writer, done)
         done.append(_contents(file.name, reader.index))
     closed_before = all(reader.complete for reader in readers.values())
-    if not (closed_before and (bag / METADATA_FILE).is_file()):
+    if closed_before and (bag / METADATA_FILE).is_file():
+        _check_described(bag, list(readers), done)
+    else:
         write_metadata(bag, done)
     return done
+
+
+def _check_described(bag: Path, files: Sequence[Path], contents: Iterable[FileContents]) -> None:
+    """Refuse a bag that was closed, and has other messages than were written then."""
+    counts: Counter[str] = Counter()
+    for one in contents:
+        counts.update(one.counts)
+    differ = other_counts(bag, files, counts, RECOVER)
+    if differ:
+        raise BagError(f"{bag}: {differ}")
 
 
 def _check_ours(bag: Path, file: Path) -> None:
     """Refuse a file that this does not write, or that is somebody else's."""
     if not is_plain(file):
         raise BagError(f"{bag}: {file.name} is not plain MCAP; `ros2 bag reindex` may help")
-    if not file.resolve().is_relative_to(bag.resolve()):
+    if not is_within(bag, file):
         raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")
 
 
@@ -179,17 +195,23 @@ def _lock(file: Path, locks: ExitStack) -> None:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error
 
 
-def _scanned(file: Path) -> McapReader:
-    reader = McapReader(file)
+def _scanned(file: Path, decompressor: Decompressor) -> McapReader:
+    reader = McapReader(file, decompressor)
     try:
+        decompressor.allow(file.stat().st_size)
         for message in reader.messages():
             if is_zstd(message.data):
                 # Its description must say so, and how it was compressed is not known here.
-                raise McapError("holds messages compressed one by one; try `ros2 bag reindex`")
+                raise BagError("holds messages compressed one by one; try `ros2 bag reindex`")
         # Before anything is changed.
         recorded_topics(reader.index)
-    except (McapError, BagError) as error:
+    except BagError as error:
         raise BagError(f"{file}: {error}") from error
+    except McapError as error:  # to end it there would cost what stands behind
+        left = f"nothing is changed; {READ_ANYHOW} reads what can be read"
+        raise BagError(f"{file}: {error}; {left}") from error
+    except MemoryError as error:
+        raise BagError(needs_more_memory(file)) from error
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error
     return reader
@@ -246,6 +268,6 @@ def _contents(name: str, index: McapIndex) -> FileContents:
         name=name,
         first_time=index.first_time,
         last_time=index.last_time,
-        topics=list(recorded_topics(index).values()),
+        topics=recorded_topics(index),
         counts={channel.topic: counts[channel.topic] for channel in index.channels.values()},
     )

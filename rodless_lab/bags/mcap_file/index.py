@@ -66,7 +66,10 @@ class McapIndex:
     @property
     def counts(self) -> Counter[int]:
         """Messages by channel."""
-        return sum((stretch.counts for stretch in self.stretches), Counter())
+        counts: Counter[int] = Counter()  # a sum of them would copy all for each stretch
+        for stretch in self.stretches:
+            counts.update(stretch.counts)
+        return counts
 
     @property
     def first_time(self) -> int | None:

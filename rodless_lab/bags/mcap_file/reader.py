@@ -57,8 +57,9 @@ class McapReader:
     of each message in the last chunk, by channel.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, decompressor: Decompressor) -> None:
         self._path = path
+        self._decompressor = decompressor
         self.index = McapIndex()
         self.complete = False
         self.last_chunk: dict[int, list[tuple[int, int]]] = {}
@@ -68,7 +69,6 @@ class McapReader:
         with self._path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise McapError("is not an MCAP file, or cut within its first bytes")
-            self._decompressor = Decompressor(self._path.stat().st_size)
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
                 yield from self._messages(content)
 
@@ -80,6 +80,8 @@ class McapReader:
                 return
             try:
                 yield from self._messages_in(record)
+            except MemoryError:  # no damage
+                raise
             except Exception as error:  # whatever a decoder trips over
                 raise McapError(f"is damaged at byte {record.start}: {error}") from error
             self.index.end = record.end

@@ -232,6 +232,69 @@ def contents(bag: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in bag.iterdir()}
 
 
+def test_of_several_files_the_one_that_is_cut_is_named(sample_bag, tmp_path: Path) -> None:
+    """And the way to the rest leads there: recovery ends that one."""
+    bag, second = two_files(sample_bag, tmp_path)
+    second.write_bytes(second.read_bytes()[:30_000])
+    said = r"two: sample_1\.mcap is cut off, .* messages can be recovered \(rodless recover\)$"
+    with pytest.raises(BagError, match=said):
+        read_bag(bag)
+    assert 600 < recover_bag(bag) < 1200
+    assert read_bag(bag).complete
+
+
+@pytest.mark.parametrize("content", [b"", b"\0"])
+def test_the_way_to_what_lies_beside_damage_leads_there(
+    sample_bag, tmp_path: Path, content: bytes
+) -> None:
+    """An empty file, or one with a bad byte: recovery, which would cost what it has, is not it."""
+    bag, second = two_files(sample_bag, tmp_path)
+    half = second.read_bytes()[:30_000]
+    second.write_bytes(content and half + content + half)
+    before = contents(bag)
+    with pytest.raises(BagError, match=r"sample_1\.mcap is .*; \d+ messages can be") as refused:
+        read_bag(bag)
+    assert str(refused.value).endswith("(read_bag(..., recover=True))")
+    with pytest.raises(
+        BagError, match=r"nothing is changed; read_bag\(\.\.\., recover=True\) reads"
+    ):
+        recover_bag(bag)
+    assert contents(bag) == before
+    rest = sum(map(len, payloads(read_bag(bag, recover=True)).values()))
+    assert f"; {rest} messages can be recovered" in str(refused.value)
+    assert rest >= 600
+
+
+def test_the_way_to_a_file_or_past_a_link_leads_there(sample_bag, tmp_path: Path) -> None:
+    """What recovery does not take, one file or one that leads out of its bag, is read as it is."""
+    elsewhere = cut(sample_bag.path, tmp_path / "cut", 30_000) / "sample_0.mcap"
+    (tmp_path / "link").mkdir()
+    (tmp_path / "link" / "sample_0.mcap").symlink_to(elsewhere)
+    for bag in (elsewhere, tmp_path / "link"):
+        with pytest.raises(BagError, match=r"recovered \(read_bag\(\.\.\., recover=True\)\)$"):
+            read_bag(bag)
+        with pytest.raises(BagError, match=r"not the folder of a bag|leads out of the bag"):
+            recover_bag(bag)
+
+
+def test_a_closed_bag_with_other_messages_is_no_success(
+    sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With a file of another bag recovery says what readers say, and leaves all as it is."""
+    bag, second = two_files(sample_bag, tmp_path)
+    recorded(tmp_path / "other")
+    shutil.copy(tmp_path / "other" / "other_0.mcap", second)
+    before = contents(bag)
+    with pytest.raises(BagError, match=r"metadata.yaml says .*, then rodless recover") as refused:
+        read_bag(bag)
+    assert recover.main([str(bag)], None) == 2
+    assert capsys.readouterr() == ("", f"{refused.value}\n")
+    assert contents(bag) == before
+    (bag / "metadata.yaml").unlink()
+    assert recover.main([str(bag)], None) == 0
+    assert read_bag(bag).complete
+
+
 @pytest.mark.parametrize("attempt", [recover_bag, read_bag])
 def test_a_file_that_is_listed_twice_is_named(
     sample_bag, tmp_path: Path, attempt: Callable[[Path], object]

@@ -8,25 +8,30 @@
 
 """Bags made to do harm: a sentence and exit code 2, no memory eaten, nobody's file touched."""
 
+import functools
+import struct
 import subprocess
 import sys
 import time
 import tracemalloc
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import lz4.frame
 import pytest
+import yaml
 import zstandard
 from mcap.records import Channel, Chunk, Header, Message, Schema
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 
-from rodless_lab.bags import decompress
+from rodless_lab.bags import decompress, recorded_topics
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, encoded
 from rodless_lab.bags.metadata import METADATA_FILE, BagError
 from rodless_lab.bags.reader import read_bag
+from rodless_lab.bags.writer import recover_bag
 from rodless_lab.cli import recover, replay
 from rodless_lab.runs.from_bag import read_commands, read_run
 from rodless_lab.runs.measured_run import RunError
@@ -143,6 +148,55 @@ def test_all_chunks_of_a_file_together_are_bounded(
         read_bag(file_of(tmp_path / "ten", one * 10))
 
 
+def test_all_files_of_a_bag_together_are_bounded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files that are fine one by one do not get through in any number."""
+    monkeypatch.setattr(decompress, "LARGEST", 3_000_000)
+    monkeypatch.setattr(decompress, "RATIO", 10)
+    one = chunk("zstd", zstandard.compress(bytes(1_000_000)), 1_000_000)
+    bag = file_of(tmp_path / "bag", one * 2)
+    assert read_bag(bag).complete
+    (bag / "bag_1.mcap").write_bytes((bag / "bag_0.mcap").read_bytes())
+    with pytest.raises(BagError, match=r"bag_1\.mcap .* a compressed chunk declares 1000000 bytes"):
+        read_bag(bag)
+
+
+def test_what_is_packed_within_something_packed_is_bounded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file that unpacks to 10 MB allows for no more than it is long itself."""
+    monkeypatch.setattr(decompress, "LARGEST", 12_000_000)
+    monkeypatch.setattr(decompress, "RATIO", 10)
+    attachment = struct.pack("<BQ", 9, 10_000_000) + bytes(10_000_000)
+    one = chunk("zstd", zstandard.compress(bytes(1_000_000)), 1_000_000)
+    bag = file_of(tmp_path / "bag", attachment + 5 * one)
+    plain = bag / "bag_0.mcap"
+    assert read_bag(bag).complete
+    (bag / "bag_0.mcap.zstd").write_bytes(zstandard.compress(plain.read_bytes()))
+    plain.unlink()
+    with pytest.raises(BagError, match="a compressed chunk declares 1000000 bytes"):
+        read_bag(bag)
+
+
+@pytest.mark.parametrize(
+    "attempt", [read_bag, recover_bag, functools.partial(read_bag, recover=True)]
+)
+def test_want_of_memory_is_no_damage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, attempt: Callable[[Path], object]
+) -> None:
+    """It is told as what it is, and nothing of the bag passes as all that can be read."""
+    content = records()
+    bag = file_of(tmp_path / "bag", chunk("zstd", zstandard.compress(content), len(content)))
+
+    def full(*_: object) -> bytes:
+        raise MemoryError
+
+    monkeypatch.setattr(decompress.Decompressor, "chunk", full)
+    with pytest.raises(BagError, match=r"bag_0\.mcap: needs more memory than there is; read it"):
+        attempt(bag)
+
+
 @pytest.mark.parametrize("packed", [zstandard.compress(bytes(10**7)), zstd_stream(10**7)])
 def test_a_file_compressed_as_a_whole_is_bounded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, packed: bytes
@@ -226,6 +280,52 @@ def test_quality_of_service_that_is_none(
     assert said in refusal(bag, capsys, command)
     assert (bag / "bag_0.mcap").read_bytes() == before
     assert not (bag / METADATA_FILE).exists()
+
+
+def channels(texts: Sequence[str]) -> bytes:
+    """A channel with each of these profiles of quality of service, and a message behind it."""
+    content = [Schema(id=1, data=b"", encoding="ros2msg", name=FLOAT)]
+    for number, text in enumerate(texts, start=1):
+        metadata = {"offered_qos_profiles": text}
+        content += [
+            Channel(
+                id=number,
+                topic=f"/t{number}",
+                message_encoding="cdr",
+                metadata=metadata,
+                schema_id=1,
+            ),
+            Message(channel_id=number, data=NUMBER, log_time=1, publish_time=1, sequence=0),
+        ]
+    return encoded(content)
+
+
+@pytest.mark.parametrize(("different", "expected"), [(True, 100), (False, 1)])
+def test_profiles_are_parsed_once_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, different: bool, expected: int
+) -> None:
+    """However many channels there are, each with its first message behind those of the others."""
+    bag = file_of(tmp_path / "bag", channels([f"- {{a: {k * different}}}" for k in range(100)]))
+    (bag / "bag_1.mcap").write_bytes((bag / "bag_0.mcap").read_bytes())
+    parsed = []
+
+    def load(text: str, loader: object) -> object:
+        parsed.append(text)
+        return yaml.load(text, loader)
+
+    monkeypatch.setattr(recorded_topics, "yaml", SimpleNamespace(load=load, YAMLError=ValueError))
+    found = read_bag(bag)
+    assert len(parsed) == expected
+    assert found["/t100"].topic.qos == ({"a": 99 * different},)
+
+
+def test_profiles_are_bounded_in_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A few bytes for each channel, in a chunk, would be minutes of parsing."""
+    monkeypatch.setattr(recorded_topics, "_LONGEST_PROFILES_IN_ALL", 50)
+    bag = file_of(tmp_path / "bag", channels([f"- {{a: {k}}}" for k in range(10)]))
+    said = "'/t7': profiles of quality of service with which those of the bag have more than 50 ch"
+    with pytest.raises(BagError, match=said):
+        read_bag(bag)
 
 
 @pytest.mark.parametrize("kind", ["../x", "", "/", "a/b/c/d", "os/path", "antigravity/msg/X"])

@@ -22,6 +22,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from rodless_lab.bags import decompress
 from rodless_lab.bags.metadata import METADATA_FILE, BagError
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import recover_bag
@@ -160,6 +161,21 @@ def test_a_damaged_row_of_sqlite_is_told(sample_bag, tmp_path: Path, damage: str
         assert "\n" not in str(refusal.value)
     if "metadata" in DAMAGE[damage]:
         assert not read_bag(bag, recover=True).complete
+
+
+def test_a_table_that_computes_its_messages_is_bounded(
+    sample_bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A few bytes of SQLite may stand for as many as they like."""
+    monkeypatch.setattr(decompress, "LARGEST", 10_000_000)
+    monkeypatch.setattr(decompress, "RATIO", 10)
+    bag = write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
+    assert read_bag(bag).complete
+    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:
+        file.execute("ALTER TABLE messages DROP COLUMN data")
+        file.execute("ALTER TABLE messages ADD COLUMN data BLOB AS (zeroblob(1000000))")
+    with pytest.raises(BagError, match=r"message \d+ has 1000000 bytes, more than \d+"):
+        read_bag(bag)
 
 
 def test_a_description_without_counts_tells_nothing(sample_bag, tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ for module in sys.argv[1:]:
 
 def test_every_way_to_a_bag_says_how_to_get_mcap() -> None:
     """Reading, listing and writing alike, whichever is imported first, each in one line."""
-    modules = ["metadata", "reader", "storage", "writer", "mcap_file.index"]
+    modules = ["recorded_topics", "reader", "storage", "writer", "mcap_file.index"]
     run = subprocess.run(
         [sys.executable, "-c", WITHOUT_MCAP, *modules],
         capture_output=True,
