@@ -27,7 +27,7 @@ METADATA_FILE = "metadata.yaml"
 # What rosbag2 puts behind the name of a storage file that it has compressed as a whole.
 COMPRESSED = ".zstd"
 
-_STORAGES = (".mcap", ".db3")
+STORAGES = (".mcap", ".db3")
 
 # What holds everything that metadata.yaml says.
 _INFORMATION = "rosbag2_bagfile_information"
@@ -241,7 +241,7 @@ def _inside(bag: Path, name: object) -> Path:
 def _storage(file: Path) -> str:
     """Return the suffix that tells a file's storage, or nothing for one that is not read."""
     suffix = Path(file.stem).suffix if file.suffix == COMPRESSED else file.suffix
-    return suffix if suffix in _STORAGES else ""
+    return suffix if suffix in STORAGES else ""
 
 
 def is_plain(file: Path) -> bool:

@@ -17,7 +17,7 @@ from pathlib import Path
 from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.bags.metadata import METADATA_FILE
+from rodless_lab.bags.metadata import METADATA_FILE, STORAGES
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
@@ -73,7 +73,7 @@ def _refuse_inputs(options: argparse.Namespace) -> None:
     output, base = options.output, Path(options.base)
     if not output.exists():
         return
-    of_bag = output.name == METADATA_FILE or output.suffix in (".mcap", ".db3")
+    of_bag = output.name == METADATA_FILE or output.suffix in STORAGES
     if of_bag or (base.exists() and output.samefile(base)):
         raise ParameterError(
             f"--output {output}: refused, that file is of a bag or of --base; name another one"
