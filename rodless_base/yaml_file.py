@@ -11,7 +11,6 @@
 import errno
 import os
 import re
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ import yaml
 
 from rodless_base.file_path import file_path
 from rodless_base.one_line import described, shown
+from rodless_base.regular_file import NotAFileError, open_file
 
 # A file of all parameters of both nodes has 10 kB and is five levels deep.
 LARGEST_FILE = 1_000_000  # bytes
@@ -144,15 +144,13 @@ def yaml_value(text: str) -> object:
 
 def _text(path: str | Path, what: str) -> str:
     """Return what is in a file; raises ValueError for what is none, or too large for ``what``."""
-    # A pipe without a writer would make open() wait for ever.
-    with os.fdopen(
-        os.open(file_path(path), os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb"
-    ) as file:
-        kind = os.fstat(file.fileno()).st_mode
-        if stat.S_ISDIR(kind):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-        if not stat.S_ISREG(kind):
-            raise ValueError("not a file but a pipe or device; save what it gives to a file")
+    try:
+        descriptor = open_file(file_path(path))
+    except NotAFileError as error:
+        if error.errno == errno.EISDIR:
+            raise
+        raise ValueError(f"{error.strerror}; save what it gives to a file") from error
+    with os.fdopen(descriptor, "rb") as file:
         content = file.read(LARGEST_FILE + 1)
     if len(content) > LARGEST_FILE:
         raise ValueError(f"not {what}: larger than {LARGEST_FILE // 1000} kB")
