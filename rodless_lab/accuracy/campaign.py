@@ -13,6 +13,7 @@ import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from io import StringIO
 from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
@@ -22,6 +23,8 @@ from rodless_base.atomic_write import check_file_writable, naming
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.results_folder import lock_or_refuse
+
+_HEADER = ",".join(Verdict._fields)
 
 
 def leave_requests_to_parent() -> None:
@@ -46,7 +49,7 @@ def campaign(
         known = {verdict.number: verdict for verdict in read_verdicts(path)}
         wanted = [number for number in range(count) if number not in known]
         with naming(path):
-            _begin(file, path, anew=not known)
+            _begin(file, path)
         writer = csv.writer(file)
         for verdict in judged(wanted, stopped):
             with naming(path):
@@ -57,15 +60,18 @@ def campaign(
     return [known[number] for number in sorted(known) if number < count]
 
 
-def _begin(file: TextIO, path: Path, anew: bool) -> None:
-    """Write the header, or end a row that an interruption cut."""
-    if anew:
-        # Without a row that is known there may be half a header, or half a row.
-        file.truncate(0)
-        file.write(",".join(Verdict._fields) + "\n")
-    elif not path.read_text(encoding="utf-8").endswith("\n"):
-        file.write("\n")
+def _begin(file: TextIO, path: Path) -> None:
+    """Cut off a line that an interruption cut; write the header where there is none."""
+    whole = len(_whole_lines(path))
+    file.truncate(whole)
+    if not whole:
+        file.write(_HEADER + "\n")
     file.flush()
+
+
+def _whole_lines(path: Path) -> bytes:
+    content = path.read_bytes()
+    return content[: content.rfind(b"\n") + 1]
 
 
 def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verdict]:
@@ -97,10 +103,10 @@ def read_verdicts(path: Path) -> list[Verdict]:
     if not path.exists():
         return []
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            header, *rows = list(csv.reader(file)) or [[]]
-        if not rows and ",".join(Verdict._fields).startswith(",".join(header)):
+        whole = _whole_lines(path)
+        if not whole and _HEADER.encode().startswith(path.read_bytes()):
             return []
+        header, *rows = list(csv.reader(StringIO(whole.decode(), newline=""))) or [[]]
         if tuple(header) != Verdict._fields:
             raise ValueError("other columns")
         return [_verdict(row) for row in rows if len(row) == len(header)]

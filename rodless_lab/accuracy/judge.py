@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.one_line import described
 from rodless_lab.accuracy.radau import by_radau
 from rodless_lab.accuracy.random_rigs import DURATION, PERIOD, Case, case
 from rodless_lab.simulation.closed_loop import closed_loop
@@ -59,7 +60,7 @@ def judge(number: int) -> Verdict:
         error = largest_difference(coarse, fine)
         moved = largest_difference(run(chosen, CONVERGED, disturbance(chosen)), fine)
     except SimulationError as failure:
-        return Verdict(number, chosen.around, chosen.drive, *nothing, str(failure))
+        return Verdict(number, chosen.around, chosen.drive, *nothing, described(failure))
     travel = float(np.ptp(fine.position))
     radau, failure_of_radau = against_radau(chosen, fine)
     return Verdict(
@@ -110,5 +111,5 @@ def against_radau(chosen: Case, fine: Trace) -> tuple[tuple[float, float], str]:
     try:
         rows = by_radau(chosen.parameters, chosen.voltages, PERIOD, chosen.position, RADAU_SECONDS)
     except (RuntimeError, TimeoutError) as failure:
-        return (math.nan, math.nan), f"Radau: {failure}"
+        return (math.nan, math.nan), f"Radau: {described(failure)}"
     return differences(fine, rows[:, [0, 2, 3]]), ""

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns, quantities
-from rodless_base.one_line import shown
+from rodless_base.one_line import described, shown
 from rodless_control.controller import LawError
 from rodless_control.references import Reference
 from rodless_lab.simulation.closed_loop import AnyLaw, Loop
@@ -65,7 +65,7 @@ def outcome(run: Callable[[], RunMetrics]) -> tuple[RunMetrics, str]:
     try:
         return run(), ""
     except (SimulationError, LawError) as error:
-        return NO_METRICS, str(error)
+        return NO_METRICS, described(error)
 
 
 def ensemble(

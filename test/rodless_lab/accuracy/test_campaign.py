@@ -84,6 +84,28 @@ def test_a_header_that_a_full_disk_cut_is_written_anew(tmp_path: Path, share: fl
     assert path.read_text() == header + "\n"
 
 
+@pytest.mark.parametrize(
+    "more", [b"3,paper,open l", b"3,paper,open loop,1,1,1,1,1,1,1,it bur", b"\xc2"]
+)
+def test_a_row_that_an_interruption_cut_is_no_row(tmp_path: Path, more: bytes) -> None:
+    """Though all of its commas are there: half a failure is another one, an empty one is none."""
+    path = tmp_path / "campaign.csv"
+    whole = ",".join(Verdict._fields) + "\n" + "2,paper,open loop,1,1,1,1,1,1,1,\r\n"
+    path.write_bytes(whole.encode() + more)
+    assert [one.number for one in read_verdicts(path)] == [2]
+    campaign(path, 0, lambda _: None, lambda: False)
+    assert path.read_bytes() == whole.encode()
+
+
+def test_rows_of_another_number_of_columns_are_kept(tmp_path: Path) -> None:
+    """They are no verdicts, and somebody has written them: the file was emptied for them."""
+    path = tmp_path / "campaign.csv"
+    text = ",".join(Verdict._fields) + "\n" + "2;paper;open loop\n"
+    path.write_text(text)
+    campaign(path, 0, lambda _: None, lambda: False)
+    assert path.read_text() == text
+
+
 def test_a_full_disk_is_named_with_the_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -20,6 +20,7 @@ import pytest
 
 from rodless_base.parameters import ParameterError
 from rodless_control import Measurement, PidParameters, ReferencePoint, references
+from rodless_control.controller import LawError
 from rodless_lab import closed_loop, draw, ensemble, run_metrics
 from rodless_lab.simulation.in_order import AHEAD, in_order
 from rodless_sim import RigParameters
@@ -87,6 +88,16 @@ def test_a_run_that_fails_leaves_the_others_their_figures() -> None:
     assert list(np.isnan(found["final_error"])) == [False, True, False]
     assert list(found.failures) == [1]
     assert "must be a finite number" in found.failures[1]
+
+
+def test_a_failure_is_one_line_that_can_be_shown_and_kept() -> None:
+    """Though the law has made its text itself: a table and a terminal take it as it is."""
+
+    def law(_measurement: Measurement, _reference: ReferencePoint) -> float:
+        raise LawError("no\nmore\x1b[31m\ud800")
+
+    found = ensemble(rigs(1), law, STEP, 0.01)
+    assert found.failures == {0: r"at 0 s: no more\x1b[31m\ud800"}
 
 
 def test_what_is_no_rig_is_refused_as_in_closed_loop() -> None:
