@@ -6,95 +6,81 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Lines that are kept as soon as they are known, in a folder of one process at a time."""
+"""Lines that are kept as soon as they are known."""
 
 import json
 import os
-from collections.abc import Callable
+import re
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from rodless_base.atomic_write import atomic_write
-from rodless_base.one_line import in_one_line
-from rodless_lab.results_folder import lock_or_refuse
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.own_file import open_own
+from rodless_lab.studies.seal import Seal
 
-Found = TypeVar("Found")
-
-
-# Locked by the process that works in a folder.
-LOCK = ".lock"
-
-
-def locked(folder: Path) -> int:
-    """Return the descriptor that keeps others out until it is closed, or the process ends.
-
-    Raises StudyError where another process has it.
-    """
-    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-    try:
-        lock_or_refuse(descriptor, folder)
-    except OSError as error:
-        os.close(descriptor)
-        raise StudyError(f"{folder}: {error.strerror}") from error
-    return descriptor
+# A line is a JSON list of the first digits of its seal and of a value.
+_DIGITS = 16
+_HEAD = b'["' + b"0" * _DIGITS + b'", '
 
 
-def claim(folder: Path, file: str, content: str, what: str) -> None:
-    """Keep in ``file`` of a folder what its results depend on.
+class Journal:
+    """A file of values, one a line; a line says whether it is as it was written."""
 
-    ``content`` is a JSON object. Raises StudyError where the file has a different one: then the
-    folder holds ``what``, such as "the results of another study".
-    """
-    place = folder / file
-    if not place.exists():
-        atomic_write(place, content)
-        return
-    found = place.read_text(encoding="utf-8", errors="replace")
-    if found != content:
-        raise StudyError(
-            f"{folder}: holds {what}, or of another version of this package: {file} differs in "
-            f"{_different(found, content)}; give another --output, or remove the folder"
-        )
+    def __init__(self, path: Path, results_of: bytes) -> None:
+        """Take the file, which need not be there, and what its values depend on."""
+        self._path = path
+        self._seal = Seal(results_of, path.name)
+
+    def known(self) -> list[Any]:
+        """Return the values that were kept, in order; half a line at the end is cut off.
+
+        Raises StudyError for any other line that has changed since, or is another journal's, and
+        for what is no regular file; OSError for one that cannot be read and written.
+        """
+        try:
+            descriptor = open_own(self._path, os.O_RDWR | os.O_NOFOLLOW)
+        except FileNotFoundError:
+            return []
+        found, good = [], 0
+        with os.fdopen(descriptor, "rb+") as file:
+            for number, line in enumerate(file, 1):
+                # A process that was killed may have left half a line.
+                if _is_begun(line):
+                    break
+                text = line[len(_HEAD) : -len(b"]\n")]
+                if line != self._line(text):
+                    raise StudyError(
+                        f"{self._path}: line {number} is damaged; remove that line, or give "
+                        "another --output"
+                    )
+                found.append(json.loads(text))
+                good += len(line)
+            file.truncate(good)
+        return found
+
+    def add(self, value: object) -> Any:
+        """Keep a value, and return it as it will be known.
+
+        What this process has written survives its end, not that of the machine. Raises as
+        :meth:`known`.
+        """
+        text = json.dumps(value).encode()
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
+        with os.fdopen(open_own(self._path, flags), "ab") as file:
+            file.write(self._line(text))
+        return json.loads(text)
+
+    def remove(self) -> None:
+        """Remove the file, if there is one; raises OSError."""
+        self._path.unlink(missing_ok=True)
+
+    def _line(self, text: bytes) -> bytes:
+        digits = self._seal.of(text)[:_DIGITS].encode()
+        return b'["' + digits + b'", ' + text + b"]\n"
 
 
-def _different(found: str, wanted: str) -> str:
-    """Return the keys whose values differ between two JSON objects."""
-    try:
-        there, here = json.loads(found), json.loads(wanted)
-        keys = [key for key in {**there, **here} if there.get(key) != here.get(key)]
-    except (ValueError, TypeError, AttributeError):  # damaged
-        return "all"
-    return in_one_line(", ".join(keys)) or "its text alone"
-
-
-def known_lines(journal: Path, read: Callable[[Any], Found]) -> list[Found]:
-    """Return what ``read`` makes of the lines of a journal.
-
-    Half a line at its end is cut off. Raises StudyError for another line that is damaged: one that
-    is no JSON, or of which ``read`` raises ValueError, TypeError or KeyError.
-    """
-    if not journal.exists():
-        return []
-    found, good = [], 0
-    with journal.open("rb") as file:
-        for number, line in enumerate(file, 1):
-            # A process that was killed may have left half a line.
-            if not line.endswith(b"\n"):
-                break
-            try:
-                found.append(read(json.loads(line)))
-            except (ValueError, TypeError, KeyError, ArithmeticError, RecursionError) as error:
-                raise StudyError(
-                    f"{journal}: line {number} is damaged; remove that line, or give another "
-                    "--output"
-                ) from error
-            good += len(line)
-    os.truncate(journal, good)
-    return found
-
-
-def add_line(journal: Path, value: object) -> None:
-    """Keep a value: what this process has written survives its end, not that of the machine."""
-    with journal.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(value) + "\n")
+def _is_begun(line: bytes) -> bool:
+    """Whether a line of a journal was begun and not ended; any other text is left alone."""
+    # Where the machine went down, the end of a file may be zeros.
+    begun = line.rstrip(b"\0")[: len(_HEAD)]
+    return not line.endswith(b"\n") and _HEAD.startswith(re.sub(rb"[0-9a-f]", b"0", begun))

@@ -8,34 +8,17 @@
 
 """A part of a sweep: a Parquet file of some of its rows, how it is written and how it is read."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
-from rodless_base.one_line import described
+from rodless_base.regular_file import read_file
 from rodless_lab.simulation.design import is_whole
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.seal import UNSEALED, Seal
 from rodless_lab.studies.study import Study
-
-_DATA = "rows"  # the folder of the data set, below that of the sweep
-
-
-def data_folder(folder: Path) -> Path:
-    """Return where the parts of a sweep in ``folder`` are."""
-    return folder / _DATA
-
-
-def part_file(folder: Path, number: int) -> Path:
-    """Return where part ``number`` of a sweep in ``folder`` is, once it is complete."""
-    return data_folder(folder) / f"part-{number:05}.parquet"
-
-
-def part_files(folder: Path) -> list[Path]:
-    """Return the complete parts of a sweep in ``folder``, in order."""
-    return sorted(data_folder(folder).glob("part-*.parquet"))
 
 
 def parquet_modules() -> Any:
@@ -48,11 +31,12 @@ def parquet_modules() -> Any:
     return arrow, parquet
 
 
-def part_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
+def part_bytes(study: Study, rows: list[dict[str, Any]], seal: Seal) -> bytes:
     """Return a Parquet file of rows as the journal has them: the same bytes for the same rows.
 
     Columns are the row's number and seed, each axis of the study, the figures, the failure, and a
-    list for each column of the traces. Units stand in the metadata of the fields.
+    list for each column of the traces. Units stand in the metadata of the fields, the ``seal`` in
+    that of the file.
     """
     arrow, parquet = parquet_modules()
     units = {quantity.name: quantity.unit for quantity in quantities(RunMetrics)}
@@ -77,16 +61,16 @@ def part_bytes(study: Study, rows: list[dict[str, Any]]) -> bytes:
     for name in study.trace_columns:
         values = [row["traces"].get(name, []) for row in rows]
         columns[f"trace.{name}"] = arrow.array(values, arrow.list_(arrow.float64()))
-    ordered = {name: columns[name] for name in _columns(study)}
     schema = arrow.schema(
         [
             arrow.field(name, array.type, metadata={"unit": units.get(name, "")})
-            for name, array in ordered.items()
-        ]
+            for name, array in columns.items()
+        ],
+        metadata={"rodless_sim": UNSEALED},
     )
     sink = arrow.BufferOutputStream()
-    parquet.write_table(arrow.Table.from_arrays(list(ordered.values()), schema=schema), sink)
-    return bytes(sink.getvalue())
+    parquet.write_table(arrow.Table.from_arrays(list(columns.values()), schema=schema), sink)
+    return seal.sealed(bytes(sink.getvalue()))
 
 
 def _as_floats(level: object) -> object:
@@ -96,40 +80,21 @@ def _as_floats(level: object) -> object:
     return float(level) if is_whole(level) else level
 
 
-def read_part(
-    file: Path, study: Study, filters: Any = None, columns: Sequence[str] | None = None
-) -> Any:
-    """Return the table of a complete part, or those of its rows that pass pyarrow's ``filters``.
-
-    Raises StudyError for a file that is damaged, or has other columns than ``study``.
-    """
-    import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
-    from pyarrow import parquet  # noqa: PLC0415
-
+def checked_part(file: Path, seal: Seal) -> bytes:
+    """Return what a part holds; raises StudyError where that is not what was written there."""
     try:
-        kinds = {one.name: one.type for one in parquet.read_schema(file)}
-        table = parquet.read_table(file, filters=filters, columns=columns)
-    except (arrow.ArrowException, OSError) as error:
-        raise _damaged(file, described(error)) from error
-    if tuple(kinds) != _columns(study):
-        raise _damaged(file, "it has other columns than the study")
-    if {kinds[name] for name in RunMetrics._fields} != {arrow.float64()}:
-        raise _damaged(file, "it has figures that are no numbers")
-    return table
+        content = read_file(file)
+    except OSError as error:
+        raise _damaged(file, str(error.strerror)) from error
+    if not seal.holds(content):
+        raise _damaged(file, "not as this sweep wrote it")
+    return content
 
 
-def check_rows(file: Path, study: Study, rows: range) -> None:
-    """Raise StudyError as :func:`read_part`, and where a part has not these ``rows``, in order."""
-    found = read_part(file, study, columns=["row"])["row"].to_pylist()
-    if found != list(rows):
-        raise _damaged(file, f"it has {len(found)} rows that are not the {len(rows)} of its part")
-
-
-def _columns(study: Study) -> tuple[str, ...]:
-    """Return the names of a part's columns, in order."""
-    axes = (one.name for one in study.dimensions)
-    traces = (f"trace.{name}" for name in study.trace_columns)
-    return tuple(dict.fromkeys(("row", "seed", *axes, *RunMetrics._fields, "failure", *traces)))
+def read_part(file: Path, seal: Seal) -> Any:
+    """Return the table of a part; raises StudyError as :func:`checked_part`."""
+    arrow, parquet = parquet_modules()
+    return parquet.read_table(arrow.BufferReader(checked_part(file, seal)))
 
 
 def _damaged(file: Path, why: str) -> StudyError:

@@ -16,7 +16,7 @@ import numpy as np
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.part import part_files, read_part
+from rodless_lab.studies.parts import Parts
 from rodless_lab.studies.row_run import RowRunner
 from rodless_lab.studies.saved_study import read_saved_study
 from rodless_lab.studies.study import Row, Study
@@ -53,14 +53,12 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
 
 
 def _saved(folder: Path, study: Study, number: int) -> dict[str, Any]:
-    files = part_files(folder)
-    if not files:
-        raise StudyError(f"{folder}: no part of the sweep is complete yet; run the sweep on first")
-    wanted = [("row", "=", number)]
-    rows = [row for file in files for row in read_part(file, study, wanted).to_pylist()]
-    if not rows:
+    parts = Parts(folder, study)
+    part = parts.of(number)
+    if not parts.is_complete(part):
         raise StudyError(f"{folder}: row {number} is not known yet; run the sweep on first")
-    return dict(rows[0])
+    (row,) = parts.read(part).slice(number - parts.rows(part).start, 1).to_pylist()
+    return dict(row)
 
 
 def _same(one: float, other: float) -> bool:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from rodless_base.extras import missing_extra
 from rodless_lab.studies.errors import StudyError
-from rodless_lab.studies.part import part_files, read_part
+from rodless_lab.studies.parts import Parts
 from rodless_lab.studies.study import Study
 
 if TYPE_CHECKING:
@@ -83,12 +83,16 @@ class Results:
 
 
 def read_results(folder: Path, study: Study) -> Results:
-    """Return the complete parts of a sweep; raises StudyError where there is none."""
+    """Return the complete parts of a sweep.
+
+    Raises StudyError where there is none, or something in the data set is not as it was written;
+    OSError.
+    """
     import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
 
-    files = part_files(folder)
-    axes = tuple(one.name for one in study.dimensions)
-    if not files:
+    parts = Parts(folder, study)
+    tables = [parts.read(part) for part in parts.numbers if parts.is_complete(part)]
+    if not tables:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run it again")
-    table = arrow.concat_tables([read_part(file, study) for file in files])
-    return Results(table, axes, len(study))
+    axes = tuple(one.name for one in study.dimensions)
+    return Results(arrow.concat_tables(tables), axes, len(study))

@@ -17,6 +17,7 @@ from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import Axis, Choice, Dimension, Range
 from rodless_lab.studies.base import Base
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.own_file import read_own
 from rodless_lab.studies.study import Study
 from rodless_lab.studies.version import law_digest, rules_digest
 from rodless_sim import RigParameters
@@ -60,16 +61,20 @@ def read_saved_study(folder: Path) -> Study:
     OSError where it cannot be read.
     """
     file = folder / FILE
-    if not file.exists():
-        raise StudyError(f"{folder}: no sweep there; give its folder as --output")
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        content = read_own(file)
+    except FileNotFoundError as error:
+        raise StudyError(f"{folder}: no sweep there; give its folder as --output") from error
+    try:
+        found = json.loads(content)
         if found["sources"] != rules_digest():
             raise StudyError(
                 f"{folder}: made by another version of this package, whose numbers may differ"
             )
         return _study(found)
-    except (KeyError, TypeError, IndexError, json.JSONDecodeError, UnicodeDecodeError) as error:
+    except StudyError:
+        raise
+    except (KeyError, TypeError, IndexError, RecursionError, ValueError) as error:
         raise StudyError(f"{file}: damaged; run the study into another folder") from error
 
 

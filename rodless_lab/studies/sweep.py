@@ -55,7 +55,8 @@ def sweep(
     Raises
     ------
     StudyError
-        A ValueError of one line, for a study that cannot be done, before anything has run.
+        A ValueError of one line, before anything has run: for a study that cannot be done, and an
+        ``output`` that another study has, or of which something is not as it was written.
     ModuleNotFoundError
         Without pyarrow (extra ``data``).
     OSError

@@ -19,7 +19,6 @@ taken.
 """
 
 import json
-import math
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -32,11 +31,11 @@ from scipy.optimize import Bounds, differential_evolution
 
 from rodless_base.atomic_write import make_folder
 from rodless_base.parameters import ParameterError
-from rodless_base.real_number import is_number
 from rodless_lab.simulation.ensemble import Ensemble, ensemble
 from rodless_lab.simulation.quantile import quantile
 from rodless_lab.studies.base import Base
-from rodless_lab.studies.journal import LOCK, add_line, claim, known_lines, locked
+from rodless_lab.studies.journal import Journal
+from rodless_lab.studies.own_file import LOCK, claim, locked
 from rodless_lab.studies.saved_study import study_text
 from rodless_lab.studies.tuning_task import TuningTask
 from rodless_lab.studies.version import rules_digest
@@ -119,25 +118,28 @@ def figures_of(task: TuningTask, found: Sequence[Ensemble]) -> dict[str, float]:
     }
 
 
-class Journal:
-    """The candidates that were tried, by their shares; kept in a file."""
+class Candidates:
+    """The candidates that were tried, by their shares; kept in a folder."""
 
     def __init__(self, folder: Path, task: TuningTask) -> None:
         """Open or make it.
 
-        Raises StudyError where the folder is another task's or another process is at work, and
-        OSError.
+        Raises StudyError where the folder is another task's, another process is at work, or a line
+        is not as it was written; and OSError.
         """
         make_folder(folder)
-        self._path, self._finals = folder / JOURNAL, folder / FINALS
+        self._folder = folder
         self._only = locked(folder)
         try:
-            claim(folder, TASK, task_text(task), "the search of another task")
-            count = len(task.ranges)
-            candidates = known_lines(self._path, lambda line: _candidate(count, *line))
-            finals = known_lines(self._finals, lambda line: _candidate(count, *[*line, {}]))
+            text = task_text(task)
+            claim(folder, TASK, text, "the search of another task")
+            self._tried = Journal(folder / JOURNAL, text.encode())
+            self._met = Journal(folder / FINALS, text.encode())
+            candidates = [Candidate(tuple(shares), *rest) for shares, *rest in self._tried.known()]
             self.known = {one.shares: one for one in candidates}
-            self.finals = {one.shares: one.score for one in finals}
+            self.finals: dict[tuple[float, ...], float] = {
+                tuple(shares): score for shares, score in self._met.known()
+            }
         except BaseException:
             self.close()
             raise
@@ -149,30 +151,19 @@ class Journal:
     def forget(self) -> None:
         """Leave the folder, of which nothing is known, to any other search."""
         for file in (TASK, LOCK):
-            self._path.with_name(file).unlink(missing_ok=True)
+            (self._folder / file).unlink(missing_ok=True)
         with suppress(OSError):  # it holds something else
-            self._path.parent.rmdir()
+            self._folder.rmdir()
 
     def add(self, one: Candidate) -> None:
         """Keep a candidate."""
-        add_line(self._path, one)
+        self._tried.add(one)
         self.known[one.shares] = one
 
     def add_final(self, one: Candidate, score: float) -> None:
         """Keep how a finalist scores on the rigs of the finals."""
-        add_line(self._finals, (one.shares, score))
+        self._met.add((one.shares, score))
         self.finals[one.shares] = score
-
-
-def _candidate(count: int, shares: list[float], score: float, figures: object) -> Candidate:
-    """Return the candidate that a line holds; raises ValueError and TypeError for another."""
-    if not isinstance(figures, dict):
-        raise TypeError(f"{figures!r} are no figures")
-    if len(shares) != count or not all(map(is_number, (*shares, score, *figures.values()))):
-        raise ValueError("other numbers than a candidate has")
-    if not all(0.0 <= share <= 1.0 for share in shares) or math.isnan(score):
-        raise ValueError("shares are from 0 to 1, and a score is a number")
-    return Candidate(tuple(shares), score, figures)
 
 
 def task_text(task: TuningTask) -> str:
@@ -206,19 +197,19 @@ def search(
 
     The values in force come first and are among the finalists, so that the result is never worse,
     but for values that were outside of their ranges.
-    ``progress`` is told how far the search is. Raises StudyError and OSError as :class:`Journal`,
-    and NothingKnownError where it is ``stopped`` before it knows anything.
+    ``progress`` is told how far the search is. Raises StudyError and OSError as
+    :class:`Candidates`, and NothingKnownError where it is ``stopped`` before it knows anything.
     """
-    bench, journal = Bench(task), Journal(folder, task)
+    bench, kept = Bench(task), Candidates(folder, task)
     asked: dict[tuple[float, ...], Candidate] = {}
 
     def score(shares: Array) -> float:
         if stopped():
             raise _StoppedError
         key = tuple(map(float, shares))
-        if key not in journal.known:
-            journal.add(bench.candidate(shares))
-        asked[key] = journal.known[key]
+        if key not in kept.known:
+            kept.add(bench.candidate(shares))
+        asked[key] = kept.known[key]
         best = min(one.score for one in asked.values())
         progress(f"{len(asked)} of {task.candidates} candidates, best score {best:.4g}")
         return asked[key].score
@@ -240,17 +231,17 @@ def search(
         )
         converged = bool(found.success)
         if task.finalists:
-            final = _final(task, journal, list(asked.values()), progress, stopped)
+            final = _final(task, kept, list(asked.values()), progress, stopped)
     except _StoppedError:
         complete = False
         if not asked:
-            if not journal.known:
-                journal.forget()
+            if not kept.known:
+                kept.forget()
             raise NothingKnownError(
                 f"{folder}: interrupted before the first candidate was known"
             ) from None
     finally:
-        journal.close()
+        kept.close()
     tried = list(asked.values())
     best, final_score = final or (min(tried, key=lambda one: one.score), None)
     return Tuned(task.values(np.array(best.shares)), best, tried, complete, converged, final_score)
@@ -258,7 +249,7 @@ def search(
 
 def _final(
     task: TuningTask,
-    journal: Journal,
+    kept: Candidates,
     tried: Sequence[Candidate],
     progress: Callable[[str], None],
     stopped: Callable[[], bool],
@@ -271,10 +262,10 @@ def _final(
     for one in finalists:
         if stopped():
             raise _StoppedError
-        if one.shares not in journal.finals:
+        if one.shares not in kept.finals:
             found = [bench.candidate(np.array(one.shares)).score for bench in benches]
-            journal.add_final(one, float(np.mean(found)))
-        scores.append(journal.finals[one.shares])
+            kept.add_final(one, float(np.mean(found)))
+        scores.append(kept.finals[one.shares])
         progress(
             f"{len(scores)} of {len(finalists)} finalists on other rigs, best score "
             f"{min(scores):.4g}"

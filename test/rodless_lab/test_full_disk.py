@@ -19,7 +19,7 @@ from rodless_lab.accuracy.campaign import campaign
 from rodless_lab.results_folder import results_folder
 from rodless_lab.studies.store import Store
 from rodless_lab.studies.study import read_study
-from rodless_lab.studies.tune import Journal
+from rodless_lab.studies.tune import Candidates
 from rodless_lab.studies.tuning_task import read_task
 
 Opening = Callable[[Path], object]
@@ -40,7 +40,7 @@ def of_a_sweep() -> Opening:
 def of_a_search() -> Opening:
     """Open the journal of a task."""
     task = read_task("pid")
-    return lambda folder: Journal(folder, task).close()
+    return lambda folder: Candidates(folder, task).close()
 
 
 def of_a_campaign(folder: Path) -> None:
