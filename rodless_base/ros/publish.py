@@ -23,7 +23,7 @@ from rodless_base.ros.topics import QUEUE_DEPTH
 LOST = "messages lost to a stopped subscriber"
 
 # A node that the middleware has seen the publisher of, and not the name: see unheard.py.
-UNKNOWN = "(a node whose name has not arrived, as of another account)"
+UNKNOWN = "(a node whose name is not known, perhaps of another account)"
 
 Value = TypeVar("Value")
 

@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rodless_base.ros.publish import UNKNOWN, nodes
 
 WAY_OUT = (
-    "as from another account, with which processes share no memory: start all with "
-    "FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
+    "probably from a process of another account, which shares no memory with this one; start all "
+    "of them with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
 )
 
 

@@ -70,7 +70,7 @@ class ControllerDiagnostics:
     def _faults(self) -> dict[str, int]:
         """Return how often each fault has happened since the start."""
         loop, inputs = self._loop, self._inputs
-        faults = {
+        return {
             "positions lost": loop.lost,
             "positions not finite": loop.not_finite,
             "samples without the joint": inputs.without_joint,
@@ -79,10 +79,8 @@ class ControllerDiagnostics:
             "failures of the law": loop.failures,
             LOST: self._answers.lost,
             "samples skipped": self._answers.pace.skipped,
+            "samples without all pressures": inputs.incomplete,
         }
-        if loop.law.USES_PRESSURES or inputs.incomplete:
-            faults["samples without all pressures"] = inputs.incomplete
-        return faults
 
     def _judge(self, slow: str | None) -> tuple[bytes, str]:
         warning = slow or lately_text(self._diagnostics.lately())

@@ -48,8 +48,8 @@ def still_written(writer: str) -> str:
 def writer_of(file: Path) -> str:
     """Return the name of a process that writes ``file``; empty where there is none.
 
-    Those of other users, and of other containers, are noticed by their lock. Raises OSError for a
-    file that cannot be opened.
+    Recorders of this package are noticed by their lock, whoever runs them; others only where the
+    system shows what they have open. Raises OSError for a file that cannot be opened.
     """
     return _seen_writer(file) or (_UNSEEN if _is_locked(file) else "")
 

@@ -26,8 +26,8 @@ _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL)
 def lock_to_write(descriptor: int) -> bool:
     """Lock a file as the one who writes it; return False where somebody else does.
 
-    One that is open to read only is not locked, but looked at. Raises OSError. Shared file systems
-    may have no locks; there nobody is kept out.
+    One that is open to read only is not locked, but looked at, and so is one that a reader has
+    locked: there nobody is kept out, nor on shared file systems without locks. Raises OSError.
     """
     try:
         _ask(descriptor, fcntl.F_OFD_SETLK, fcntl.F_WRLCK)

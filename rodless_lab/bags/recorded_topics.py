@@ -89,7 +89,7 @@ class RecordedTopics(dict[int, BagTopic]):
         return self[number]
 
 
-def recorded_topics(index: McapIndex) -> list[BagTopic]:
-    """Return the topic of each channel of a storage file; raises :class:`BagError`."""
-    topics = RecordedTopics(index, Profiles())
+def recorded_topics(index: McapIndex, profiles: Profiles) -> list[BagTopic]:
+    """Return the topic of each channel of a storage file; raises as :class:`RecordedTopics`."""
+    topics = RecordedTopics(index, profiles)
     return [topics[number] for number in index.channels]

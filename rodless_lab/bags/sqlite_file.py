@@ -14,6 +14,9 @@ from pathlib import Path
 from rodless_lab.bags.decompress import Decompressor
 from rodless_lab.bags.metadata import BagError, BagTopic
 
+# What a message takes beside its content, in bytes.
+MESSAGE_SIZE = 100
+
 _EXTRA = "reading SQLite needs the package rosbags: pip install 'rodless_sim[bags]'"
 
 
@@ -37,8 +40,8 @@ def sqlite_messages(
                 # SQLite keeps what it finds in a damaged row, of whatever type.
                 if type(time) is not int or not isinstance(data, bytes | memoryview):
                     raise BagError(f"message {count} has no time or content")
-                # A table can compute its columns, and be larger than its file.
-                decompressor.take(len(data), f"message {count} has")
+                # A table can compute its columns, and joined to another be larger than its file.
+                decompressor.take(len(data) + MESSAGE_SIZE, f"message {count} has")
                 yield topics[connection.id], time, time, bytes(data)
     except MemoryError:  # no damage
         raise

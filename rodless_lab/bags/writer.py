@@ -37,7 +37,7 @@ from rodless_lab.bags.metadata import (
     storage_files,
     write_metadata,
 )
-from rodless_lab.bags.recorded_topics import recorded_topics
+from rodless_lab.bags.recorded_topics import Profiles, recorded_topics
 
 # Where rosbag2 looks in the storage file for its own description of the bag.
 _METADATA_RECORD = "rosbag2"
@@ -60,7 +60,7 @@ class BagWriter(Closing):
         try:
             self.path.mkdir(parents=True)
             self._file = McapWriter(self.path / file)
-            self._file.add_metadata(*_description([_contents(file, self._file.index)]))
+            self._file.add_metadata(*_description([_contents(file, self._file.index, Profiles())]))
         except FileExistsError as error:
             raise BagError(f"{path}: exists already; a bag is never written over") from error
         except OSError as error:
@@ -110,7 +110,7 @@ class BagWriter(Closing):
     @property
     def counts(self) -> Mapping[str, int]:
         """Messages in the bag by topic: those flushed so far, or after ``close`` all."""
-        return _contents(self._file.name, self._file.index).counts
+        return _contents(self._file.name, self._file.index, Profiles()).counts
 
     def close(self) -> None:
         """End the bag so that it opens, if need be at the cost of its last messages.
@@ -123,7 +123,7 @@ class BagWriter(Closing):
             self.flush()
         with self._file:
             try:
-                _finish(self.path, self._file)
+                _finish(self.path, self._file, Profiles())
             except BagError as error:
                 self.failure = error
 
@@ -145,23 +145,23 @@ def recover_bag(path: str | Path) -> int:
     with ExitStack() as locks:
         for file in files:
             _lock(file, locks)
-        decompressor = Decompressor()
-        readers = {file: _scanned(file, decompressor) for file in files}
+        decompressor, profiles = Decompressor(), Profiles()
+        readers = {file: _scanned(file, decompressor, profiles) for file in files}
         try:
-            done = _ended(bag, readers)
+            done = _ended(bag, readers, profiles)
         except OSError as error:
             raise BagError(cannot_be_written(path, error)) from error
     return sum(sum(contents.counts.values()) for contents in done)
 
 
-def _ended(bag: Path, readers: Mapping[Path, McapReader]) -> list[FileContents]:
+def _ended(bag: Path, readers: Mapping[Path, McapReader], profiles: Profiles) -> list[FileContents]:
     """End the files that are not complete, and describe the bag; raises OSError."""
     done: list[FileContents] = []
     for file, reader in readers.items():
         if not reader.complete:
             with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
-                _finish(bag, writer, done)
-        done.append(_contents(file.name, reader.index))
+                _finish(bag, writer, profiles, done)
+        done.append(_contents(file.name, reader.index, profiles))
     closed_before = all(reader.complete for reader in readers.values())
     if closed_before and (bag / METADATA_FILE).is_file():
         _check_described(bag, list(readers), done)
@@ -195,7 +195,7 @@ def _lock(file: Path, locks: ExitStack) -> None:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error
 
 
-def _scanned(file: Path, decompressor: Decompressor) -> McapReader:
+def _scanned(file: Path, decompressor: Decompressor, profiles: Profiles) -> McapReader:
     reader = McapReader(file, decompressor)
     try:
         decompressor.allow(file.stat().st_size)
@@ -204,7 +204,7 @@ def _scanned(file: Path, decompressor: Decompressor) -> McapReader:
                 # Its description must say so, and how it was compressed is not known here.
                 raise BagError("holds messages compressed one by one; try `ros2 bag reindex`")
         # Before anything is changed.
-        recorded_topics(reader.index)
+        recorded_topics(reader.index, profiles)
     except BagError as error:
         raise BagError(f"{file}: {error}") from error
     except McapError as error:  # to end it there would cost what stands behind
@@ -217,13 +217,15 @@ def _scanned(file: Path, decompressor: Decompressor) -> McapReader:
     return reader
 
 
-def _finish(bag: Path, writer: McapWriter, before: Iterable[FileContents] = ()) -> None:
+def _finish(
+    bag: Path, writer: McapWriter, profiles: Profiles, before: Iterable[FileContents] = ()
+) -> None:
     """Write the end of the storage file and ``metadata.yaml``, dropping messages to make room.
 
     None is dropped for what no room helps: the file then ends with all of them.
     """
     while True:
-        files = [*before, _contents(writer.name, writer.index)]
+        files = [*before, _contents(writer.name, writer.index, profiles)]
         try:
             writer.finish(*_description(files))
             if not writer.is_in_place:
@@ -259,7 +261,7 @@ def _description(files: list[FileContents]) -> tuple[str, dict[str, str]]:
     return _METADATA_RECORD, {"serialized_metadata": information_text(files)}
 
 
-def _contents(name: str, index: McapIndex) -> FileContents:
+def _contents(name: str, index: McapIndex, profiles: Profiles) -> FileContents:
     # A topic may have several channels, where others have written the file.
     counts: Counter[str] = Counter()
     for number, count in index.counts.items():
@@ -268,6 +270,6 @@ def _contents(name: str, index: McapIndex) -> FileContents:
         name=name,
         first_time=index.first_time,
         last_time=index.last_time,
-        topics=recorded_topics(index),
+        topics=recorded_topics(index, profiles),
         counts={channel.topic: counts[channel.topic] for channel in index.channels.values()},
     )

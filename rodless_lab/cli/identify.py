@@ -17,7 +17,7 @@ from pathlib import Path
 from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.bags.metadata import METADATA_FILE, STORAGES
+from rodless_lab.bags.metadata import COMPRESSED, METADATA_FILE, STORAGES
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
@@ -48,8 +48,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     ``--validate``, does not predict the second.
     """
     options = _parser().parse_args(arguments)
+    refusal = _refusal(options)
+    if refusal:
+        print(refusal, file=sys.stderr)
+        return 2
     try:
-        _refuse_inputs(options)
         check_file_writable(options.output)
         check_file_writable(_picture(options.output))
         return _identify(options)
@@ -68,16 +71,21 @@ def _picture(output: Path) -> Path:
     return output.with_suffix(".png")
 
 
-def _refuse_inputs(options: argparse.Namespace) -> None:
-    """Raise ParameterError for an output in place of what is read: a file of a bag, or the base."""
-    output, base = options.output, Path(options.base)
-    if not output.exists():
-        return
-    of_bag = output.name == METADATA_FILE or output.suffix in STORAGES
-    if of_bag or (base.exists() and output.samefile(base)):
-        raise ParameterError(
-            f"--output {output}: refused, that file is of a bag or of --base; name another one"
-        )
+def _refusal(options: argparse.Namespace) -> str:
+    """Say why the output cannot be where it is wanted: in place of what is read; empty if it can.
+
+    Links are followed, as they are where it is written.
+    """
+    base = Path(options.base)
+    for file in (options.output, _picture(options.output)):
+        real = file.resolve()
+        if not real.exists():
+            continue
+        if real.name == METADATA_FILE or real.suffix in (*STORAGES, COMPRESSED):
+            return f"--output {file}: refused, it is a file of a bag; name another one"
+        if base.exists() and real.samefile(base):
+            return f"--output {file}: refused, it is read as --base; name another file"
+    return ""
 
 
 def _identify(options: argparse.Namespace) -> int:

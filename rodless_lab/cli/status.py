@@ -55,9 +55,9 @@ def _status(rig: "RunningRig", options: argparse.Namespace) -> int:
         print("\n".join(screen(status)))
     for problem in status.problems:
         print(problem, file=sys.stderr)
-    for name, node in status.nodes.items():
-        if node.level == "missing":
-            print(rig.unreported(name, options.timeout), file=sys.stderr)
+    missing = [name for name, node in status.nodes.items() if node.level == "missing"]
+    for line in dict.fromkeys(rig.unreported(name, options.timeout) for name in missing):
+        print(line, file=sys.stderr)
     return 0 if status.is_well else 1
 
 

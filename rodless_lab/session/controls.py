@@ -192,12 +192,21 @@ class Controls(LiveSession):
         try:
             return float(said[name])
         except KeyError as error:
-            near = difflib.get_close_matches(str(name), said, n=1)
-            way_out = f"did you mean {near[0]!r}" if near else f"it counts {listed(list(said))}"
+            counted = [one for one, value in said.items() if _is_number(value)]
+            near = difflib.get_close_matches(str(name), counted, n=1)
+            way_out = f"did you mean {near[0]!r}" if near else f"it counts {listed(counted)}"
             raise HarnessError(f"{node} counts no {shown(name)}; {way_out}") from error
         except ValueError as error:
             what = f"{shown(said[name])}, no number; see diagnostics({node!r})"
             raise HarnessError(f"{node}: {name} is {what}") from error
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _as_law(law: Law | float | None) -> Law | None:

@@ -33,6 +33,9 @@ OTHER_NODE_TIMEOUT = 5.0
 # It is waited for where a node does not report its namesakes, and before a rig is started.
 DISCOVERY = 3.0
 
+# For the name of a node whose topics are known, in wall-clock s: they come together, or nearly.
+NAME_TIMEOUT = 2.0
+
 # Nodes report once a second: one that has not for so long, in wall-clock s, is silent.
 SILENCE = 3.0
 
@@ -117,6 +120,8 @@ class RunningRig(Closing):
         the new rig while it gets ready.
         """
         self.wait_for(lambda: any(map(self.is_known, nodes)), DISCOVERY)
+        # A name may come after what its node publishes.
+        self.wait_for(lambda: not self.is_unheard(), NAME_TIMEOUT)
         found = next(filter(self.is_known, nodes), None)
         domain = self.observer.context.get_domain_id()
         where = f"in namespace {self.namespace} of ROS domain {domain}"
@@ -167,7 +172,7 @@ class RunningRig(Closing):
     def missing(self, node: str, timeout: float) -> str:
         """Say that ``node`` has not appeared, and what to do about it."""
         domain = self.observer.context.get_domain_id()
-        if self.is_unheard():
+        if not self.is_known(PLANT) and self.is_unheard():
             return f"{self.name(JOINT_STATES)} of ROS domain {domain} does not arrive, {WAY_OUT}"
         elsewhere = sorted(
             {where for name, where in self._nodes() if name == node and where != self.namespace}

@@ -66,8 +66,11 @@ class Journal:
         """
         text = json.dumps(value).encode()
         flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
-        with os.fdopen(open_own(self._path, flags), "ab") as file:
-            file.write(self._line(text))
+        descriptor = open_own(self._path, flags)
+        try:
+            _append(descriptor, self._line(text))
+        finally:
+            os.close(descriptor)
         return json.loads(text)
 
     def remove(self) -> None:
@@ -77,6 +80,18 @@ class Journal:
     def _line(self, text: bytes) -> bytes:
         digits = self._seal.of(text)[:_DIGITS].encode()
         return b'["' + digits + b'", ' + text + b"]\n"
+
+
+def _append(descriptor: int, line: bytes) -> None:
+    """Write a line whole or not at all: half of one would spoil the next."""
+    before = os.fstat(descriptor).st_size
+    try:
+        written = os.write(descriptor, line)
+        while written < len(line):
+            written += os.write(descriptor, line[written:])
+    except BaseException:
+        os.ftruncate(descriptor, before)
+        raise
 
 
 def _is_begun(line: bytes) -> bool:

@@ -13,7 +13,7 @@ from typing import Any
 
 from rodless_base.columns import quantities
 from rodless_base.extras import missing_extra
-from rodless_base.regular_file import read_file
+from rodless_base.regular_file import NotAFileError, read_file
 from rodless_lab.simulation.design import is_whole
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
@@ -81,10 +81,13 @@ def _as_floats(level: object) -> object:
 
 
 def checked_part(file: Path, seal: Seal) -> bytes:
-    """Return what a part holds; raises StudyError where that is not what was written there."""
+    """Return what a part holds.
+
+    Raises StudyError where that is not what was written there, OSError where it cannot be read.
+    """
     try:
         content = read_file(file)
-    except OSError as error:
+    except NotAFileError as error:
         raise _damaged(file, str(error.strerror)) from error
     if not seal.holds(content):
         raise _damaged(file, "not as this sweep wrote it")

@@ -87,7 +87,8 @@ class Parts:
 
     def _refuse_others(self) -> None:
         own = {self._file(part).name for part in self.numbers}
-        for name in sorted(entry.name for entry in self._data.iterdir()):
+        entries = self._data.iterdir() if self._data.exists() else ()
+        for name in sorted(entry.name for entry in entries):
             if name not in own and not name.startswith(_HIDDEN):
                 raise StudyError(
                     f"{self._data / name}: no part of this sweep, but read with its rows; move it "

@@ -12,6 +12,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from rodless_base.one_line import described
 from rodless_control import ControllerParameters
 from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import Axis, Choice, Dimension, Range
@@ -75,7 +76,9 @@ def read_saved_study(folder: Path) -> Study:
     except StudyError:
         raise
     except (KeyError, TypeError, IndexError, RecursionError, ValueError) as error:
-        raise StudyError(f"{file}: damaged; run the study into another folder") from error
+        raise StudyError(
+            f"{file}: damaged ({described(error)}); run the study into another folder"
+        ) from error
 
 
 def _study(found: dict[str, Any]) -> Study:

@@ -30,8 +30,8 @@ HISTORY = 200
 # For a page to come back whose connection has broken, in wall-clock s.
 RECONNECT_TIMEOUT = 30.0
 
-# Connections that wait to be taken. Where the process can open no more files, asyncio tries so
-# often in a second, with a line for each.
+# Connections that wait to be taken. Where no file can be opened any more, asyncio fails to take
+# them up to this many times a second, each with a line in the log.
 BACKLOG = 32
 
 # For pages to be told good-bye, in wall-clock s; and for the server to end without.

@@ -57,7 +57,7 @@ class OneLineEach(logging.Filter):
         error = record.exc_info[1] if record.exc_info else None
         if error is not None and not _is_ours(error, record.name):
             why = in_one_line(described(error))
-            if isinstance(error, OSError) and error.errno in FULL:
+            if record.name == "asyncio" and isinstance(error, OSError) and error.errno in FULL:
                 if time.monotonic() - self._said_full < PERIOD:
                     return False
                 self._said_full = time.monotonic()

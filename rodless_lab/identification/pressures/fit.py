@@ -47,7 +47,7 @@ SENSORS = ("chamber A", "chamber B", "the supply")
 
 # s between samples, at the most: a chamber fills in a few times that, and fits to samples farther
 # apart go on for hours.
-LONGEST_PERIOD = 0.1
+MOST_BETWEEN_SAMPLES = 0.1
 
 # A run whose pressures stay within this many standard deviations of their noise informs nothing.
 LEAST_CHANGE = 20.0
@@ -177,7 +177,7 @@ def solve(
     The search begins at ``rest`` for what is fitted beside ``unknowns``, where it has as many.
     ``known`` have the sizes given, whatever ``parameters`` say.
     """
-    check_run(run, parameters, longest=LONGEST_PERIOD)
+    check_run(run, parameters, longest=MOST_BETWEEN_SAMPLES)
     plant = Plant.of(parameters)
     rippling = parameters.number("supply.ripple_amplitude") > 0.0
     if plant.tubes or rippling or (plant.full and plant.full.supply.acting):

@@ -326,6 +326,8 @@ def test_profiles_are_bounded_in_all(tmp_path: Path, monkeypatch: pytest.MonkeyP
     said = "'/t7': profiles of quality of service with which those of the bag have more than 50 ch"
     with pytest.raises(BagError, match=said):
         read_bag(bag)
+    with pytest.raises(BagError, match=said):
+        recover_bag(bag)
 
 
 @pytest.mark.parametrize("kind", ["../x", "", "/", "a/b/c/d", "os/path", "antigravity/msg/X"])

@@ -283,11 +283,17 @@ def test_no_output_takes_the_place_of_what_is_read(tmp_path: Path, write_bag, ca
     bag = write_bag(tmp_path / "bag", a_run())
     base = tmp_path / "base.yaml"
     base.write_text("plant:\n  ros__parameters:\n    supply.pressure: 6.0e5\n")
-    for output in (bag / "metadata.yaml", next(bag.glob("*.mcap")), base):
+    link = tmp_path / "link.yaml"
+    link.symlink_to(bag / "metadata.yaml")
+    packed = bag / "bag_0.mcap.zstd"
+    packed.write_bytes(b"packed")
+    for output in (bag / "metadata.yaml", next(bag.glob("*.mcap")), link, packed, base):
         before = output.read_bytes()
         arguments = ["friction", str(bag), "-o", str(output), "--base", str(base)]
         assert identify.main(arguments, Quiet()) == 2
-        assert f"--output {output}: refused, that file is of a bag" in capsys.readouterr().err
+        said = "read as --base" if output == base else "a file of a bag"
+        line = f"--output {output}: refused, it is {said}; name another"
+        assert capsys.readouterr().err.startswith(line)
         assert output.read_bytes() == before
 
 

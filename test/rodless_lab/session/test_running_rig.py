@@ -9,6 +9,7 @@
 """A node that is known but silent, and one that is only elsewhere, are told apart."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -135,3 +136,25 @@ def test_nodes_that_report_their_namesakes_are_believed(
         with pytest.raises(RigError, match="2 nodes named plant in namespace /here"):
             rig.check_alone()
     observer.node.destroy_publisher(publisher)
+
+
+@pytest.mark.usefixtures("observer")
+def test_a_plant_of_which_nothing_arrives_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No rig is started beside it, and nobody is told to start one; one whose name is known is."""
+    names = ["_NODE_NAME_UNKNOWN_"]
+    publisher = SimpleNamespace(node_namespace="/", endpoint_gid=[0])
+
+    def publishers(_node: Node, topic: str) -> list[SimpleNamespace]:
+        assert topic == "/there/joint_states"
+        return [SimpleNamespace(node_name=name, **vars(publisher)) for name in names]
+
+    monkeypatch.setattr(Node, "get_publishers_info_by_topic", publishers)
+    monkeypatch.setattr(running_rig, "DISCOVERY", 0.1)
+    monkeypatch.setattr(running_rig, "NAME_TIMEOUT", 0.1)
+    with RunningRig("there", Quiet()) as rig:
+        with pytest.raises(RigError, match=r"^a plant runs already .* of which nothing arrives"):
+            rig.check_free(["plant"])
+        assert rig.missing("plant", 1.0).endswith("with FASTDDS_BUILTIN_TRANSPORTS=UDPv4")
+        names[:] = ["plant"]
+        rig.check_free(["plant"])
+        assert "start a rig with" in rig.missing("plant", 1.0)

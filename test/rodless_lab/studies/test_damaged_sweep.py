@@ -8,6 +8,7 @@
 
 """What has changed in a sweep's folder is never taken for its results, and never waited for."""
 
+import errno
 import os
 from collections.abc import Callable
 from functools import partial
@@ -21,10 +22,11 @@ from pyarrow import parquet
 from small_study import write_study
 
 from rodless_lab import sweep
-from rodless_lab.studies import parts
+from rodless_lab.studies import part, parts
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.journal import Journal
 from rodless_lab.studies.replay import replay_row
+from rodless_lab.studies.saved_study import study_text
 from rodless_lab.studies.seal import Seal
 from rodless_lab.studies.study import Study, read_study
 from rodless_lab.studies.sweep import run_sweep
@@ -62,6 +64,47 @@ def begun(study: Study, tmp_path: Path) -> Path:
     stopped = partial(next, iter((False, True)))
     assert not run_sweep(study, folder, 1, None, lambda *_: None, stopped)
     return folder
+
+
+def test_a_part_that_cannot_be_read_is_not_called_damaged(
+    study: Study, whole: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody is told to remove hours of work because a file could not be opened for a moment."""
+
+    def fail(file: Path) -> bytes:
+        raise PermissionError(errno.EACCES, "Permission denied", str(file))
+
+    monkeypatch.setattr(part, "read_file", fail)
+    with pytest.raises(PermissionError):
+        sweep(study, whole)
+
+
+def test_a_line_that_finds_no_room_leaves_none_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of it would spoil the next, and the journal with it."""
+    journal = Journal(tmp_path / "journal.jsonl", b"study")
+    journal.add("first")
+    write = os.write
+
+    def full(descriptor: int, data: bytes) -> int:
+        if len(data) < 20:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(descriptor, data[: len(data) - 10])
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", full)
+        with pytest.raises(OSError, match="No space left"):
+            journal.add("second")
+    journal.add("third")
+    assert journal.known() == ["first", "third"]
+
+
+def test_a_replay_without_rows_says_what_to_do(study: Study, tmp_path: Path) -> None:
+    """The folder has a study and nothing else."""
+    (tmp_path / "study.json").write_text(study_text(study))
+    with pytest.raises(StudyError, match="run the sweep on first"):
+        replay_row(tmp_path, 0)
 
 
 def test_no_bit_of_a_part_can_change(swept: Path) -> None:

