@@ -65,7 +65,7 @@ import sys
 _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
 resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 host = sys.argv[1].split(":")
-crowd = [socket.create_connection(host, timeout=60) for _ in range(250)]
+crowd = [socket.create_connection(host, timeout=60) for _ in range(60)]
 for one in crowd:
     try:
         one.recv(1)
@@ -74,6 +74,7 @@ for one in crowd:
 """
 
 CROWDED = f"""
+import os
 import resource
 import subprocess
 import sys
@@ -83,10 +84,12 @@ from rodless_lab.view.server import Server
 
 connection.REQUEST_TIMEOUT = 5.0
 _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-resource.setrlimit(resource.RLIMIT_NOFILE, (200, most))
 
 with Server(lambda: None, "127.0.0.1", 0) as server:
     urllib.request.urlopen(server.address, timeout=60).read()
+    # Room for few of the crowd, however slowly it comes.
+    room = len(os.listdir("/proc/self/fd")) + 20
+    resource.setrlimit(resource.RLIMIT_NOFILE, (room, most))
     host = server.address.removeprefix("http://")
     crowd = [sys.executable, "-c", {CROWD!r}, host]
     subprocess.run(crowd, check=True)
