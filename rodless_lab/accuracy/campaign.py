@@ -15,8 +15,9 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from io import StringIO
 from itertools import islice
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
+from threading import Thread
 from typing import TextIO
 
 from rodless_base.atomic_write import check_file_writable, naming
@@ -28,9 +29,20 @@ _HEADER = ",".join(Verdict._fields)
 
 
 def leave_requests_to_parent() -> None:
-    """Ignore what a terminal sends to the workers, too: it is their parent that ends them."""
+    """Ignore what a terminal sends to the workers, too: it is their parent that ends them.
+
+    Where that has been killed they end by themselves.
+    """
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def campaign(

@@ -87,7 +87,7 @@ def checked_part(file: Path, seal: Seal) -> bytes:
     """
     try:
         content = read_file(file)
-    except NotAFileError as error:
+    except (NotAFileError, FileNotFoundError) as error:  # a link may lead nowhere
         raise _damaged(file, str(error.strerror)) from error
     if not seal.holds(content):
         raise _damaged(file, "not as this sweep wrote it")

@@ -8,6 +8,7 @@
 
 """The parts of a sweep: which rows stand in which file of its data set."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -64,8 +65,8 @@ class Parts:
         return self._data / f".part-{part:05}.jsonl"
 
     def is_complete(self, part: int) -> bool:
-        """Whether the file of a part is there."""
-        return self._file(part).exists()
+        """Whether the file of a part is there, or something in its place."""
+        return os.path.lexists(self._file(part))
 
     def write(self, part: int, rows: list[dict[str, Any]]) -> None:
         """Write a part, whole or not at all; raises OSError."""

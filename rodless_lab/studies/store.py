@@ -97,6 +97,7 @@ class Store:
         journal = self._journal(part)
         if self._parts.is_complete(part):
             self._parts.check(part)
+            journal.known()  # raises for what is none of ours
             journal.remove()
             return None
         known: dict[int, dict[str, Any]] = {row["row"]: row for row in journal.known()}

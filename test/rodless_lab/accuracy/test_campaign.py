@@ -13,7 +13,8 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -50,11 +51,9 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert told[-1] == 4
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
-def test_what_a_terminal_sends_to_all_ends_it_in_words(tmp_path: Path, number: int) -> None:
-    """Ctrl-C, or closing it, reaches the workers, too: they leave the end to their parent."""
-    path = tmp_path / "campaign.csv"
+@contextmanager
+def begun(path: Path) -> Iterator["subprocess.Popen[str]"]:
+    """Run a long campaign, which has some verdicts already."""
     run = "from rodless_lab.cli.main import main; main()"
     with subprocess.Popen(
         [sys.executable, "-c", run, "campaign", "--count", "1000", "--output", str(path)],
@@ -66,6 +65,28 @@ def test_what_a_terminal_sends_to_all_ends_it_in_words(tmp_path: Path, number: i
         while not (path.exists() and read_verdicts(path)):
             with suppress(subprocess.TimeoutExpired):
                 pytest.fail(f"it has ended with {process.wait(0.1)}")
+        yield process
+
+
+@pytest.mark.slow
+def test_the_workers_of_a_killed_campaign_end_with_it(tmp_path: Path) -> None:
+    """They would keep its memory, and whoever reads its output waiting."""
+    with begun(tmp_path / "campaign.csv") as process:
+        process.kill()
+        try:
+            # Until the last of those that have its output has ended.
+            process.communicate(timeout=60)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_what_a_terminal_sends_to_all_ends_it_in_words(tmp_path: Path, number: int) -> None:
+    """Ctrl-C, or closing it, reaches the workers, too: they leave the end to their parent."""
+    path = tmp_path / "campaign.csv"
+    with begun(path) as process:
         os.killpg(process.pid, number)
         _, said = process.communicate(timeout=240)
     assert process.returncode == 1

@@ -79,6 +79,22 @@ def test_a_part_that_cannot_be_read_is_not_called_damaged(
         sweep(study, whole)
 
 
+def test_what_stands_in_place_of_a_part_is_left_alone(
+    study: Study, whole: Path, tmp_path: Path
+) -> None:
+    """A link that leads nowhere was followed, and the part made there; other text was removed."""
+    (whole / JOURNAL).write_text("my own words\n")
+    with pytest.raises(StudyError, match="line 1 is damaged"):
+        sweep(study, whole)
+    assert (whole / JOURNAL).read_text() == "my own words\n"
+    (whole / JOURNAL).unlink()
+    (whole / PART).unlink()
+    (whole / PART).symlink_to(tmp_path / "nowhere" / "part")
+    with pytest.raises(StudyError, match=r"part-00000.parquet: damaged, No such file or directory"):
+        sweep(study, whole)
+    assert not (tmp_path / "nowhere").exists()
+
+
 def test_a_line_that_finds_no_room_leaves_none_behind(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

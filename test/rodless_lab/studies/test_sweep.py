@@ -244,7 +244,7 @@ def test_a_damaged_study_beside_the_results_is_refused(tmp_path: Path) -> None:
         replay_row(tmp_path / "out", 0)
     file.write_bytes(b"\xff")
     with pytest.raises(
-        StudyError, match=r"study\.json: damaged; run the study into another folder"
+        StudyError, match=r"study\.json: damaged \('utf-8' .*\); run the study into another folder"
     ):
         replay_row(tmp_path / "out", 0)
     with pytest.raises(StudyError, match=r"out: holds .*study\.json differs in all; give another"):
