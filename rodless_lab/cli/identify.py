@@ -48,13 +48,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     ``--validate``, does not predict the second.
     """
     options = _parser().parse_args(arguments)
-    refusal = _refusal(options)
-    if refusal:
-        print(refusal, file=sys.stderr)
-        return 2
     try:
         check_file_writable(options.output)
         check_file_writable(_picture(options.output))
+        refusal = _refusal(options)
+        if refusal:
+            print(refusal, file=sys.stderr)
+            return 2
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
