@@ -110,7 +110,7 @@ class BagWriter(Closing):
     @property
     def counts(self) -> Mapping[str, int]:
         """Messages in the bag by topic: those flushed so far, or after ``close`` all."""
-        return _contents(self._file.name, self._file.index, Profiles()).counts
+        return _counts(self._file.index)
 
     def close(self) -> None:
         """End the bag so that it opens, if need be at the cost of its last messages.
@@ -262,14 +262,19 @@ def _description(files: list[FileContents]) -> tuple[str, dict[str, str]]:
 
 
 def _contents(name: str, index: McapIndex, profiles: Profiles) -> FileContents:
-    # A topic may have several channels, where others have written the file.
-    counts: Counter[str] = Counter()
-    for number, count in index.counts.items():
-        counts[index.channels[number].topic] += count
     return FileContents(
         name=name,
         first_time=index.first_time,
         last_time=index.last_time,
         topics=recorded_topics(index, profiles),
-        counts={channel.topic: counts[channel.topic] for channel in index.channels.values()},
+        counts=_counts(index),
     )
+
+
+def _counts(index: McapIndex) -> dict[str, int]:
+    """Return how many messages each topic has, also where that is none."""
+    counts = {channel.topic: 0 for channel in index.channels.values()}
+    # A topic may have several channels, where others have written the file.
+    for number, count in index.counts.items():
+        counts[index.channels[number].topic] += count
+    return counts

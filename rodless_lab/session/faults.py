@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 
 from rodless_lab.session.live_session import LiveSession
+from rodless_lab.session.node_process import NodeProcess
 
 
 class Faults(LiveSession):
@@ -22,8 +23,7 @@ class Faults(LiveSession):
 
     def kill(self, process: str) -> None:
         """Kill a process (``plant``, ``controller``; ``rig`` when they share one)."""
-        self._check_inside()
-        self._processes[process].kill()
+        self._running(process).kill()
 
     def restart(self, process: str) -> None:
         """Stop a process, unless it was killed before, start it again, wait until it works.
@@ -32,8 +32,7 @@ class Faults(LiveSession):
         relayed: reset it then. One that was killed remains in DDS discovery for about 20 s of wall
         clock, for which lock-step waits.
         """
-        self._check_inside()
-        managed = self._processes[process]
+        managed = self._running(process)
         managed.ask_to_stop()
         managed.end()
         if process == "controller" and self._mode == "lockstep":
@@ -51,10 +50,13 @@ class Faults(LiveSession):
 
     def freeze(self, process: str) -> None:
         """Hold a process where it is, as a machine does that has no time for it."""
-        self._check_inside()
-        self._processes[process].freeze()
+        self._running(process).freeze()
 
     def thaw(self, process: str) -> None:
         """Let a frozen process go on."""
+        self._running(process).thaw()
+
+    def _running(self, process: str) -> NodeProcess:
+        """Return a process of the session; raises HarnessError outside its block."""
         self._check_inside()
-        self._processes[process].thaw()
+        return self._processes[process]

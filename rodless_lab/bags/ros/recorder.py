@@ -21,8 +21,7 @@ from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_t
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
 from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
-from rodless_lab.bags.ros.unheard_topics import PERIOD as LOOK_PERIOD
-from rodless_lab.bags.ros.unheard_topics import UnheardTopics
+from rodless_lab.bags.ros.unheard_topics import LOOK_PERIOD, UnheardTopics
 from rodless_lab.bags.writer import BagWriter
 
 CLOCK_TOPIC = "/clock"

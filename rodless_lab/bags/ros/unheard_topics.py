@@ -17,12 +17,12 @@ from rodless_base.ros.unheard import has_unheard_publisher
 
 # How often (s, wall clock) they are looked for, and in how many looks one after the other a topic
 # must have been silent: names of nodes take a moment.
-PERIOD = 1.0
+LOOK_PERIOD = 1.0
 LOOKS = 5
 
 
 class UnheardTopics:
-    """Finds them: to be looked for by :meth:`look`, once in ``PERIOD``."""
+    """Finds them: to be looked for by :meth:`look`, once in ``LOOK_PERIOD``."""
 
     def __init__(self, node: Node) -> None:
         """Know of none."""

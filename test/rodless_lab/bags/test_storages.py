@@ -163,36 +163,40 @@ def test_a_damaged_row_of_sqlite_is_told(sample_bag, tmp_path: Path, damage: str
         assert not read_bag(bag, recover=True).complete
 
 
+@pytest.fixture
+def sqlite_bag(sample_bag, tmp_path: Path) -> Path:
+    """A bag of one topic in SQLite."""
+    return write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
+
+
 def test_a_table_that_computes_its_messages_is_bounded(
-    sample_bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    sqlite_bag: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A few bytes of SQLite may stand for as many as they like."""
     monkeypatch.setattr(decompress, "LARGEST", 10_000_000)
     monkeypatch.setattr(decompress, "RATIO", 10)
-    bag = write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
-    assert read_bag(bag).complete
-    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:
+    assert read_bag(sqlite_bag).complete
+    with closing(sqlite3.connect(next(sqlite_bag.glob("*.db3")))) as file, file:
         file.execute("ALTER TABLE messages DROP COLUMN data")
         file.execute("ALTER TABLE messages ADD COLUMN data BLOB AS (zeroblob(1000000))")
     with pytest.raises(BagError, match=r"message \d+ has 1000100 bytes, more than \d+"):
-        read_bag(bag)
+        read_bag(sqlite_bag)
 
 
 def test_a_table_that_multiplies_its_messages_is_bounded(
-    sample_bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    sqlite_bag: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each message once for each of many topics of one number, all of them empty."""
     monkeypatch.setattr(decompress, "LARGEST", 100_000)
     monkeypatch.setattr(decompress, "RATIO", 1)
-    bag = write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
-    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:
+    with closing(sqlite3.connect(next(sqlite_bag.glob("*.db3")))) as file, file:
         file.execute("UPDATE messages SET data = x''")
         file.execute("CREATE TABLE many AS SELECT * FROM topics")
         file.execute("INSERT INTO many SELECT topics.* FROM topics, messages")
         file.execute("DROP TABLE topics")
         file.execute("ALTER TABLE many RENAME TO topics")
     with pytest.raises(BagError, match=r"message \d+ has \d+ bytes, more than \d+"):
-        read_bag(bag)
+        read_bag(sqlite_bag)
 
 
 def test_a_description_without_counts_tells_nothing(sample_bag, tmp_path: Path) -> None:

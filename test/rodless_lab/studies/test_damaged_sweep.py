@@ -217,16 +217,20 @@ def test_a_damaged_part_is_named_and_can_be_made_anew(
     assert part.read_bytes() == before
 
 
-def test_parts_that_have_changed_places_are_damaged(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each is whole and of the same study; their rows are others."""
+@pytest.fixture
+def of_two_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
+    """A study of four rows, two to a part."""
     monkeypatch.setattr(parts, "PART", 2)
-    study, folder = read_study(write_study(tmp_path, rows=4)), tmp_path / "out"
-    sweep(study, folder)
+    return read_study(write_study(tmp_path, rows=4))
+
+
+def test_parts_that_have_changed_places_are_damaged(of_two_parts: Study, tmp_path: Path) -> None:
+    """Each is whole and of the same study; their rows are others."""
+    folder = tmp_path / "out"
+    sweep(of_two_parts, folder)
     copy(folder / "rows" / "part-00001.parquet", folder / PART)
     with pytest.raises(StudyError, match=r"part-00000\.parquet: damaged, not as this sweep wrote"):
-        sweep(study, folder)
+        sweep(of_two_parts, folder)
 
 
 @pytest.mark.parametrize(
@@ -324,17 +328,14 @@ def test_a_changed_line_of_a_journal_is_named_when_it_is_read(
     assert journal.read_bytes() == before
 
 
-def test_the_journal_of_another_part_is_damaged(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_journal_of_another_part_is_damaged(of_two_parts: Study, tmp_path: Path) -> None:
     """Its lines are whole and of the same study."""
-    monkeypatch.setattr(parts, "PART", 2)
-    study, folder = read_study(write_study(tmp_path, rows=4)), tmp_path / "out"
-    run_sweep(study, folder, 1, None, lambda *_: None, partial(next, iter((False, False, True))))
+    folder, stopped = tmp_path / "out", partial(next, iter((False, False, True)))
+    run_sweep(of_two_parts, folder, 1, None, lambda *_: None, stopped)
     (folder / PART).unlink()
     copy(folder / "rows" / ".part-00001.jsonl", folder / JOURNAL)
     with pytest.raises(StudyError, match=r"\.part-00000\.jsonl: line 1 is damaged"):
-        sweep(study, folder)
+        sweep(of_two_parts, folder)
 
 
 def test_a_text_that_is_no_line_of_ours_is_kept(study: Study, begun: Path) -> None:
