@@ -12,6 +12,9 @@ Fast DDS finds them over the network, and then sends through shared memory, whic
 nothing arrives, the names of their nodes included.
 """
 
+from collections import Counter
+from collections.abc import Iterable
+
 from rclpy.node import Node
 
 from rodless_base.ros.publish import UNKNOWN, nodes
@@ -21,7 +24,40 @@ WAY_OUT = (
     "of them with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
 )
 
+# How often (s, wall clock) they are looked for, and in how many looks one after the other a topic
+# must have been silent: names of nodes take a moment. Fewer have to do where there is no time left.
+LOOK_PERIOD = 1.0
+LOOKS = 5
+LOOKS_AT_THE_END = 2
+
 
 def has_unheard_publisher(observer: Node, topic: str) -> bool:
     """Whether a node publishes ``topic`` whose name has not arrived, which takes a moment."""
     return UNKNOWN in nodes(observer.get_publishers_info_by_topic(topic)).values()
+
+
+class UnheardTopics:
+    """Finds them: to be looked for by :meth:`look`, once in ``LOOK_PERIOD``."""
+
+    def __init__(self, node: Node) -> None:
+        """Know of none."""
+        self._node = node
+        self._looks: Counter[str] = Counter()
+        self.found: list[str] = []
+
+    def look(self, silent: Iterable[str], enough: int = LOOKS) -> list[str]:
+        """Return those of the ``silent`` topics that have become known as unheard of."""
+        self._looks = Counter(
+            {
+                topic: self._looks[topic] + 1
+                for topic in silent
+                if has_unheard_publisher(self._node, topic)
+            }
+        )
+        new = [
+            topic
+            for topic, looks in self._looks.items()
+            if looks >= enough and topic not in self.found
+        ]
+        self.found += new
+        return new

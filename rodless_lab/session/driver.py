@@ -25,6 +25,7 @@ from rodless_base.ros.namesakes import KILLED
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import UNKNOWN, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
+from rodless_base.ros.unheard import LOOK_PERIOD, WAY_OUT, UnheardTopics
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import DISCOVERY
@@ -54,7 +55,8 @@ class Driver:
         """Send ``voltages`` (V, shape (n,), ``period`` s apart), close the valve, call ``ended``.
 
         Listens to samples once the rig and ``recorders`` hear it, so that no command is lost. Calls
-        ``ended`` too where somebody else commands the valve: ``rivals`` names who.
+        ``ended`` too where somebody else commands the valve: ``rivals`` names who, and where
+        nothing arrives of the plant that is there: ``unheard`` names its topic.
         ``show`` is told each whole second (s, plant time) of the run.
         """
         self.node = GuardedNode("driver")
@@ -67,12 +69,16 @@ class Driver:
         self._shown = -1
         self.done = False
         self.rivals: str | None = None
+        self.unheard: str | None = None
         self._heard_since: float | None = None
         self._beside_since: float | None = None
         self._outbox = Outbox(self.node)
         self._listens = False
         self._publisher = self.node.create_publisher(Float64, VALVE_VOLTAGE, LOSSLESS)
+        self._samples = self.node.resolve_topic_name(JOINT_STATES)
+        self._silent = UnheardTopics(self.node)
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+        self.node.create_timer(LOOK_PERIOD, self._look_for_samples, clock=steady_clock())
 
     def close(self) -> None:
         """Leave the valve closed, if it was driven, and destroy the node."""
@@ -100,6 +106,11 @@ class Driver:
         if self.rivals is None and (stays or not (self.has_begun or UNKNOWN in found)):
             others = found - {self.node.get_fully_qualified_name()}
             self.rivals = ", ".join(sorted(others)) or "another rodless drive"
+            self._ended()
+
+    def _look_for_samples(self) -> None:
+        if not self.has_begun and self._silent.look([self._samples]):
+            self.unheard = self._samples
             self._ended()
 
     @property
@@ -143,7 +154,7 @@ def drive(
     """Run a :class:`Driver` to its end or to ``stop``; return exit code and whether it is done.
 
     After a line on standard error the code is 2 where somebody else commands the valve, and 1 where
-    somebody came to do so meanwhile.
+    somebody came to do so meanwhile, or where nothing arrives of the plant that is there.
     """
     drivers: list[Driver] = []
 
@@ -165,4 +176,7 @@ def drive(
             file=sys.stderr,
         )
         return 1 if driver.has_begun else 2, False
+    if driver is not None and driver.unheard is not None:
+        print(f"{driver.unheard}: published, but nothing arrives, {WAY_OUT}", file=sys.stderr)
+        return 1, False
     return code, driver is not None and driver.done

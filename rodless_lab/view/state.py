@@ -49,6 +49,7 @@ class ViewState:
         self.recording: str | None = None
         self.playback: Playback | None = None
         self.problem: str | None = None  # of the view itself
+        self.unheard: str | None = None  # why nothing arrives of a rig that is there
         self._flows: ValveFlows | None = None
         self._lock = threading.Lock()
 
@@ -76,7 +77,7 @@ class ViewState:
     def notice(self) -> str | None:
         """What stands above the drawing: what is wrong, or what is waited for."""
         if self.problem is None and self.live and not self.playback and self.history.last is None:
-            return (
+            return self.unheard or (
                 f"waiting for a plant in {self.namespace}: one that starts for the first time "
                 "compiles for a minute"
             )

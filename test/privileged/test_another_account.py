@@ -30,11 +30,13 @@ def test_what_does_not_arrive_is_told(
 ) -> None:
     """No second rig starts beside it, nobody is told to start one, and no bag passes for whole."""
     del domain
-    with start_process([*RODLESS, "rig"], "rig", environment=SETTINGS) as rig:
+    rig_alone = [*RODLESS, "rig", "--without-controller"]
+    with start_process(rig_alone, "rig", environment=SETTINGS) as rig:
         until_it_says(rig, "ready: preset paper", TIMEOUT)
         for verb, code, said in (
             (["rig"], 2, "of which nothing arrives: stop that rig"),
             (["status"], 1, "/joint_states of ROS domain "),
+            (["drive", "friction"], 1, "/joint_states: published, but nothing arrives"),
         ):
             with start_process([*APART, *RODLESS, *verb], "other", environment=SETTINGS) as other:
                 assert other.wait(TIMEOUT) == code
@@ -45,3 +47,8 @@ def test_what_does_not_arrive_is_told(
             recorder.ask_to_stop()
             assert recorder.wait(TIMEOUT) == 1
             assert "FASTDDS_BUILTIN_TRANSPORTS=UDPv4" in recorder.output
+        view = [*APART, *RODLESS, "view", "--port", "0", "--folder", str(tmp_path)]
+        with start_process(view, "view", environment=SETTINGS) as page:
+            until_it_says(page, "/joint_states: published, but nothing arrives", TIMEOUT)
+            page.ask_to_stop()
+            assert page.wait(TIMEOUT) == 0

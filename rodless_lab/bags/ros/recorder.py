@@ -17,11 +17,11 @@ from rclpy.subscription import Subscription
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.message_info import Info, with_info
+from rodless_base.ros.unheard import LOOK_PERIOD, LOOKS, LOOKS_AT_THE_END, UnheardTopics
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
 from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
-from rodless_lab.bags.ros.unheard_topics import LOOK_PERIOD, UnheardTopics
 from rodless_lab.bags.writer import BagWriter
 
 CLOCK_TOPIC = "/clock"
@@ -122,6 +122,7 @@ class Recorder:
             _take_sent(subscription, now)
             self.node.deliver_waiting(subscription)
         self._write(self._clock.finish())
+        self._look(LOOKS_AT_THE_END)
         self.node.destroy_node()
 
     def _poll(self) -> None:
@@ -138,8 +139,9 @@ class Recorder:
             self._told += new
             self._on_topics(new)
 
-    def _look(self) -> None:
-        new = self._unheard.look([topic for topic in self.topics if not self.received[topic]])
+    def _look(self, enough: int = LOOKS) -> None:
+        silent = [topic for topic in self.topics if not self.received[topic]]
+        new = self._unheard.look(silent, enough)
         if new:
             self._on_unheard(new)
 

@@ -33,6 +33,7 @@ from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, PISTON, SPO
 from rodless_base.frames import joint_among
 from rodless_base.one_line import traced
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
+from rodless_base.ros.unheard import LOOK_PERIOD, WAY_OUT, UnheardTopics
 from rodless_base.topics import (
     JOINT_STATES,
     PRESSURES,
@@ -50,7 +51,7 @@ from rodless_lab.view.valve_flows import spool_voltage
 
 # How often the topics are looked up, in wall-clock s; how often who publishes them.
 PERIOD = 1.0 / 40.0
-DISCOVERY_PERIOD = 1.0
+DISCOVERY_PERIOD = LOOK_PERIOD
 
 # Takes what a reliable publisher sends, and holds none back.
 LATEST_BEST_EFFORT = QoSProfile(
@@ -82,6 +83,7 @@ class LiveRig(Closing):
         # By topic; what is subscribed for it may be the throttled one.
         self._takers: dict[str, tuple[Subscription, Taker]] = {}
         self._terms: tuple[str, ...] = ()
+        self._silent = UnheardTopics(self._node)
         self._subscribe(JointState, JOINT_STATES, self._take_joint)
         for field, topic in PRESSURES.items():
             self._subscribe(FluidPressure, topic, self._value(field, "fluid_pressure"))
@@ -191,6 +193,8 @@ class LiveRig(Closing):
                 kind = subscription.msg_type
                 self._unsubscribe(topic)
                 self._subscribe(kind, topic, take)
+        if self._stamp is None:
+            self._look_for_samples()
         terms = self._published_terms()
         if terms != self._terms and terms:
             for term in self._terms:
@@ -205,6 +209,12 @@ class LiveRig(Closing):
             self._subscribe(Float64, VALVE_VOLTAGE, self._value("voltage", "data"))
         elif not commanded and VALVE_VOLTAGE in self._takers:
             self._unsubscribe(VALVE_VOLTAGE)
+
+    def _look_for_samples(self) -> None:
+        samples = self._node.resolve_topic_name(JOINT_STATES)
+        if self._silent.look([samples]):
+            self._state.unheard = f"{samples}: published, but nothing arrives, {WAY_OUT}"
+            self._node.get_logger().error(self._state.unheard)
 
     def _published_terms(self) -> tuple[str, ...]:
         own = self._node.resolve_topic_name(CONTROLLER) + "/"

@@ -37,6 +37,8 @@ def test_a_page_says_what_it_waits_for() -> None:
     state = ViewState("/rig1")
     assert state.notice is not None
     assert state.notice.startswith("waiting for a plant in /rig1")
+    state.unheard = "/joint_states: published, but nothing arrives"
+    assert state.notice == state.unheard
     state.problem = "readings have ended"
     assert state.notice == "readings have ended"
     state.problem = None

@@ -11,7 +11,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from rodless_lab.bags.ros.unheard_topics import LOOKS, UnheardTopics
+from rodless_base.ros.unheard import LOOKS, LOOKS_AT_THE_END, UnheardTopics
 
 
 class Graph:
@@ -41,3 +41,11 @@ def test_a_topic_is_unheard_where_a_name_does_not_come_for_a_while() -> None:
         looks.append(unheard.look(["/late", "/lost", "/known"]))
     assert [place for place, found in enumerate(looks) if found] == [LOOKS - 1]
     assert looks[LOOKS - 1] == unheard.found == ["/lost"]
+
+
+def test_where_no_time_is_left_fewer_looks_have_to_do() -> None:
+    """A recording that is stopped early says so as well, once, but not of a name a look old."""
+    unheard = UnheardTopics(Graph({"/lost": ["_NODE_NAME_UNKNOWN_"]}))  # type: ignore[arg-type]
+    assert unheard.look(["/lost"], LOOKS_AT_THE_END) == []
+    assert unheard.look(["/lost"], LOOKS_AT_THE_END) == ["/lost"]
+    assert [unheard.look(["/lost"]) for _ in range(LOOKS)] == [[]] * LOOKS
