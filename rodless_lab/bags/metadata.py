@@ -52,9 +52,15 @@ class BagError(OneLineError):
     """A bag that cannot be read or written; the text names the bag and what is wrong with it."""
 
 
-def needs_more_memory(file: Path) -> str:
-    """Say so of a storage file, which is not damaged by that."""
-    return f"{file}: needs more memory than there is; read it where there is more"
+@contextmanager
+def memory_for(what: object) -> Iterator[None]:
+    """Raise :class:`BagError` where memory ends: a file or topic is not damaged by that."""
+    try:
+        yield
+    except MemoryError as error:
+        raise BagError(
+            f"{what}: needs more memory than there is; read it where there is"
+        ) from error
 
 
 class DescriptionLoader(BoundedLoader):

@@ -28,7 +28,14 @@ from rodless_lab.bags.description_check import (
     other_counts,
 )
 from rodless_lab.bags.message_definition import message_class
-from rodless_lab.bags.metadata import BagError, BagTopic, is_plain, is_within, storage_files
+from rodless_lab.bags.metadata import (
+    BagError,
+    BagTopic,
+    is_plain,
+    is_within,
+    memory_for,
+    storage_files,
+)
 from rodless_lab.bags.storage import Recorded, Storage, Times, read_storage
 
 Array = npt.NDArray[Any]
@@ -82,7 +89,8 @@ class TopicMessages(Columns):
             kind = message_class(name)
         except (ImportError, AttributeError) as error:
             raise BagError(f"{self.topic.name}: its type {name} is not installed") from error
-        return [self._message(place, kind) for place in range(len(self))]
+        with memory_for(self.topic.name):
+            return [self._message(place, kind) for place in range(len(self))]
 
     def _message(self, place: int, kind: type[Any]) -> Any:
         # Here, so that the commands that read bags show their help without ROS.
@@ -90,6 +98,8 @@ class TopicMessages(Columns):
 
         try:
             return deserialize_message(self.payloads[place], kind)
+        except MemoryError:  # not its fault
+            raise
         except Exception as error:  # rclpy raises whatever the middleware reports
             raise BagError(
                 f"{self.topic.name}: message {place} is no {self.topic.type_name}"
@@ -178,7 +188,8 @@ class _Fields(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         column = self._columns[name]
         if column is None:
-            column = self._columns[name] = self._column(name)
+            with memory_for(f"{self._topic}: {name}"):
+                column = self._columns[name] = self._column(name)
         return column
 
     def _column(self, name: str) -> Array:

@@ -11,7 +11,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from rodless_lab.bags.decompress import Decompressor
+from rodless_lab.bags.decompress import Decompressor, TooLargeError
 from rodless_lab.bags.metadata import BagError, BagTopic
 
 # What a message takes beside its content, in bytes.
@@ -45,6 +45,8 @@ def sqlite_messages(
                 yield topics[connection.id], time, time, bytes(data)
     except MemoryError:  # no damage
         raise
+    except TooLargeError as error:
+        raise BagError(f"{file}: is too large: {error}") from error
     except Exception as error:  # whatever a decoder trips over
         fault = str(error).partition("\n")[0]
         raise BagError(f"{file}: not a bag in SQLite, or damaged ({fault})") from error

@@ -20,7 +20,7 @@ from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
-from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, needs_more_memory
+from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, memory_for
 from rodless_lab.bags.recorded_topics import Profiles, RecordedTopics
 from rodless_lab.bags.sqlite_file import sqlite_messages
 
@@ -93,23 +93,26 @@ def read_storage(file: Path, into: Storage) -> None:
     """
     try:
         into.decompressor.allow(file.stat().st_size)
-        if file.suffix != COMPRESSED:
-            _read_plain(file, into)
-            if into.fault or file.suffix != ".mcap":  # no other storage says that it is whole
-                _look_who_writes(file, into)
-            return
-        with tempfile.TemporaryDirectory() as folder:
-            plain = Path(folder, file.stem)
-            into.decompressor.file(file, plain)
-            _read_plain(plain, into)
+        with memory_for(file):
+            _read_any(file, into)
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror or error}") from error
     except BagError as error:
         raise BagError(str(error) if str(file) in str(error) else f"{file}: {error}") from error
-    except MemoryError as error:
-        raise BagError(needs_more_memory(file)) from error
     except ValueError as error:
         into.note_damage(f"{file.name} {error}")
+
+
+def _read_any(file: Path, into: Storage) -> None:
+    if file.suffix == COMPRESSED:
+        with tempfile.TemporaryDirectory() as folder:
+            plain = Path(folder, file.stem)
+            into.decompressor.file(file, plain)
+            _read_plain(plain, into)
+        return
+    _read_plain(file, into)
+    if into.fault or file.suffix != ".mcap":  # no other storage says that it is whole
+        _look_who_writes(file, into)
 
 
 def _look_who_writes(file: Path, into: Storage) -> None:

@@ -33,7 +33,7 @@ from rodless_lab.bags.metadata import (
     information_text,
     is_plain,
     is_within,
-    needs_more_memory,
+    memory_for,
     storage_files,
     write_metadata,
 )
@@ -146,7 +146,10 @@ def recover_bag(path: str | Path) -> int:
         for file in files:
             _lock(file, locks)
         decompressor, profiles = Decompressor(), Profiles()
-        readers = {file: _scanned(file, decompressor, profiles) for file in files}
+        readers = {}
+        for file in files:
+            with memory_for(file):
+                readers[file] = _scanned(file, decompressor, profiles)
         try:
             done = _ended(bag, readers, profiles)
         except OSError as error:
@@ -210,8 +213,6 @@ def _scanned(file: Path, decompressor: Decompressor, profiles: Profiles) -> Mcap
     except McapError as error:  # to end it there would cost what stands behind
         left = f"nothing is changed; {READ_ANYHOW} reads what can be read"
         raise BagError(f"{file}: {error}; {left}") from error
-    except MemoryError as error:
-        raise BagError(needs_more_memory(file)) from error
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from error
     return reader

@@ -21,7 +21,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, MessageIndex, Metadata, MetadataIndex, Schema
 
-from rodless_lab.bags.decompress import Decompressor
+from rodless_lab.bags.decompress import Decompressor, TooLargeError
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
 
 _HEAD = struct.Struct("<BQ")
@@ -29,7 +29,7 @@ _MESSAGE = struct.Struct("<HIQQ")
 
 
 class McapError(ValueError):
-    """The file is not MCAP, or is damaged where the text says."""
+    """The file is not MCAP, or is damaged or too large where the text says."""
 
 
 class McapMessage(NamedTuple):
@@ -83,7 +83,8 @@ class McapReader:
             except MemoryError:  # no damage
                 raise
             except Exception as error:  # whatever a decoder trips over
-                raise McapError(f"is damaged at byte {record.start}: {error}") from error
+                wrong = "is too large" if isinstance(error, TooLargeError) else "is damaged"
+                raise McapError(f"{wrong} at byte {record.start}: {error}") from error
             self.index.end = record.end
 
     def _messages_in(self, record: _Record) -> Iterator[McapMessage]:

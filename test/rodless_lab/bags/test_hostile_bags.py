@@ -28,6 +28,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 
 from rodless_lab.bags import decompress, recorded_topics
+from rodless_lab.bags import reader as bag_reader
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, encoded
 from rodless_lab.bags.metadata import METADATA_FILE, BagError
 from rodless_lab.bags.reader import read_bag
@@ -195,6 +196,34 @@ def test_want_of_memory_is_no_damage(
     monkeypatch.setattr(decompress.Decompressor, "chunk", full)
     with pytest.raises(BagError, match=r"bag_0\.mcap: needs more memory than there is; read it"):
         attempt(bag)
+
+
+@pytest.mark.parametrize("attribute", ["messages", "fields"])
+def test_want_of_memory_for_what_a_bag_holds_is_told(
+    sample_bag, monkeypatch: pytest.MonkeyPatch, attribute: str
+) -> None:
+    """The messages are none of another type for that; and no traceback ends a command."""
+
+    def full(*_: object) -> None:
+        raise MemoryError
+
+    voltage = read_bag(sample_bag.path)["/valve/voltage"]
+    if attribute == "messages":
+        monkeypatch.setattr("rclpy.serialization.deserialize_message", full)
+    else:
+        monkeypatch.setattr(bag_reader, "_value", full)
+    with pytest.raises(BagError, match=r"^/valve/voltage.*: needs more memory than there is"):
+        dict(getattr(voltage, attribute))
+
+
+def test_what_is_too_large_is_not_called_damaged(tmp_path: Path) -> None:
+    """It is whole, and no bag of a rig is like it."""
+    bag = file_of(tmp_path / "bag", BOMBS["declared"]())
+    said = (
+        r"bag_0\.mcap is too large at byte \d+: a compressed chunk declares 400000000 bytes, more"
+    )
+    with pytest.raises(BagError, match=said):
+        read_bag(bag)
 
 
 @pytest.mark.parametrize("packed", [zstandard.compress(bytes(10**7)), zstd_stream(10**7)])
