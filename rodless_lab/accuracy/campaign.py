@@ -23,6 +23,7 @@ from typing import TextIO
 from rodless_base.atomic_write import check_file_writable, naming
 from rodless_base.one_line import described
 from rodless_lab.accuracy.judge import Verdict, judge
+from rodless_lab.accuracy.random_rigs import kind
 from rodless_lab.results_folder import lock_or_refuse
 
 _HEADER = ",".join(Verdict._fields)
@@ -121,13 +122,35 @@ def read_verdicts(path: Path) -> list[Verdict]:
         header, *rows = list(csv.reader(StringIO(whole.decode(), newline=""))) or [[]]
         if tuple(header) != Verdict._fields:
             raise ValueError("other columns")
-        return [_verdict(row) for row in rows if len(row) == len(header)]
+        return _verdicts(rows)
     except (ValueError, csv.Error) as error:
         raise ValueError(
             f"{path}: not a campaign of this version ({described(error)}); give another --output"
         ) from error
 
 
+def _verdicts(rows: list[list[str]]) -> list[Verdict]:
+    """Return what each row says; raises ValueError, which names the first that says nothing."""
+    found: dict[int, Verdict] = {}
+    for place, row in enumerate(rows, 1):
+        try:
+            verdict = _verdict(row)
+            if verdict.number in found:
+                raise ValueError(f"rig {verdict.number} a second time")
+        except ValueError as error:
+            raise ValueError(f"row {place}: {error}") from error
+        found[verdict.number] = verdict
+    return list(found.values())
+
+
 def _verdict(row: list[str]) -> Verdict:
+    if len(row) != len(Verdict._fields):
+        raise ValueError(f"{len(row)} columns, must be {len(Verdict._fields)}")
     number, around, drive, *figures, failure = row
-    return Verdict._make((int(number), around, drive, *map(float, figures), failure))
+    verdict = Verdict._make((int(number), around, drive, *map(float, figures), failure))
+    if verdict.number < 0 or (around, drive) != kind(verdict.number):
+        raise ValueError(f"there is no rig {number}, {around}, {drive}".replace("\n", " "))
+    negative = [value for value in verdict[3:-1] if value < 0.0]
+    if negative:
+        raise ValueError(f"{negative[0]:g} is no difference")
+    return verdict

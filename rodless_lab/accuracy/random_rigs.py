@@ -83,6 +83,10 @@ CURVES = (AREA, "valve.flow_coefficients")
 # How many decades below its maximum a value is drawn whose least is zero.
 DECADES = 5.0
 
+# Around what cases are, in turn, and how each of them is driven, in turn.
+NEIGHBOURHOODS = (*BARE_RIGS[::-1], WHOLE_RANGE)
+OPEN_LOOP, CLOSED_LOOP = "open loop", "closed loop"
+
 
 class Case(NamedTuple):
     """A rig and its task: voltages in open loop, or a reference in closed loop."""
@@ -98,17 +102,22 @@ class Case(NamedTuple):
     @property
     def drive(self) -> str:
         """Open loop or closed loop."""
-        return "closed loop" if self.voltages is None else "open loop"
+        return kind(self.number)[1]
+
+
+def kind(number: int) -> tuple[str, str]:
+    """Return around which rig case ``number`` is, and how it is driven."""
+    driven, around = divmod(number, len(NEIGHBOURHOODS))
+    return NEIGHBOURHOODS[around], (OPEN_LOOP, CLOSED_LOOP)[driven % 2]
 
 
 def case(number: int) -> Case:
     """Return case ``number``: the same each time."""
     generator = np.random.default_rng([20220211, number])
-    neighbourhoods = (*BARE_RIGS[::-1], WHOLE_RANGE)
-    around = neighbourhoods[number % len(neighbourhoods)]
+    around, drive = kind(number)
     parameters = drawn_rig(generator, around)
     position = parameters.number("cylinder.stroke") * _share_of_stroke(generator)
-    if number // len(neighbourhoods) % 2 == 0:
+    if drive == OPEN_LOOP:
         return Case(number, around, parameters, position, drawn_voltages(generator), None, None)
     law = drawn_law(generator, around)
     reference = drawn_reference(generator, parameters.number("cylinder.stroke"), position)

@@ -31,9 +31,9 @@ class _InterruptedError(Exception):
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Print tables and write all numbers as JSON; return 2 without psutil, 1 after Ctrl-C.
+    """Print tables and write all numbers as JSON; return 1 after Ctrl-C.
 
-    Beside the JSON stand the tables as Markdown and the work–precision picture.
+    2 without psutil, and for an output that cannot be written. Beside the JSON stand the tables as Markdown and the work–precision picture.
     """
     parser = Parser(prog="rodless bench", description=DESCRIPTION)
     parser.add_argument(
@@ -56,7 +56,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     # The figures of one part do not replace those of a whole run.
     output: Path = options.output or Path("results/bench", f"{options.only or 'metrics'}.json")
     if not can_be_written(output, check_file_writable):
-        return 1
+        return 2
     figures: dict[str, float] = {}
     try:
         with results_folder(output.parent):

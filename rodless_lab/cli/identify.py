@@ -21,7 +21,7 @@ from rodless_lab.bags.metadata import COMPRESSED, METADATA_FILE, STORAGES
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
-from rodless_lab.identification.plausible import check_run
+from rodless_lab.identification.plausible import check_run, frozen_sensors
 from rodless_lab.identification.pressures.fit import check_change
 from rodless_lab.identification.subjects import (
     SUBJECTS,
@@ -95,6 +95,8 @@ def _identify(options: argparse.Namespace) -> int:
     found = SUBJECTS[options.subject](run, parameters)
     informed = any(finding.value is not None for finding in found.findings)
     print_notes(run) if second is None else print_notes(run, second)
+    for line in frozen_sensors(run):
+        print(f"{options.bag}: {line}", file=sys.stderr)
     print(findings_table(found.findings))
     _say(options, found.verdict, informed=informed)
     _write(options, found, run, informed=informed)

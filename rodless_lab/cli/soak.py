@@ -53,7 +53,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     if options.steps:
         runs.append(partial(soak_lockstep, options.steps))
     if not can_be_written(options.output, check_file_writable):
-        return 1
+        return 2
     texts, wrong = [], []
     try:
         for run in runs:
@@ -88,8 +88,8 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         prog="rodless soak",
         description="Run plant and controller for long: in real time, then in lock-step, where "
         "each sample is compared with the run without nodes.",
-        epilog="Exit code: 0 nothing lost, memory flat, balance closed; 1 anything else; see "
-        "docs/reliability.md.",
+        epilog="Exit code: 0 nothing lost, memory flat, balance closed; 1 anything else, 2 an "
+        "output that cannot be written; see docs/reliability.md.",
     )
     parser.add_argument(
         "--seconds", type=_seconds, default=3600.0, help="real time (default: %(default)g); 0: none"

@@ -112,9 +112,17 @@ def judged(estimate: Estimate, note: str) -> Estimate:
 
 
 def within(estimate: Estimate, low: float, high: float) -> Estimate:
-    """Return ``estimate`` with its interval cut at the range ``low`` to ``high``, and marked so."""
+    """Return ``estimate`` cut at the range from ``low`` to ``high``, and marked so.
+
+    Where none of its interval lies within, the data informs of nothing that can be.
+    """
     if not estimate.informed:
         return estimate
+    if estimate.high < low or estimate.low > high:
+        note = (
+            f"fits best with {estimate}, and can be from {low:g} to {high:g} {estimate.unit} only"
+        )
+        return replace(estimate, informed=False, note=note.replace("  ", " "))
     notes = [
         f"cut at the {side} bound of its range, {end:g} {estimate.unit}".rstrip()
         for side, end, beyond in (
@@ -126,6 +134,7 @@ def within(estimate: Estimate, low: float, high: float) -> Estimate:
     notes = [note for note in notes if note not in estimate.note]
     return replace(
         estimate,
+        value=min(max(estimate.value, low), high),
         low=max(estimate.low, low),
         high=min(estimate.high, high),
         note="; ".join(filter(None, (estimate.note, *notes))),

@@ -19,7 +19,8 @@ from rodless_sim import RigParameters
 
 SUPPLY = "supply.pressure"
 STROKE = "cylinder.stroke"
-PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
+CHAMBERS = ("pressure_a", "pressure_b")
+PRESSURES = (*CHAMBERS, "supply_pressure")
 
 # How far beyond the stroke a carriage may be read (share of the stroke): what sensors are off by.
 BEYOND = 0.05
@@ -30,6 +31,9 @@ LOWEST_PRESSURE = 5e4
 # How many times the highest supply pressure that can be stated is read nowhere: what ripples, a
 # compressor and sensors add is less, and so is what a carriage compresses that bounces.
 COMPRESSED = 2.0
+
+# A carriage that is read to move by more than this (m) has pressures that change.
+MOVES = 1e-3
 
 # Samples of a window that is looked at, at the least.
 FEWEST = 5
@@ -68,6 +72,7 @@ def check_run(
     most = COMPRESSED * RigParameters.DECLARATIONS[SUPPLY].maximum
     for name in PRESSURES:
         _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
+    _check_chambers(run)
 
 
 def from_gauge(run: MeasuredRun) -> MeasuredRun:
@@ -100,6 +105,30 @@ def _check_absolute(run: MeasuredRun) -> None:
         lowest = float(np.min(getattr(run, name)))
         if lowest < LOWEST_PRESSURE:
             raise RunError(f"{name} falls to {lowest:.6g} Pa; absolute pressures are needed, in Pa")
+
+
+def _check_chambers(run: MeasuredRun) -> None:
+    """Refuse pressures that were not read: their difference moves the carriage."""
+    difference = run.pressure_a - run.pressure_b
+    if _moves(run) and float(np.ptp(difference)) == 0.0:
+        raise RunError(
+            f"pressure_a is {difference[0]:.6g} Pa above pressure_b in all samples, while the "
+            "carriage moves: sensors that are frozen or not connected, or one read for both"
+        )
+
+
+def _moves(run: MeasuredRun) -> bool:
+    return float(np.ptp(run.position)) > MOVES
+
+
+def frozen_sensors(run: MeasuredRun) -> list[str]:
+    """Say of which chamber the pressure never changes, while the carriage moves."""
+    return [
+        f"{name} is {getattr(run, name)[0]:.6g} Pa in all samples, while the carriage moves: where "
+        "that is no stated pressure but a sensor's, it is frozen, and nothing found here holds"
+        for name in CHAMBERS
+        if _moves(run) and float(np.ptp(getattr(run, name))) == 0.0
+    ]
 
 
 def _check(run: MeasuredRun, name: str, limits: tuple[float, float], words: str) -> None:

@@ -23,6 +23,9 @@ Array = npt.NDArray[np.float64]
 # Fewer samples than this are no run.
 FEWEST_SAMPLES = 20
 
+# Times between samples may differ by this share of the period: stamps are rounded.
+UNEVEN = 0.01
+
 
 class RunError(OneLineError):
     """A run that cannot be used; the text says what is wrong and where."""
@@ -63,7 +66,7 @@ class MeasuredRun(Columns):
     remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise :class:`RunError` for a run too short, not finite, or with time going backwards.
+        """Raise :class:`RunError` for a run too short or not finite, and for uneven time.
 
         And for columns that are no arrays of numbers.
         """
@@ -82,6 +85,14 @@ class MeasuredRun(Columns):
         back = np.flatnonzero(np.diff(self.time) <= 0.0)
         if len(back):
             raise RunError(f"time does not increase at sample {back[0] + 1}")
+        steps = np.diff(self.time)
+        uneven = np.flatnonzero(np.abs(steps - self.period) > UNEVEN * self.period)
+        if len(uneven):
+            place = uneven[0]
+            raise RunError(
+                f"time: sample {place + 1} comes {steps[place]:.6g} s after the one before, "
+                f"on average it is {self.period:.6g} s; interpolate to an even time base"
+            )
 
     @property
     def period(self) -> float:

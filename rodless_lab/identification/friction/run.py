@@ -220,8 +220,8 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit
         for name, systematic, cause in (
             ("static", force, of_force),
             ("coulomb", force, of_force),
-            ("stribeck_velocity", stretch * fit.stribeck_velocity.value, of_scale),
-            ("viscous", stretch * fit.viscous.value, of_scale),
+            ("stribeck_velocity", stretch * abs(fit.stribeck_velocity.value), of_scale),
+            ("viscous", stretch * abs(fit.viscous.value), of_scale),
         )
     }
     return replace(fit, **widened)
@@ -252,6 +252,6 @@ def _widened(
     estimate: Estimate, systematic: float, cause: str, limits: tuple[float, float]
 ) -> Estimate:
     if not estimate.informed or systematic == 0.0:
-        return estimate
+        return within(estimate, *limits)
     note = f"includes ±{systematic:.3g} {estimate.unit} for {cause}"
     return within(estimate.widened(systematic, note), *limits)

@@ -111,19 +111,35 @@ def test_a_header_that_a_full_disk_cut_is_written_anew(tmp_path: Path, share: fl
 def test_a_row_that_an_interruption_cut_is_no_row(tmp_path: Path, more: bytes) -> None:
     """Though all of its commas are there: half a failure is another one, an empty one is none."""
     path = tmp_path / "campaign.csv"
-    whole = ",".join(Verdict._fields) + "\n" + "2,paper,open loop,1,1,1,1,1,1,1,\r\n"
+    whole = ",".join(Verdict._fields) + "\n" + "7,paper,open loop,1,1,1,1,1,1,1,\r\n"
     path.write_bytes(whole.encode() + more)
-    assert [one.number for one in read_verdicts(path)] == [2]
+    assert [one.number for one in read_verdicts(path)] == [7]
     campaign(path, 0, lambda _: None, lambda: False)
     assert path.read_bytes() == whole.encode()
 
 
-def test_rows_of_another_number_of_columns_are_kept(tmp_path: Path) -> None:
-    """They are no verdicts, and somebody has written them: the file was emptied for them."""
+KNOWN = "7,paper,open loop,1,1,1,1,1,1,1,\n"
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("7;paper;open loop\n", "row 1: 1 columns, must be 11"),
+        (f"{KNOWN}{KNOWN}", "row 2: rig 7 a second time"),
+        (KNOWN.replace("7", "-5"), "row 1: there is no rig -5, paper, open loop"),
+        (KNOWN.replace("paper", "lead"), "row 1: there is no rig 7, lead, open loop"),
+        (KNOWN.replace("open", "closed"), "row 1: there is no rig 7, paper, closed loop"),
+        (KNOWN.replace(",1,", ",-1,", 1), "row 1: -1 is no difference"),
+        (KNOWN.replace(",1,", ",one,", 1), "row 1: could not convert string to float: 'one'"),
+    ],
+)
+def test_rows_that_are_no_verdicts_are_refused(tmp_path: Path, rows: str, said: str) -> None:
+    """Somebody has written them: they are neither counted nor passed over, and they are kept."""
     path = tmp_path / "campaign.csv"
-    text = ",".join(Verdict._fields) + "\n" + "2;paper;open loop\n"
-    path.write_text(text)
-    campaign(path, 0, lambda _: None, lambda: False)
+    path.write_text(text := ",".join(Verdict._fields) + "\n" + rows)
+    with pytest.raises(ValueError, match="not a campaign of this version") as caught:
+        campaign(path, 0, lambda _: None, lambda: False)
+    assert said in str(caught.value)
     assert path.read_text() == text
 
 

@@ -24,23 +24,59 @@ from rodless_lab.identification.bristles.fit import identify_bristles
 from rodless_lab.identification.friction.run import identify_friction
 from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.pressures.chambers import identify_chambers
-from rodless_lab.runs.measured_run import MeasuredRun, RunError
+from rodless_lab.identification.pressures.heat import identify_heat
+from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
 from rodless_sim import RigParameters
+from rodless_sim.instruments.instruments import DATA_SHEET
 
 
 def a_run(samples: int = 400) -> MeasuredRun:
     time = np.arange(samples) * 1e-3
     level = np.full(samples, 4e5)
-    return MeasuredRun(time, 0.1 + 0.01 * time, level, level, level + 2e5, np.full(samples, 5.3))
+    varying, voltage = level + 10.0 * np.sin(2.0 * np.pi * 50.0 * time), np.full(samples, 5.3)
+    return MeasuredRun(time, 0.1 + 0.01 * time, varying, level, level + 2e5, voltage)
 
 
-def test_pressures_that_never_change_are_used_as_they_are() -> None:
-    """A stuck transmitter, or a rig with plenty of air: a constant force has no slope."""
+@pytest.mark.parametrize("difference", [0.0, 5e4])
+@pytest.mark.parametrize(
+    "identified", [identify_friction, identify_bristles, identify_chambers, identify_heat]
+)
+def test_pressures_that_never_change_are_no_measurement(
+    difference: float, identified: Callable[[MeasuredRun, RigParameters], object]
+) -> None:
+    """Stuck transmitters, or one read for both, would make friction of any size."""
     run = a_run(4000)
-    fit = identify_friction(run, RigParameters())
-    assert len(fit.forward.forces)
-    assert np.abs(fit.forward.forces).max() < 1e-6  # N, equal pressures on both sides
-    assert not len(fit.reverse.forces)
+    stuck = replace(run, pressure_b=run.pressure_a - difference)
+    said = rf"^pressure_a is {difference:g} Pa above pressure_b in all samples, while the carriage"
+    with pytest.raises(RunError, match=said):
+        identified(stuck, RigParameters())
+
+
+def test_a_carriage_that_rests_may_have_constant_pressures() -> None:
+    """It informs nothing of friction, and no sensor is blamed."""
+    run = a_run(4000)
+    still = replace(run, position=np.full(4000, 0.1), pressure_b=run.pressure_a)
+    with pytest.raises(UninformativeRunError, match="no uniform motion"):
+        identify_friction(still, RigParameters())
+
+
+def test_one_pressure_that_never_changes_is_told(tmp_path: Path, write_bag, capsys) -> None:
+    """It may be stated, as of one sensor for the difference; a stuck one makes nonsense."""
+    run = sliding_run()
+    bag = write_bag(tmp_path / "bag", run)
+    assert np.ptp(run.pressure_b) == 0.0
+    identify.main(["friction", str(bag), "-o", str(tmp_path / "found.yaml")], Quiet())
+    assert "pressure_b is 400000 Pa in all samples, while the carr" in capsys.readouterr().err
+
+
+def test_friction_that_would_push_is_not_found() -> None:
+    """The force is against the motion: no interval reversed at the bound of the range."""
+    run = sliding_run()
+    pushed = replace(run, pressure_a=2.0 * run.pressure_b - run.pressure_a)
+    for sensors in ({}, DATA_SHEET):
+        coulomb = identify_friction(pushed, RigParameters(sensors)).forward.coulomb
+        assert not coulomb.informed
+        assert "and can be from 0 to" in coulomb.note
 
 
 def refused(
@@ -196,7 +232,7 @@ def test_run_that_says_nothing_of_the_chambers(
     """Pressures that stand still inform neither valve nor chambers: code 1, and no file."""
     bag, output = write_bag(tmp_path / "bag", a_run()), tmp_path / "found.yaml"
     assert identify.main([subject, str(bag), "-o", str(output)], Quiet()) == 1
-    assert "the pressures change by only 0 Pa" in capsys.readouterr().err
+    assert "the pressures change by only 20 Pa" in capsys.readouterr().err
     assert not output.exists()
 
 

@@ -75,6 +75,16 @@ def test_an_interval_that_leaves_the_range_is_cut_and_marked() -> None:
     assert found.note == "cut at the lower bound of its range, 0 m²"
     inside = Estimate(2e-6, 1e-6, 3e-6, "m²")
     assert within(inside, 0.0, 1e-5) == inside
+    assert within(Estimate(-1e-6, -2e-6, 4e-6, "m²"), 0.0, 1e-5).value == 0.0
+
+
+@pytest.mark.parametrize("value", [-5.0, 25.0])
+def test_what_lies_outside_its_range_altogether_is_not_informed(value: float) -> None:
+    """Neither a reversed interval, nor a bound that passes for a result."""
+    found = within(Estimate(value, value - 1.0, value + 1.0, "N"), 0.0, 20.0)
+    assert not found.informed
+    interval = f"{value:g} N ({value - 1.0:g} to {value + 1.0:g})"
+    assert found.note == f"fits best with {interval}, and can be from 0 to 20 N only"
 
 
 def test_the_area_curve_knows_when_it_is_no_sum_of_sines() -> None:

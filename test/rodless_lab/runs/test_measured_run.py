@@ -29,3 +29,14 @@ def test_a_column_that_is_no_array_of_numbers_is_refused(name: str, values: obje
     assert MeasuredRun(**columns).period == pytest.approx(1e-3)
     with pytest.raises(RunError, match=f"^{name}: .* refused, must be an array of numbers$"):
         MeasuredRun(**{**columns, name: values})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("share", [0.02, -0.5, 0.9])
+def test_a_sample_out_of_step_is_named(share: float) -> None:
+    """All that is computed from a run takes its samples as evenly spaced; stamps are rounded."""
+    late = np.where(np.arange(100) == 40, share * 1e-3, 0.0)
+    said = f"^time: sample 40 comes {1e-3 * (1.0 + share):.6g} s after the one before, on average"
+    with pytest.raises(RunError, match=said):
+        MeasuredRun(TIME + late, *[STILL] * 5)
+    rounded = 1.7e9 + TIME
+    assert MeasuredRun(rounded, *[STILL] * 5).period == pytest.approx(1e-3, rel=1e-3)
