@@ -52,8 +52,9 @@ def make_executor(context: Context | None = None) -> Executor:
         from rclpy.experimental import EventsExecutor  # noqa: PLC0415  absent before jazzy
 
         return EventsExecutor(context=context)
-    except (ImportError, UnsupportedOperation):
-        # It wants the file descriptor of stderr, which pytest with --capture=sys has hidden.
+    except (ImportError, UnsupportedOperation, RuntimeError):
+        # It wants the file descriptor of stderr, which pytest with --capture=sys has hidden, and
+        # which is not there where it was closed.
         return SingleThreadedExecutor(context=context)
 
 

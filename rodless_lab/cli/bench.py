@@ -33,7 +33,8 @@ class _InterruptedError(Exception):
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Print tables and write all numbers as JSON; return 1 after Ctrl-C.
 
-    2 without psutil, and for an output that cannot be written. Beside the JSON stand the tables as Markdown and the work–precision picture.
+    2 without psutil, and for an output that cannot be written. Beside the JSON stand the tables as
+    Markdown and the work–precision picture.
     """
     parser = Parser(prog="rodless bench", description=DESCRIPTION)
     parser.add_argument(

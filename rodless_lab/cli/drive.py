@@ -18,6 +18,7 @@ from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.cli.number import whole
 from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitation
+from rodless_lab.session.errors import HarnessError
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -27,11 +28,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
+    from rodless_lab.session.domain import named_domain  # noqa: PLC0415
     from rodless_lab.session.driver import drive  # noqa: PLC0415
 
     try:
+        named_domain()
         voltages = excitation(options.subject, options.closed_voltage)
-    except ParameterError as error:
+    except (HarnessError, ParameterError) as error:
         print(error, file=sys.stderr)
         return 2
     duration = len(voltages) * PERIOD

@@ -9,11 +9,13 @@
 """`rodless record` and `ros2 run rodless_sim recorder`: topics into a rosbag2 bag (MCAP)."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_lab.bags.default_bag import default_bag
+from rodless_lab.session.errors import HarnessError
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -21,7 +23,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
+    from rodless_lab.session.domain import named_domain  # noqa: PLC0415
 
+    try:
+        named_domain()
+    except HarnessError as error:
+        print(error, file=sys.stderr)
+        return 2
     return record(options.output, options.topics, stop, options.wall_time)
 
 

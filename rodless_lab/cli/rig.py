@@ -52,11 +52,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     try:
         named_domain()
         full_namespace(options.namespace)
+        if not options.network:
+            stay_on_this_machine()
     except HarnessError as error:
         print(error, file=sys.stderr)
         return 2
-    if not options.network:
-        stay_on_this_machine()
     try:
         plan = _plan(options)
     except ParameterError as error:

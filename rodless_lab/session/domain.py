@@ -20,7 +20,7 @@ from contextlib import contextmanager
 
 from rodless_base.one_line import shown
 from rodless_lab.session.errors import HarnessError
-from rodless_lab.session.network import this_machine
+from rodless_lab.session.network import LOOPBACK, this_machine
 
 # Domain IDs above 101 run into the ephemeral ports of Linux (ROS 2 documentation, "The ROS
 # domain ID"); 0 is everybody's default.
@@ -30,7 +30,6 @@ DOMAINS = range(1, 102)
 # and the kernel takes it back however a process ends. It belongs to the network that DDS sees, so
 # that containers with networks of their own have domains of their own. DDS leaves it free: of a
 # domain's 250 ports it takes the first two, and those from the eleventh on (DDSI-RTPS, 9.6.1.1).
-LOOPBACK = "127.0.0.1"
 FIRST_PORT, PORTS_OF_A_DOMAIN, CLAIMED_PORT = 7400, 250, 5
 
 # The greatest ID whose ports exist: they are numbered up to 65535.

@@ -9,6 +9,7 @@
 """How far nodes reach: this machine alone, unless the user has settled it."""
 
 import os
+import socket
 from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
@@ -38,6 +39,11 @@ SETTLED_BY = (
     *PROFILE_VARIABLES.values(),
 )
 
+LOOPBACK = "127.0.0.1"
+
+# Nothing is sent there (RFC 863).
+DISCARD_PORT = 9
+
 # Profiles of a process that stays here: with shared memory, without, and for nodes in one process.
 KINDS = ("", "_udp", "_one_process_here")
 
@@ -51,8 +57,9 @@ def this_machine() -> dict[str, str]:
     With Fast DDS all sockets are bound to loopback. Shared memory is left out where there is no
     room for it, or with ``FASTDDS_BUILTIN_TRANSPORTS=UDPv4``. ROS's own ``LOCALHOST`` binds to all
     addresses; it is what other middlewares get, and a user's own profile of Fast DDS, which is left
-    as it is.
+    as it is. Raises HarnessError where there is no loopback, or no room.
     """
+    check_loopback()
     if not (is_fast_dds() and _rmw_version()) or _given_profile() not in (
         "",
         *map(_profile, KINDS),
@@ -62,6 +69,18 @@ def this_machine() -> dict[str, str]:
     profile = _profile("_udp" if os.environ.get(TRANSPORTS) == "UDPv4" else "")
     # All is in the profile: for any other range ROS adds transports of its own.
     return {RANGE: "SYSTEM_DEFAULT", _variable(): profile}
+
+
+def check_loopback() -> None:
+    """Raise HarnessError where this machine does not reach itself: nodes would wait for ever."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((LOOPBACK, DISCARD_PORT))
+        except OSError as error:
+            raise HarnessError(
+                f"{LOOPBACK} cannot be reached ({error.strerror}), and nodes talk over it: `ip "
+                "link set lo up`, as root of this network"
+            ) from error
 
 
 def make_room_for_nodes() -> None:

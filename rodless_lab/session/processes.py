@@ -235,6 +235,7 @@ class SessionProcesses:
 
     def check_plant(self) -> None:
         """Raise HarnessError if the plant does not run, for then no sample will come."""
+        self.check()
         plant = self._processes.get("plant") or self._processes["rig"]
         if plant.exit_code is not None:
             raise HarnessError(f"no sample will come: the {plant.name} was ended by the test")

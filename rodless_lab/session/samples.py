@@ -25,6 +25,12 @@ Array = npt.NDArray[np.float64]
 TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 
 
+LOST = (
+    "samples were lost on their way: did the test compute for long, or was it held, without "
+    "letting the session run?"
+)
+
+
 class LostSampleError(RuntimeError):
     """Samples have not arrived although nothing on this machine may lose any."""
 
@@ -139,9 +145,11 @@ class Received:
         return self.joint.runs[-1][-1].sent
 
     def sample(self, run: int, index: int) -> Sample:
-        """Return a complete sample."""
+        """Return a complete sample; raises LostSampleError where its messages are not of one."""
         joint = self.joint.runs[run][index]
-        pressures = (topic.runs[run][index] for topic in self.pressures)
+        pressures = [topic.runs[run][index] for topic in self.pressures]
+        if any(pressure.stamp != joint.stamp for pressure in pressures):
+            raise LostSampleError(LOST)
         return Sample(
             joint.stamp * SECONDS_PER_NANOSECOND, *joint.values, *(p.values[0] for p in pressures)
         )
@@ -150,8 +158,10 @@ class Received:
         """Return the complete samples of a run; raises LostSampleError if some are missing."""
         count = self.complete(run)
         rows = np.array([self.sample(run, k) for k in range(count)]).reshape(count, -1)
-        self._check(run, count)
-        sent = np.array([message.sent for message in self.joint.runs[run][:count]], dtype=np.int64)
+        joint = self.joint.runs[run][:count]
+        if count > 1 and np.ptp(np.diff([message.stamp for message in joint])):
+            raise LostSampleError(LOST)
+        sent = np.array([message.sent for message in joint], dtype=np.int64)
         end = self._end(run, count)
         columns = dict(zip(Sample._fields, rows.T.copy(), strict=True))
         terms = {term: self._term(term, sent, end) for term in self.terms}
@@ -161,19 +171,6 @@ class Received:
             **{term: terms.get(term, np.full(count, np.nan)) for term in TERMS},
             terms={name: terms[name] for name in terms if name != "reference"},
         )
-
-    def _check(self, run: int, count: int) -> None:
-        stamps = np.array(
-            [
-                [message.stamp for message in topic.runs[run][:count]]
-                for topic in (self.joint, *self.pressures)
-            ]
-        )
-        if np.any(stamps != stamps[0]) or np.ptp(np.diff(stamps[0]) if count > 1 else [0]):
-            raise LostSampleError(
-                "samples were lost on their way: did the test compute for long without letting "
-                "the session run?"
-            )
 
     def _end(self, run: int, count: int) -> float:
         """When the sample after the last was sent, be it of the next run; infinity for never."""

@@ -8,6 +8,7 @@
 
 """Record topics until told to stop, in a process of its own or beside the nodes that publish."""
 
+import shutil
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -93,6 +94,9 @@ def record(
     with writer:
         # The recorder first: it is closed last, and has the last that the others send.
         code = run_nodes([make, *beside], stop)
+    if code and not any(writer.counts.values()):  # the start was refused, and that is told
+        shutil.rmtree(writer.path)
+        return code
     # At once: who reads both streams wants it before what is missing.
     print(f"{sum(writer.counts.values())} messages in {writer.path}", flush=True)
     for recorder in recorders:

@@ -8,12 +8,15 @@
 
 """How a node's process waits."""
 
+import sys
 from typing import cast
 
+import pytest
+from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.task import Future
 
-from rodless_base.ros.process import SPIN_SECONDS, spin
+from rodless_base.ros.process import SPIN_SECONDS, make_executor, spin
 from rodless_base.start import Stop
 
 
@@ -44,3 +47,14 @@ def test_waiting_leaves_nothing_behind() -> None:
     spin(cast(Executor, FiveTurns()), cast(Stop, stop))
     assert len({id(future) for future in futures}) == 5
     assert timeouts == {SPIN_SECONDS}
+
+
+def test_an_executor_is_made_without_a_stream_of_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A program whose stderr was closed (``2>&-``) has none; the events executor wants one."""
+    monkeypatch.setattr(sys, "stderr", None)
+    context = Context()
+    context.init(args=[])
+    try:
+        make_executor(context).shutdown()
+    finally:
+        context.try_shutdown()

@@ -330,6 +330,25 @@ def test_wrong_use_is_refused_in_words(domain: dict[str, str], tmp_path: Path) -
     assert not (tmp_path / "bag").exists()
 
 
+@pytest.mark.parametrize(
+    ("change", "more", "code", "said"),
+    [
+        ("500", [], 2, "ROS_DOMAIN_ID='500': must be a whole number from 0 to 232"),
+        ("-1", [], 2, "ROS_DOMAIN_ID='-1': must be a whole number from 0 to 232"),
+        ("", ["--ros-args", "-r", "a:b:c"], 1, "refused to start: "),
+    ],
+)
+def test_a_recording_that_cannot_begin_leaves_no_bag(
+    domain: dict[str, str], tmp_path: Path, change: str, more: list[str], code: int, said: str
+) -> None:
+    """The next try under the same name is not refused for it."""
+    environment = {**domain, "ROS_DOMAIN_ID": change or domain["ROS_DOMAIN_ID"]}
+    with RecorderProcess(environment, ["-o", str(tmp_path / "bag"), *more]) as recorder:
+        assert recorder.end() == code
+    assert said in recorder.output
+    assert not (tmp_path / "bag").exists()
+
+
 class Recording:
     """A recorder in this process, under an executor of the test's choice."""
 

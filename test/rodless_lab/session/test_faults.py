@@ -142,6 +142,17 @@ def test_a_wait_ends_when_a_node_dies_by_itself(rig_session: StartSession) -> No
     rig.kill("controller")  # so that the end of this test does not complain as well
 
 
+def test_a_plant_that_dies_by_itself_is_not_called_ended_by_the_test(
+    rig_session: StartSession,
+) -> None:
+    """In a wait for a sample, too, its exit code and what it has printed are shown."""
+    rig = rig_session(plant=SLOW)
+    os.kill(rig.pids["plant"], signal.SIGKILL)
+    with pytest.raises(NodeDiedError, match="plant has ended with exit code -9\n--- output"):
+        rig.run_for(100.0)
+    rig.kill("plant")
+
+
 def test_a_node_that_died_fails_a_test_that_waits_for_nothing_more() -> None:
     """Leaving the block raises, although nothing else went wrong in it."""
     rig = RigSession(plant=SLOW).__enter__()

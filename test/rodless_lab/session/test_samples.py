@@ -10,8 +10,18 @@
 
 from dataclasses import fields
 
+import pytest
+
 from rodless_control import Pid
-from rodless_lab.session.samples import TERMS, Sample, Samples
+from rodless_lab.session.samples import (
+    TERMS,
+    Cursor,
+    LostSampleError,
+    Received,
+    Sample,
+    Samples,
+    Stamped,
+)
 
 
 def test_telemetry_has_the_terms_of_the_pid() -> None:
@@ -23,3 +33,31 @@ def test_a_run_has_a_column_for_each_part_of_a_sample_and_each_term() -> None:
     """Samples are the fields of one sample, the voltage, and the terms, in this order."""
     names = (*Sample._fields, "voltage", *TERMS, "terms")
     assert tuple(field.name for field in fields(Samples)) == names
+
+
+def received(joint: list[int], pressures: list[int]) -> Received:
+    """Samples whose messages have these stamps (ms)."""
+    found = Received()
+    for stamp in joint:
+        found.joint.put(Stamped(stamp, 1_000_000 * stamp, (0.1, 0.0, 0.0)))
+    for topic in found.pressures:
+        for stamp in pressures:
+            topic.put(Stamped(stamp, 1_000_000 * stamp, (4e5,)))
+    return found
+
+
+def test_messages_of_two_instants_make_no_sample() -> None:
+    """Where one topic has lost some, position and pressures would be of different times."""
+    lossy = received([0, 1, 2, 3], [0, 1, 3, 4])
+    assert lossy.sample(0, 1).time == 1e-3
+    with pytest.raises(LostSampleError, match="samples were lost on their way"):
+        Cursor(lossy).next()
+    with pytest.raises(LostSampleError, match="samples were lost on their way"):
+        lossy.samples(0)
+
+
+def test_a_gap_in_all_topics_is_seen_in_the_run() -> None:
+    """Each sample is whole, the run is not; one without gaps is."""
+    assert len(received([0, 1, 2, 3], [0, 1, 2, 3]).samples(0)) == 4
+    with pytest.raises(LostSampleError, match="samples were lost on their way"):
+        received([0, 1, 3, 4], [0, 1, 3, 4]).samples(0)
