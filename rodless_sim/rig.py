@@ -109,16 +109,16 @@ def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
 
 def _refuse_other_than_numbers(voltages: "npt.ArrayLike") -> None:
     """Raise TypeError for what numpy would take for numbers although it is none."""
-    if np.ma.is_masked(voltages):
+    # Among numbers in a list, numpy makes numbers of booleans and of spans of time.
+    single = voltages if isinstance(voltages, Sequence) else ()
+    if np.ma.is_masked(voltages) or type(np.ma.masked) in map(type, single):
         raise TypeError("some are masked: fill or leave them out")
     found = np.asarray(voltages)
-    # Among numbers in a list, numpy makes numbers of booleans.
-    single = voltages if isinstance(voltages, Sequence) else ()
     if found.dtype.kind == "O":
         single = found.ravel().tolist()
     kinds = set(map(type, single))
-    if found.dtype.kind not in "iufO" or kinds & {bool, np.bool_}:
-        raise TypeError("not texts, booleans or complex numbers")
+    if found.dtype.kind not in "iufO" or kinds & {bool, np.bool_, np.timedelta64}:
+        raise TypeError("not texts, booleans, spans of time or complex numbers")
     if found.dtype.kind == "O" and not all(issubclass(kind, Real | Decimal) for kind in kinds):
         raise TypeError(f"not {', '.join(sorted(kind.__name__ for kind in kinds))}")
 

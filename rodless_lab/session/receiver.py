@@ -8,6 +8,7 @@
 
 """Listens to a rig for a session, in the order that its nodes need to start together."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -89,4 +90,8 @@ def _content(message: Any) -> tuple[float, ...]:
     if isinstance(message, FluidPressure):
         return (message.fluid_pressure,)
     place = message.name.index(joint_among(CARRIAGE, message.name))
-    return (message.position[place], message.velocity[place], message.effort[place])
+    # Somebody else's message may lack some; that it is none of the plant's its stamp will tell.
+    return tuple(
+        values[place] if place < len(values) else math.nan
+        for values in (message.position, message.velocity, message.effort)
+    )

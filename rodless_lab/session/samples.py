@@ -27,7 +27,7 @@ TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 
 LOST = (
     "samples were lost on their way: did the test compute for long, or was it held, without "
-    "letting the session run?"
+    "letting the session run? Or does somebody else publish on the plant's topics?"
 )
 
 

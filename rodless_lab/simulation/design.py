@@ -55,7 +55,7 @@ class Axis(Protocol):
 
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether ``value`` is a whole number, of numpy too."""
-    return isinstance(value, Integral) and not isinstance(value, bool)
+    return isinstance(value, Integral) and is_number(value)
 
 
 def _is_number(value: object) -> bool:

@@ -121,7 +121,7 @@ def ensemble(
     >>> bool((abs(found["mean_error"]) < 5e-4).all()), found.failures
     (True, {})
     """
-    if isinstance(rigs, Mapping | str | bytes) or not isinstance(rigs, Iterable):
+    if isinstance(rigs, Mapping | str | bytes | np.ndarray) or not isinstance(rigs, Iterable):
         raise TypeError(f"rigs {shown(rigs)} refused: must be a sequence of RigParameters")
     check_workers(workers)
     loop = Loop(law, reference, duration, period)

@@ -138,6 +138,8 @@ def test_a_bad_time_is_refused_by_its_own_name(
         np.array([True, False]),
         [1 + 0j],
         np.ma.array([5.0, 9.0], mask=[False, True]),
+        [5.0, np.ma.masked],
+        [np.timedelta64(5, "s"), 5.6],
         [10**400],
     ],
     ids=shown,

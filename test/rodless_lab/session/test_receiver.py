@@ -12,11 +12,12 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
 from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.topics import JOINT_STATES, PRESSURES
 from rodless_lab.session.receiver import Receiver
-from rodless_lab.session.samples import Sample
+from rodless_lab.session.samples import Cursor, LostSampleError, Sample
 
 
 class StandInObserver:
@@ -55,6 +56,20 @@ def test_the_carriage_is_found_by_its_name() -> None:
     )
     put(observer, JOINT_STATES, both)
     assert receiver.received.sample(0, 0) == Sample(0.0, 0.05, 0.4, 7.0, 1.0, 2.0, 3.0)
+
+
+def test_a_message_of_somebody_else_makes_no_sample() -> None:
+    """It may lack numbers, and has a stamp of its own: the run is torn, and that is told."""
+    observer = StandInObserver()
+    receiver = Receiver(observer)  # type: ignore[arg-type]
+    receiver.listen_to_the_rest(())
+    for topic in PRESSURES.values():
+        put(observer, topic, FluidPressure(fluid_pressure=4e5))
+    alien = JointState(name=["carriage"], position=[0.15])
+    alien.header.stamp.sec = 1000
+    put(observer, JOINT_STATES, alien)
+    with pytest.raises(LostSampleError, match="does somebody else publish on the plant's topics"):
+        Cursor(receiver.received).next()
 
 
 def test_what_is_matched_is_told_by_topic() -> None:

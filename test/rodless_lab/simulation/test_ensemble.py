@@ -108,7 +108,7 @@ def test_what_is_no_rig_is_refused_as_in_closed_loop() -> None:
     with pytest.raises(TypeError, match=re.escape(str(expected.value))):
         ensemble([*rigs(1), given], LAW, STEP, 0.01)
     # One rig, or the name of one, in place of several.
-    for one in (RigParameters(), "paper", None):
+    for one in (RigParameters(), "paper", None, np.array(5.6)):
         with pytest.raises(TypeError, match=r"^rigs .* refused: must be a sequence of RigP"):
             ensemble(one, LAW, STEP, 0.01)  # type: ignore[arg-type]
 
@@ -206,6 +206,8 @@ def test_no_worker_is_refused() -> None:
     """In one line."""
     with pytest.raises(ValueError, match=r"^workers 0 refused: must be from 1 to 1000$"):
         ensemble(rigs(1), LAW, STEP, workers=0)
+    with pytest.raises(ValueError, match=r"^workers np.timedelta64\(5,'s'\) refused: "):
+        ensemble(rigs(1), LAW, STEP, workers=np.timedelta64(5, "s"))  # type: ignore[arg-type]
 
 
 def test_progress_counts_the_runs() -> None:
