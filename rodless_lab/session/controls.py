@@ -8,7 +8,6 @@
 
 """What a session tells the rig: set-points, voltages, parameters; and what the nodes say."""
 
-import difflib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -20,7 +19,7 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_base.one_line import listed, shown
+from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
 from rodless_base.topics import SETPOINT
 from rodless_control import ControllerParameters
@@ -186,27 +185,8 @@ class Controls(LiveSession):
 
         Raises HarnessError for what the node does not count, and for what is no number.
         """
-        said = self.diagnostics(node)
-        if not said:
-            return math.nan
-        try:
-            return float(said[name])
-        except KeyError as error:
-            counted = [one for one, value in said.items() if _is_number(value)]
-            near = difflib.get_close_matches(str(name), counted, n=1)
-            way_out = f"did you mean {near[0]!r}" if near else f"it counts {listed(counted)}"
-            raise HarnessError(f"{node} counts no {shown(name)}; {way_out}") from error
-        except ValueError as error:
-            what = f"{shown(said[name])}, no number; see diagnostics({node!r})"
-            raise HarnessError(f"{node}: {name} is {what}") from error
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+        found = self._observer.diagnostics.get(f"/{node}")
+        return math.nan if found is None else found.number(name, node)
 
 
 def _as_law(law: Law | float | None) -> Law | None:

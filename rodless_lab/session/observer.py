@@ -8,6 +8,7 @@
 
 """A ROS node that listens, commands and asks, in a context of its own."""
 
+import difflib
 import os
 import threading
 import time
@@ -27,7 +28,7 @@ from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from rodless_base.closing import Closing
-from rodless_base.one_line import has_half_character, shown
+from rodless_base.one_line import has_half_character, listed, shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.parameters import is_not_yet
@@ -75,6 +76,26 @@ class Diagnostic(NamedTuple):
     message: str
     values: dict[str, str]
     arrived: float = 0.0  # s, of time.monotonic()
+
+    def number(self, name: str, node: str) -> float:
+        """Return a number among the values of ``node``; raises HarnessError for what is none."""
+        if name not in self.values:
+            counted = [one for one, text in self.values.items() if _is_number(text)]
+            near = difflib.get_close_matches(str(name), counted, n=1)
+            way_out = f"did you mean {near[0]!r}" if near else f"it counts {listed(counted)}"
+            raise HarnessError(f"{node} counts no {shown(name)}; {way_out}")
+        text = self.values[name]
+        if not _is_number(text):
+            raise HarnessError(f"{node}: {name} is {shown(text)}, no number")
+        return float(text)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 class Observer(Closing):
@@ -365,8 +386,8 @@ class Observer(Closing):
                 self._take_diagnostics(taken[0])
 
     def counter(self, node: str, name: str, fresh: bool = False) -> float:
-        """Return a number from :meth:`diagnostic`; raises KeyError for one that is not there."""
-        return float(self.diagnostic(node, fresh).values[name])
+        """Return a number from :meth:`diagnostic`; raises HarnessError for what is none."""
+        return self.diagnostic(node, fresh).number(name, node)
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
