@@ -30,7 +30,8 @@ def with_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> 
     Named is the one that leaves least, if that passes an F test at FALSE_ALARM, corrected for the
     number of forms tried.
     """
-    if joined([fit.forward.verdict, fit.reverse.verdict]).fits:
+    moving = joined([fit.forward.verdict, fit.reverse.verdict])
+    if moving.fits or moving.cause:
         return fit.verdict
     causes = [fit.rest.cause, _other_form(fit, run, parameters)]
     return fit.verdict.blaming("; ".join(filter(None, causes)))

@@ -27,7 +27,7 @@ from rodless_lab.identification.friction.uniform_motion import (
     uniform_parts,
 )
 from rodless_lab.identification.plausible import check_run
-from rodless_lab.identification.verdict import Verdict
+from rodless_lab.identification.verdict import Check, Verdict, joined
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
@@ -195,8 +195,8 @@ def fit_points(points: FrictionPoints, parameters: RigParameters) -> FrictionFit
         motion=points.motion,
     )
     return FrictionFit(
-        _with_accuracy(fit.forward, parameters),
-        _with_accuracy(fit.reverse, parameters),
+        _with_accuracy(fit.forward, parameters, "forward"),
+        _with_accuracy(fit.reverse, parameters, "reverse"),
         # On bristles that are stated it is as it should be.
         verdict_of(points.give) if points.motion is None else Verdict(()),
     )
@@ -212,7 +212,7 @@ def _alike(forces: Array, errors: Array, share: float) -> Array:
     return np.asarray(np.hypot(errors, common * np.sqrt(number)))
 
 
-def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit:
+def _with_accuracy(fit: DirectionFit, parameters: RigParameters, direction: str) -> DirectionFit:
     force, stretch = bias_force(parameters), speed_stretch(parameters)
     of_force, of_scale = "bias of the pressure sensors", "nonlinearity of the scale"
     widened: dict[str, Any] = {
@@ -224,7 +224,16 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters) -> DirectionFit
             ("viscous", stretch * abs(fit.viscous.value), of_scale),
         )
     }
+    if fit.coulomb.informed and widened["coulomb"].high < 0.0:
+        widened["verdict"] = joined([fit.verdict, _pushing(widened["coulomb"], direction)])
     return replace(fit, **widened)
+
+
+def _pushing(coulomb: Estimate, direction: str) -> Verdict:
+    """Say that no friction was found, but a force that drives the carriage."""
+    explained = max(coulomb.half_width, FINEST_FORCE)
+    check = Check(f"force that pushes it {direction}", -coulomb.value, explained, "N", 0.0)
+    return Verdict((check,), "pressures of both chambers, as sensors read them")
 
 
 def bias_force(parameters: RigParameters) -> float:

@@ -74,9 +74,11 @@ def test_friction_that_would_push_is_not_found() -> None:
     run = sliding_run()
     pushed = replace(run, pressure_a=2.0 * run.pressure_b - run.pressure_a)
     for sensors in ({}, DATA_SHEET):
-        coulomb = identify_friction(pushed, RigParameters(sensors)).forward.coulomb
-        assert not coulomb.informed
-        assert "and can be from 0 to" in coulomb.note
+        fit = identify_friction(pushed, RigParameters(sensors))
+        assert not fit.forward.coulomb.informed
+        assert "and can be from 0 to" in fit.forward.coulomb.note
+        assert not fit.verdict.fits
+        assert "the model does not fit: force that pushes it forward" in str(fit.verdict)
 
 
 def refused(

@@ -239,7 +239,7 @@ def test_diagnostics_are_kept_by_full_name(observer: Observer, node: Node) -> No
     found = observer.diagnostic("/there/server")
     assert found[:3] == (DiagnosticStatus.WARN, "so so", {"count": "1"})
     assert observer.counter("/other", "count") == 2.0
-    with pytest.raises(HarnessError, match="^/other counts no 'cuont'; did you mean 'count'$"):
+    with pytest.raises(HarnessError, match=r"^/other counts no 'cuont'; did you mean 'count'$"):
         observer.counter("/other", "cuont")
 
 
