@@ -18,6 +18,7 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.one_line import listed
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_COMMANDS, SETPOINT
@@ -91,7 +92,7 @@ def position_and_velocity(message: JointState, joint: str) -> tuple[float, float
     names = list(message.name)
     if joint not in names:
         raise ParameterError(
-            f"command: refused, it names the joints {', '.join(names) or '(none)'}, not {joint}"
+            f"command: refused, it names the joints {listed(names) or '(none)'}, not {joint}"
         )
     if names.count(joint) > 1:
         raise ParameterError(f"command: refused, it names {joint} {names.count(joint)} times")

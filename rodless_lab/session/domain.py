@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rodless_base.one_line import shown
+from rodless_base.ros.shared_memory import RANGE
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.network import LOOPBACK, this_machine
 
@@ -49,8 +50,10 @@ def domain_environment(domain: int) -> dict[str, str]:
 def named_domain() -> int | None:
     """Return the domain that the environment names, None for the default.
 
-    Raises HarnessError for one that does not exist.
+    Raises HarnessError for one that does not exist, and where nobody is found in any.
     """
+    if os.environ.get(RANGE) == "OFF":
+        raise HarnessError(f"{RANGE}=OFF: nodes find nobody, not even here; unset it")
     text = os.environ.get("ROS_DOMAIN_ID")
     if not text:
         return None
@@ -88,7 +91,10 @@ def own_domain() -> Iterator[dict[str, str]]:
             with claim:
                 yield domain_environment(domain)
             return
-    raise RuntimeError(f"all ROS domains {DOMAINS.start}-{DOMAINS.stop - 1} are in use")
+    raise RuntimeError(
+        f"all ROS domains {DOMAINS.start}-{DOMAINS.stop - 1} are in use: end other sessions, or "
+        "tests that hang"
+    )
 
 
 def _claim(domain: int) -> socket.socket | None:

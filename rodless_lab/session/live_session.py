@@ -17,6 +17,7 @@ from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
+from rodless_lab.session.lag import LagWatch
 from rodless_lab.session.law_watch import LawWatch
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
@@ -53,6 +54,8 @@ class LiveSession:
     _bag: SessionBag | None = None
     # Of a session with the controller node whose law must not fail.
     _law_watch: LawWatch | None = None
+    # Of a session in real time.
+    _lag: LagWatch | None = None
     _paused = False
     # Between __enter__ and __exit__.
     _inside = False
@@ -134,6 +137,8 @@ class LiveSession:
         """
         self._check_inside()
         before, self._answering = self._answering, running or self._mode == "realtime"
+        if self._lag is not None:
+            self._lag.begin()
         try:
             yield
         except WaitTimeoutError as error:
@@ -146,6 +151,8 @@ class LiveSession:
         self._processes.check()
         if self._law_watch is not None:
             self._law_watch.check()
+        if self._lag is not None:
+            self._lag.check()
         for commands in (self._own, self._relayed):
             if self._answering and commands is not None:
                 commands.answer()

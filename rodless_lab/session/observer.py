@@ -20,6 +20,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterValue
 from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -65,6 +66,12 @@ ASK_AGAIN_SECONDS = 0.5
 
 # What pybind11 makes of a Ctrl-C that comes while it calls a callback.
 INTERRUPTED_CALL = "Unable to convert call argument"
+
+BUSY = (
+    "messages are waited for already: one thread at a time can use a session, and none of its "
+    "callbacks, laws and checks can wait; give another thread a session of its own, or take turns"
+)
+SHUT_DOWN = "the observer was closed, or its context shut down: no message can come any more"
 
 _environment_lock = threading.Lock()
 
@@ -137,6 +144,7 @@ class Observer(Closing):
         self._executor.add_node(self.node)
         self._opening = OpeningProcess()
         self._spinning = threading.Lock()
+        self._looking = False
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
         self._diagnostics: dict[str, Diagnostic] | None = None
@@ -167,12 +175,11 @@ class Observer(Closing):
         """
         self._opening.check()
         if not self._spinning.acquire(blocking=False):
-            raise HarnessError(
-                "messages are waited for already: one thread at a time can use a session, and none "
-                "of its callbacks can wait; give another thread a session of its own, or take turns"
-            )
+            raise HarnessError(BUSY)
         try:
             self._executor.spin_once(timeout)
+        except ExternalShutdownException as error:
+            raise HarnessError(SHUT_DOWN) from error
         except RuntimeError as error:
             if not str(error).startswith(INTERRUPTED_CALL):
                 raise
@@ -190,11 +197,21 @@ class Observer(Closing):
         limit = self._timeout if timeout is None else timeout
         deadline = time.monotonic() + limit
         while not (found := condition()):
-            self._check()
+            self._look()
             if time.monotonic() > deadline:
                 raise WaitTimeoutError(f"timed out after {limit:g} s waiting for {what}")
             self.spin()
         return found
+
+    def _look(self) -> None:
+        """Call the check, which cannot wait itself: it would be called again."""
+        if self._looking:
+            raise HarnessError(BUSY)
+        self._looking = True
+        try:
+            self._check()
+        finally:
+            self._looking = False
 
     def result(self, ask: Callable[[], Future], what: str, timeout: float | None = None) -> Any:
         """Return the result of the future that ``ask`` returns; ask again if the answer is lost."""

@@ -24,6 +24,11 @@ from rodless_lab.session.running_rig import PLANT, RigError, RunningRig
 REPORT_SECONDS = 10.0
 COMPILING_SECONDS = 180.0
 
+NOT_FOUND = (
+    "not found: it compiles for its first start, or the ROS_ and FASTDDS_ variables of the "
+    "environment keep nodes from finding each other"
+)
+
 
 def say_when_ready(
     plan: ProcessPlan, stop: Stop, ended: Callable[[], bool], say: Callable[[str], None]
@@ -45,7 +50,7 @@ def say_when_ready(
             if plant is not None and (not failing or not plan.runs_controller_node):
                 say(_ready_line(plan, rig.observer, plant))
                 return
-            if failing != before or not all(map(rig.is_known, plan.own_nodes)):
+            if failing != before:
                 since = monotonic()
             patience = COMPILING_SECONDS if plant is None else REPORT_SECONDS
             if failing != said and monotonic() > since + patience:
@@ -57,7 +62,7 @@ def _failing(nodes: Sequence[str], rig: RunningRig) -> list[str]:
     """Say of each node that is silent, or says itself that it does not work, which it is."""
     reports = {node: rig.diagnostic(node) for node in nodes}
     return [
-        f"{rig.name(node)}: {rig.state_of(node)}"
+        f"{rig.name(node)}: {rig.state_of(node) if said or rig.is_known(node) else NOT_FOUND}"
         for node, said in reports.items()
         if said is None or rig.is_silent(node) or said.level == DiagnosticStatus.ERROR
     ]

@@ -23,6 +23,7 @@ from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
+from rodless_lab.session.lag import LagWatch
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import Received, Stamped, Unstamped
 
@@ -34,6 +35,7 @@ class Receiver:
         """Listen to nothing yet."""
         self._observer = observer
         self.received = Received()
+        self.lag = LagWatch()
 
     def listen_to_answers(self, topic: str) -> Callable[[], bool]:
         """Take what the controller publishes on ``topic``; return whether it is matched."""
@@ -76,6 +78,8 @@ class Receiver:
         def take(message: Any, info: Info) -> None:
             if kind is JointState and carriage_position(message) is None:
                 return
+            if kind is JointState:
+                self.lag.take(info["source_timestamp"])
             stamp = stamp_nanoseconds(message.header.stamp)
             put(Stamped(info["source_timestamp"], stamp, _content(message)))
 

@@ -25,6 +25,10 @@ Array = npt.NDArray[np.float64]
 TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 
 
+# Samples by which the topics of a run that is over may differ: more than a plant that was killed
+# leaves, and less than is missed unseen.
+MOST_APART = 100
+
 LOST = (
     "samples were lost on their way: did the test compute for long, or was it held, without "
     "letting the session run? Or does somebody else publish on the plant's topics?"
@@ -92,6 +96,10 @@ class PlantTopic:
         """Nothing has come yet."""
         self.runs: list[list[Stamped]] = []
 
+    def is_over(self, run: int) -> bool:
+        """Whether a later run has begun."""
+        return run + 1 < len(self.runs)
+
     def put(self, message: Stamped) -> None:
         """Take the next message."""
         last = self.runs[-1][-1].stamp if self.runs else math.inf
@@ -131,9 +139,17 @@ class Received:
         return next((r for r in range(len(self.joint.runs), 0, -1) if self.complete(r - 1)), 0)
 
     def complete(self, run: int) -> int:
-        """Number of samples of a run (0, 1, …) of which every message has come."""
+        """Number of samples of a run (0, 1, …) of which every message has come.
+
+        Raises LostSampleError where a topic has left a run that others are still in: a reset or
+        the end of the plant leaves them no more than a sample apart.
+        """
         topics = (self.joint, *self.pressures)
-        return min(len(topic.runs[run]) if run < len(topic.runs) else 0 for topic in topics)
+        counts = [len(topic.runs[run]) if run < len(topic.runs) else 0 for topic in topics]
+        over = [count for count, topic in zip(counts, topics, strict=True) if topic.is_over(run)]
+        if over and max(counts) > min(over) + MOST_APART:
+            raise LostSampleError(LOST)
+        return min(counts)
 
     def sent(self, run: int, index: int) -> int:
         """When a sample was sent (ns, wall clock)."""

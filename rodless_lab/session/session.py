@@ -288,6 +288,8 @@ class RigSession(PlantTime, Controls, Faults):
             self._law_watch = LawWatch(self._observer, lambda: "\n".join(self.outputs.values()))
         self._receiver = Receiver(self._observer)
         self._received = self._receiver.received
+        if self._mode == "realtime":
+            self._lag = self._receiver.lag
         self._setpoint = self._observer.publisher(Float64, SETPOINT, subscribers=0)
         self._command_listeners: Callable[[], int] = lambda: 0
         if not self._has_controller or self._relay:

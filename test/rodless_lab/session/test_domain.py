@@ -228,6 +228,13 @@ def test_the_domain_of_the_environment(
     assert named_domain() == domain
 
 
+def test_an_environment_in_which_nobody_is_found_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes would wait for each other for ever."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    with pytest.raises(HarnessError, match=r"^ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes "):
+        named_domain()
+
+
 @pytest.mark.parametrize("text", ["abc", "999", "233", "-1", "1.5", " ", "²"])
 def test_a_domain_that_does_not_exist_is_named(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     """With the range, in one line."""

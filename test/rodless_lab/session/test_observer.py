@@ -273,3 +273,21 @@ def test_a_node_that_says_nothing_is_named(domain: dict[str, str]) -> None:
         pytest.raises(WaitTimeoutError, match="a diagnostic of /there/silent"),
     ):
         hasty.diagnostic("silent")
+
+
+def test_a_check_cannot_wait(domain: dict[str, str]) -> None:
+    """It is called in every wait: it would be called again and again."""
+    with (
+        Observer(domain, check=lambda: observer.wait(lambda: False, "nothing")) as observer,
+        pytest.raises(HarnessError, match="none of its callbacks, laws and checks can wait"),
+    ):
+        observer.wait(lambda: False, "anything")
+
+
+def test_a_wait_after_the_end_is_refused(domain: dict[str, str]) -> None:
+    """In words: no exception of rclpy without any."""
+    observer = Observer(domain)
+    observer.context.try_shutdown()
+    with pytest.raises(HarnessError, match="the observer was closed, or its context shut down"):
+        observer.wait(lambda: False, "anything")
+    observer.close()

@@ -61,3 +61,20 @@ def test_a_gap_in_all_topics_is_seen_in_the_run() -> None:
     assert len(received([0, 1, 2, 3], [0, 1, 2, 3]).samples(0)) == 4
     with pytest.raises(LostSampleError, match="samples were lost on their way"):
         received([0, 1, 3, 4], [0, 1, 3, 4]).samples(0)
+
+
+def test_a_topic_that_leaves_a_run_alone_tears_it() -> None:
+    """As by an older message of somebody else: no later sample would ever be complete."""
+    torn = received([*range(1, 300), 0], list(range(1, 300)))
+    assert len(torn.samples(0)) == 299
+    for stamp in range(300, 500):
+        for topic in torn.pressures:
+            topic.put(Stamped(stamp, 1_000_000 * stamp, (4e5,)))
+    with pytest.raises(LostSampleError, match="does somebody else publish on the plant's topics"):
+        torn.complete(0)
+
+
+def test_a_killed_plant_leaves_its_run_as_it_is() -> None:
+    """Some messages of its last sample have not come; the next run begins all the same."""
+    killed = received([*range(1, 51), 0, 1], [*range(1, 50), 0, 1, 2])
+    assert (killed.complete(0), killed.complete(1)) == (49, 2)

@@ -1,0 +1,59 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""Whether a session keeps up with what its rig sends: what it knows is old where it does not."""
+
+import time
+import warnings
+
+# A session this far behind (s, wall clock), for at least as long, is told of.
+TOLD_FROM = 1.0
+
+
+class LagWarning(RuntimeWarning):
+    """A session knows of its rig only what was some time ago."""
+
+
+class LagWatch:
+    """Warns once when samples come ever longer after they were sent, although the session waits."""
+
+    def __init__(self) -> None:
+        """Nothing has come yet."""
+        self._lag = 0.0
+        # Since when (s, monotonic) the session has been behind in this wait, and by how much then.
+        self._behind: tuple[float, float] | None = None
+        self._told = False
+
+    def take(self, sent: int) -> None:
+        """Take note of a sample that was ``sent`` (ns, wall clock) and comes now."""
+        self._lag = (time.time_ns() - sent) * 1e-9
+        if self._lag < TOLD_FROM:
+            self._behind = None
+        elif self._behind is None:
+            self._behind = time.monotonic(), self._lag
+
+    def begin(self) -> None:
+        """Begin to wait."""
+        self._behind = None
+
+    def check(self) -> None:
+        """Warn where the session has been behind for a while and does not catch up."""
+        if self._told or self._behind is None:
+            return
+        since, lag = self._behind
+        if time.monotonic() - since < TOLD_FROM or self._lag < lag:
+            return
+        self._told = True
+        warnings.warn(
+            f"this session is {self._lag:.1f} s behind its rig, and so are the samples, "
+            "diagnostics and new subscriptions that it knows of: the machine is too busy, or more "
+            "comes than it can take; receive less (telemetry, subscriptions), lengthen "
+            "time.period, or use mode='lockstep'",
+            LagWarning,
+            stacklevel=2,
+        )
