@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""The types of the rig's topics, of which no name can have two."""
+"""The types of the rig's topics, and which of them can have one name."""
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
@@ -33,16 +33,22 @@ TYPES: dict[str, type] = {
 
 
 def check_topic_types(node: Node) -> None:
-    """Raise ParameterError where topics of two types are remapped to one name.
+    """Raise ParameterError where topics are remapped to one name that must not be one.
 
-    The middleware says so in many lines, and of a topic that is subscribed to late not at all.
+    Of two types the middleware says so in many lines, and of a topic that is subscribed to late not
+    at all. Of one type, what is said on one would be taken for the other; but joint states say
+    whose they are.
     """
     known: dict[str, str] = {}
     for topic, kind in TYPES.items():
         name = node.resolve_topic_name(topic)
         other = known.setdefault(name, topic)
         if TYPES[other] is not kind:
-            raise ParameterError(
-                f"{topic} and {other} are one name, {name}, with two types, {kind.__name__} and "
-                f"{TYPES[other].__name__}: remap one of them elsewhere"
-            )
+            clash = f"with two types, {kind.__name__} and {TYPES[other].__name__}"
+        elif other != topic and kind is not JointState:
+            clash = "so that one is taken for the other"
+        else:
+            continue
+        raise ParameterError(
+            f"{topic} and {other} are one name, {name}, {clash}: remap one of them elsewhere"
+        )

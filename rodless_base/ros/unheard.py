@@ -12,11 +12,13 @@ Fast DDS finds them over the network, and then sends through shared memory, whic
 nothing arrives, the names of their nodes included.
 """
 
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Sequence
+from functools import partial
 
 from rclpy.node import Node
 
+from rodless_base.one_line import listed
+from rodless_base.ros.lasting_topics import LastingTopics
 from rodless_base.ros.publish import UNKNOWN, nodes
 
 WAY_OUT = (
@@ -24,40 +26,17 @@ WAY_OUT = (
     "of them with FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
 )
 
-# How often (s, wall clock) they are looked for, and in how many looks one after the other a topic
-# must have been silent: names of nodes take a moment. Fewer have to do where there is no time left.
-LOOK_PERIOD = 1.0
-LOOKS = 5
-LOOKS_AT_THE_END = 2
-
 
 def has_unheard_publisher(observer: Node, topic: str) -> bool:
     """Whether a node publishes ``topic`` whose name has not arrived, which takes a moment."""
     return UNKNOWN in nodes(observer.get_publishers_info_by_topic(topic)).values()
 
 
-class UnheardTopics:
-    """Finds them: to be looked for by :meth:`look`, once in ``LOOK_PERIOD``."""
+def unheard_topics(observer: Node) -> LastingTopics:
+    """Return what finds topics that have such a publisher for a while."""
+    return LastingTopics(partial(has_unheard_publisher, observer))
 
-    def __init__(self, node: Node) -> None:
-        """Know of none."""
-        self._node = node
-        self._looks: Counter[str] = Counter()
-        self.found: list[str] = []
 
-    def look(self, silent: Iterable[str], enough: int = LOOKS) -> list[str]:
-        """Return those of the ``silent`` topics that have become known as unheard of."""
-        self._looks = Counter(
-            {
-                topic: self._looks[topic] + 1
-                for topic in silent
-                if has_unheard_publisher(self._node, topic)
-            }
-        )
-        new = [
-            topic
-            for topic, looks in self._looks.items()
-            if looks >= enough and topic not in self.found
-        ]
-        self.found += new
-        return new
+def unheard_text(topics: Sequence[str]) -> str:
+    """Say so of ``topics``, and the way out."""
+    return f"{listed(topics)}: published, but nothing arrives, {WAY_OUT}"

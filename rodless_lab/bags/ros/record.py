@@ -11,6 +11,7 @@
 import shutil
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from rclpy.exceptions import InvalidTopicNameException
@@ -18,9 +19,8 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_topic_name import validate_topic_name
 
-from rodless_base.one_line import listed, shown
+from rodless_base.one_line import shown
 from rodless_base.ros.process import RunningNode, run_nodes
-from rodless_base.ros.unheard import WAY_OUT
 from rodless_base.start import Stop
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.ros.recorder import Recorder
@@ -85,7 +85,7 @@ def record(
                 optional=optional,
                 wall_time=wall_time,
                 on_topics=_tell_topics,
-                on_unheard=_tell_unheard,
+                on_trouble=partial(print, file=sys.stderr),
                 on_failure=end,
             )
         )
@@ -109,10 +109,6 @@ def record(
 
 def _tell_topics(new: list[str]) -> None:
     print(f"recording {', '.join(new)}", flush=True)
-
-
-def _tell_unheard(topics: list[str]) -> None:
-    print(f"{listed(topics)}: published, but nothing arrives, {WAY_OUT}", file=sys.stderr)
 
 
 def _tell_what_is_missing(recorder: Recorder) -> None:

@@ -14,10 +14,14 @@ from collections.abc import Callable, Iterable, Sequence
 
 from rclpy.subscription import Subscription
 
+from rodless_base.one_line import listed
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
+from rodless_base.ros.lasting_topics import LOOK_PERIOD, LOOKS, LOOKS_AT_THE_END, LastingTopics
 from rodless_base.ros.message_info import Info, with_info
-from rodless_base.ros.unheard import LOOK_PERIOD, LOOKS, LOOKS_AT_THE_END, UnheardTopics
+from rodless_base.ros.namesakes import KILLED
+from rodless_base.ros.unheard import unheard_text, unheard_topics
+from rodless_base.topics import PRESSURES, VALVE_STATE
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
@@ -51,7 +55,7 @@ class Recorder:
         optional: Sequence[str] = (),
         wall_time: bool = False,
         on_topics: Callable[[list[str]], None] = lambda _: None,
-        on_unheard: Callable[[list[str]], None] = lambda _: None,
+        on_trouble: Callable[[str], None] = lambda _: None,
         on_failure: Callable[[], None] = lambda: None,
         **node_options: object,
     ) -> None:
@@ -59,9 +63,9 @@ class Recorder:
 
         ``optional`` topics are recorded besides where somebody publishes them.
         ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
-        then on those that join them. ``on_unheard`` is told topics that are published and of
-        which nothing arrives. ``on_failure`` is called when the
-        bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
+        then on those that join them. ``on_trouble`` is told in a line of topics of which nothing
+        arrives, and of those of a plant that several nodes publish. ``on_failure`` is called when
+        the bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
         """
         self.node = DirectNode(
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
@@ -84,8 +88,9 @@ class Recorder:
         self.lost: Counter[str] = Counter()
         self._on_topics = on_topics
         self._told: list[str] = []
-        self._unheard = UnheardTopics(self.node)
-        self._on_unheard = on_unheard
+        self._unheard = unheard_topics(self.node)
+        self._mixed = LastingTopics(lambda topic: self.node.count_publishers(topic) > 1)
+        self._on_trouble = on_trouble
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._poll, clock=steady_clock())
         self.node.create_timer(LOOK_PERIOD, self._look, clock=steady_clock())
@@ -141,9 +146,13 @@ class Recorder:
 
     def _look(self, enough: int = LOOKS) -> None:
         silent = [topic for topic in self.topics if not self.received[topic]]
-        new = self._unheard.look(silent, enough)
-        if new:
-            self._on_unheard(new)
+        if new := self._unheard.look(silent, enough):
+            self._on_trouble(unheard_text(new))
+        if new := self._mixed.look(filter(_is_of_one_plant, self.topics), enough):
+            self._on_trouble(
+                f"{listed(new)}: several nodes publish on it, and the bag mixes what they say; "
+                f"stop all plants but one, and record anew {KILLED}"
+            )
 
     @property
     def unheard(self) -> list[str]:
@@ -230,6 +239,11 @@ class Recorder:
         except BagError:
             if not failed_before:
                 self._on_failure()
+
+
+def _is_of_one_plant(topic: str) -> bool:
+    """Whether ``topic`` is one that nobody but a plant publishes on."""
+    return any(topic.endswith(f"/{own}") for own in (*PRESSURES.values(), VALVE_STATE))
 
 
 def _take_sent(subscription: Subscription, until: int) -> None:

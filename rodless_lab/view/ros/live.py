@@ -32,8 +32,9 @@ from rodless_base.closing import Closing
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, PISTON, SPOOL
 from rodless_base.frames import joint_among
 from rodless_base.one_line import traced
+from rodless_base.ros.lasting_topics import LOOK_PERIOD
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
-from rodless_base.ros.unheard import LOOK_PERIOD, WAY_OUT, UnheardTopics
+from rodless_base.ros.unheard import unheard_text, unheard_topics
 from rodless_base.topics import (
     JOINT_STATES,
     PRESSURES,
@@ -83,7 +84,7 @@ class LiveRig(Closing):
         # By topic; what is subscribed for it may be the throttled one.
         self._takers: dict[str, tuple[Subscription, Taker]] = {}
         self._terms: tuple[str, ...] = ()
-        self._silent = UnheardTopics(self._node)
+        self._silent = unheard_topics(self._node)
         self._subscribe(JointState, JOINT_STATES, self._take_joint)
         for field, topic in PRESSURES.items():
             self._subscribe(FluidPressure, topic, self._value(field, "fluid_pressure"))
@@ -213,7 +214,7 @@ class LiveRig(Closing):
     def _look_for_samples(self) -> None:
         samples = self._node.resolve_topic_name(JOINT_STATES)
         if self._silent.look([samples]):
-            self._state.unheard = f"{samples}: published, but nothing arrives, {WAY_OUT}"
+            self._state.unheard = unheard_text([samples])
             self._node.get_logger().error(self._state.unheard)
 
     def _published_terms(self) -> tuple[str, ...]:

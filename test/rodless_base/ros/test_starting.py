@@ -96,6 +96,21 @@ REFUSED = {
         )
         for node in ("plant", "controller")
     },
+    **{
+        f"two pressures of one name in the {node}": (
+            node,
+            None,
+            ["-r", "chamber_a/pressure:=chamber_b/pressure"],
+            ["chamber_b/pressure and chamber_a/pressure are one name,", "taken for the other"],
+        )
+        for node in ("plant", "controller")
+    },
+    "a controller whose set-points are its own voltages": (
+        "controller",
+        None,
+        ["-r", "valve/voltage:=setpoint"],
+        ["setpoint and valve/voltage are one name, /setpoint, so that one is taken for the other"],
+    ),
     "plant time under another topic's name": (
         "plant",
         None,

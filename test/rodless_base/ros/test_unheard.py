@@ -11,7 +11,8 @@
 from types import SimpleNamespace
 from typing import Any
 
-from rodless_base.ros.unheard import LOOKS, LOOKS_AT_THE_END, UnheardTopics
+from rodless_base.ros.lasting_topics import LOOKS, LOOKS_AT_THE_END
+from rodless_base.ros.unheard import unheard_topics
 
 
 class Graph:
@@ -33,7 +34,7 @@ def test_a_topic_is_unheard_where_a_name_does_not_come_for_a_while() -> None:
     """Not at once, since names take a moment; once; and not where the names are known."""
     unknown = "_NODE_NAME_UNKNOWN_"
     graph = Graph({"/late": [unknown], "/lost": ["plant", unknown], "/known": ["plant"]})
-    unheard = UnheardTopics(graph)  # type: ignore[arg-type]
+    unheard = unheard_topics(graph)  # type: ignore[arg-type]
     looks = []
     for look in range(3 * LOOKS):
         if look == LOOKS - 1:
@@ -45,7 +46,7 @@ def test_a_topic_is_unheard_where_a_name_does_not_come_for_a_while() -> None:
 
 def test_where_no_time_is_left_fewer_looks_have_to_do() -> None:
     """A recording that is stopped early says so as well, once, but not of a name a look old."""
-    unheard = UnheardTopics(Graph({"/lost": ["_NODE_NAME_UNKNOWN_"]}))  # type: ignore[arg-type]
+    unheard = unheard_topics(Graph({"/lost": ["_NODE_NAME_UNKNOWN_"]}))  # type: ignore[arg-type]
     assert unheard.look(["/lost"], LOOKS_AT_THE_END) == []
     assert unheard.look(["/lost"], LOOKS_AT_THE_END) == ["/lost"]
     assert [unheard.look(["/lost"]) for _ in range(LOOKS)] == [[]] * LOOKS

@@ -28,7 +28,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64, Header, String
 
 from rodless_lab.bags.reader import Bag, read_bag
@@ -431,6 +431,22 @@ def test_without_a_list_topics_are_told_as_they_come(plant: Plant, recording: Re
     recording.until(lambda: recording.told[-1] == ["/late"])
     assert recorder.missing == []
     recording.end()
+
+
+def test_a_bag_of_two_plants_of_one_name_is_told_of(plant: Plant, recording: Recording) -> None:
+    """Of topics that a plant alone publishes; several may send set-points, or report."""
+    plant.publisher(FluidPressure, "chamber_a/pressure")
+    plant.publisher(FluidPressure, "chamber_b/pressure")
+    for _ in range(2):
+        plant.publisher(FluidPressure, "supply/pressure")
+        plant.publisher(Float64, "setpoint")
+    troubles: list[str] = []
+    recording.start(on_trouble=troubles.append)
+    recording.until(lambda: troubles)
+    recording.end()
+    assert len(troubles) == 1
+    said = "/supply/pressure: several nodes publish on it, and the bag mixes what they say; stop"
+    assert troubles[0].startswith(said)
 
 
 def test_a_wanted_topic_that_nobody_publishes_is_known(recording: Recording) -> None:
