@@ -15,8 +15,12 @@ from itertools import pairwise
 
 from rclpy.node import Node
 
+from rodless_base.one_line import shown
 from rodless_base.parameter_file import is_of_rclpy, read_parameter_file, sections_for
+from rodless_base.parameters import ParameterError
 from rodless_base.start import split_ros_arguments
+
+USE_SIM_TIME = "use_sim_time"
 
 
 def given_parameters(node: Node, kind: str) -> dict[str, object]:
@@ -26,8 +30,12 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
     (``-r __node:=cyl1``) would miss the sections ``plant`` of presets and other files. It takes
     them, and says so, from each file without a section of its new name, in the order and in the
     namespace in which a node of the old name would. What the command line gives one by one goes
-    before all of them.
+    before all of them. Raises ParameterError for a ``use_sim_time`` that is neither true nor false,
+    of which rclpy only logs that it is left out.
     """
+    simulated = node.get_parameter_or(USE_SIM_TIME).value
+    if not isinstance(simulated, bool | None):
+        raise ParameterError(f"{USE_SIM_TIME}: {shown(simulated)} refused, must be true or false")
     found = {
         name: parameter.value
         for name, parameter in node.get_parameters_by_prefix("").items()

@@ -86,6 +86,15 @@ REFUSED = {
         ["-p", "use_sim_times:=true"],
         ["use_sim_times: no such parameter"],
     ),
+    **{
+        f"a time base that is neither in the {node}": (
+            node,
+            None,
+            ["-p", "use_sim_time:=banana"],
+            ["use_sim_time: 'banana' refused, must be true or false"],
+        )
+        for node in ("plant", "controller")
+    },
     "half an argument": ("controller", None, ["-p", "controller.kp"], ["controller.kp"]),
     **{
         f"a topic of two types in the {node}": (
