@@ -16,6 +16,7 @@ from rodless_lab.session.errors import (
     RefusedError,
     WaitTimeoutError,
 )
+from rodless_lab.session.lag import LagWarning
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.samples import LostSampleError, Sample, Samples
 from rodless_lab.session.session import RigSession
@@ -25,6 +26,7 @@ PatienceError = WaitTimeoutError  # its old name
 __all__ = [
     "Alteration",
     "HarnessError",
+    "LagWarning",
     "Law",
     "LawFailedError",
     "LostSampleError",
