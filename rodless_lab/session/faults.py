@@ -41,11 +41,13 @@ class Faults(LiveSession):
             self._wait(self._heard, "the new controller")
             return
         runs, began = self._received.runs, time.time_ns()
-        managed.start()
         if process == "controller":
+            managed.start()
             answers = self._received.answers
             self._wait(lambda: answers and answers[-1].sent > began, "the new controller")
-        else:
+            return
+        with self._received.expecting_run():
+            managed.start()
             self._wait(lambda: self._received.runs > runs, f"sample 0 of the new {process}")
 
     def freeze(self, process: str) -> None:

@@ -25,28 +25,32 @@ class LagWatch:
     def __init__(self) -> None:
         """Nothing has come yet."""
         self._lag = 0.0
-        # Since when (s, monotonic) the session has been behind in this wait, and by how much then.
-        self._behind: tuple[float, float] | None = None
+        # By how much (s) the session was behind when it fell behind, and how long (s) it has waited
+        # since then.
+        self._at_first: float | None = None
+        self._waited = 0.0
+        self._looked = 0.0
         self._told = False
 
     def take(self, sent: int) -> None:
         """Take note of a sample that was ``sent`` (ns, wall clock) and comes now."""
         self._lag = (time.time_ns() - sent) * 1e-9
         if self._lag < TOLD_FROM:
-            self._behind = None
-        elif self._behind is None:
-            self._behind = time.monotonic(), self._lag
+            self._at_first = None
+        elif self._at_first is None:
+            self._at_first, self._waited = self._lag, 0.0
 
     def begin(self) -> None:
-        """Begin to wait."""
-        self._behind = None
+        """Begin to wait: what the test computes between two waits does not count."""
+        self._looked = time.monotonic()
 
     def check(self) -> None:
-        """Warn where the session has been behind for a while and does not catch up."""
-        if self._told or self._behind is None:
-            return
-        since, lag = self._behind
-        if time.monotonic() - since < TOLD_FROM or self._lag < lag:
+        """Warn where the session has been behind for a while of waiting and does not catch up."""
+        now = time.monotonic()
+        self._waited += now - self._looked
+        self._looked = now
+        behind = self._at_first is not None and self._lag >= self._at_first
+        if self._told or not behind or self._waited < TOLD_FROM:
             return
         self._told = True
         warnings.warn(

@@ -213,6 +213,10 @@ class Observer(Closing):
         finally:
             self._looking = False
 
+    def _check_open(self) -> None:
+        if not self.context.ok():
+            raise HarnessError(SHUT_DOWN)
+
     def result(self, ask: Callable[[], Future], what: str, timeout: float | None = None) -> Any:
         """Return the result of the future that ``ask`` returns; ask again if the answer is lost."""
         futures = [ask()]
@@ -247,6 +251,7 @@ class Observer(Closing):
         ``raw``: the message as bytes; ``info``: ``callback(message, info)``, see
         :mod:`rodless_base.ros.message_info`.
         """
+        self._check_open()
         receive = with_info(callback) if info else callback
         return self.node.create_subscription(kind, topic, receive, depth, raw=raw)
 
@@ -265,6 +270,7 @@ class Observer(Closing):
 
     def publisher(self, kind: type, topic: str, subscribers: int = 1) -> Publisher:
         """Return a publisher on ``topic`` once it has that many subscribers."""
+        self._check_open()
         publisher = self.node.create_publisher(kind, topic, QUEUE_DEPTH)
         self.wait(
             lambda: publisher.get_subscription_count() >= subscribers, f"a subscriber of {topic}"
@@ -275,6 +281,7 @@ class Observer(Closing):
 
     def call(self, kind: Any, service: str, /, **fields: object) -> Any:
         """Call a service and return its response; repeated if the answer is lost."""
+        self._check_open()
         if (kind, service) not in self._clients:
             self._clients[kind, service] = self.node.create_client(kind, service)
         client = self._clients[kind, service]
@@ -284,6 +291,7 @@ class Observer(Closing):
 
     def parameter_client(self, node: str, timeout: float | None = None) -> AsyncParameterClient:
         """Return a client of the parameter services of ``node`` once they are there."""
+        self._check_open()
         if node not in self._parameter_clients:
             self._parameter_clients[node] = AsyncParameterClient(self.node, node)
         client = self._parameter_clients[node]

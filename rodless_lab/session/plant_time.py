@@ -182,8 +182,9 @@ class PlantTime(LiveSession):
     def reset(self) -> Sample:
         """Return the plant to its start, where a new run begins; return its sample 0."""
         runs = self._received.runs
-        self._ask(Trigger, "plant/reset")
-        self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
+        with self._received.expecting_run():
+            self._ask(Trigger, "plant/reset")
+            self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
         return self._received.sample(runs, 0)
 
 

@@ -9,7 +9,8 @@
 """The messages of a rig, put together to samples: one row per instant of plant time."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -56,9 +57,10 @@ class Samples(Columns):
     """A run as arrays, one entry per sample, SI; named like ``rodless_sim.Trace``.
 
     ``voltage[k]`` is the last command sent after sample k and before sample k+1, NaN where there
-    was none. ``reference``, ``error`` (m), ``p``, ``i``, ``d`` and ``feedforward`` (V) are the
-    controller's answer to sample k, NaN where it sent none, where its law has no such term, and in
-    a session without telemetry. ``terms`` holds the TERMS of its law, whichever it is, by name.
+    was none. ``reference``, ``error`` (m), ``p``, ``i``, ``d`` and ``feedforward`` (V) belong to
+    that command, NaN where there was none, where its law has no such term, and in a session without
+    telemetry. In lock-step it answers sample k; in real time, on a busy machine, it may answer one
+    before. ``terms`` holds the TERMS of its law, whichever it is, by name.
     """
 
     time: Annotated[Array, "s"]
@@ -95,6 +97,8 @@ class PlantTopic:
     def __init__(self) -> None:
         """Nothing has come yet."""
         self.runs: list[list[Stamped]] = []
+        # Whether sample 0 after sample 0 begins a run, and is not the same one offered again.
+        self.expects_run = False
 
     def is_over(self, run: int) -> bool:
         """Whether a later run has begun."""
@@ -103,8 +107,8 @@ class PlantTopic:
     def put(self, message: Stamped) -> None:
         """Take the next message."""
         last = self.runs[-1][-1].stamp if self.runs else math.inf
-        if message.stamp == last > 0:
-            return  # lock-step offers a sample anew to a controller that has been started again
+        if message.stamp == last and (last > 0 or not self.expects_run):
+            return  # lock-step offers a sample anew that has no answer, as to a new controller
         if message.stamp <= last:
             self.runs.append([])
         self.runs[-1].append(message)
@@ -134,6 +138,22 @@ class Received:
     terms: dict[str, list[Unstamped]] = field(default_factory=dict)
 
     @property
+    def topics(self) -> tuple[PlantTopic, ...]:
+        """Those of the plant."""
+        return (self.joint, *self.pressures)
+
+    @contextmanager
+    def expecting_run(self) -> Iterator[None]:
+        """Let the plant begin anew in the block, be it from a run that has sample 0 alone."""
+        for topic in self.topics:
+            topic.expects_run = True
+        try:
+            yield
+        finally:
+            for topic in self.topics:
+                topic.expects_run = False
+
+    @property
     def runs(self) -> int:
         """Number of runs of which a sample is complete."""
         return next((r for r in range(len(self.joint.runs), 0, -1) if self.complete(r - 1)), 0)
@@ -144,7 +164,7 @@ class Received:
         Raises LostSampleError where a topic has left a run that others are still in: a reset or
         the end of the plant leaves them no more than a sample apart.
         """
-        topics = (self.joint, *self.pressures)
+        topics = self.topics
         counts = [len(topic.runs[run]) if run < len(topic.runs) else 0 for topic in topics]
         over = [count for count, topic in zip(counts, topics, strict=True) if topic.is_over(run)]
         if over and max(counts) > min(over) + MOST_APART:

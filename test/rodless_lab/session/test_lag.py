@@ -58,6 +58,23 @@ def test_who_falls_behind_is_told_once(clocks: Clocks) -> None:
     assert told(clocks, lambda since: 0.5 * since) == [pytest.approx(3.0, abs=0.05)]
 
 
+def test_many_short_waits_count_as_one(clocks: Clocks) -> None:
+    """A test that computes for longer between two waits than it waits falls behind as well."""
+    watch = LagWatch()
+    for turn in range(200):
+        clocks.now += 0.02
+        watch.begin()
+        clocks.now += 0.01
+        watch.take(round((clocks.now - 0.02 * turn) * 1e9))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            watch.check()
+        if caught:
+            break
+    # Behind by 1 s from turn 50 on, and 100 waits of 10 ms later.
+    assert turn == pytest.approx(150, abs=3)
+
+
 @pytest.mark.parametrize(
     "lag", [lambda _: 0.9, lambda since: 4.0 - since, lambda since: 2.0 if since < 0.5 else 0.1]
 )

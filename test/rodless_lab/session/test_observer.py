@@ -290,4 +290,12 @@ def test_a_wait_after_the_end_is_refused(domain: dict[str, str]) -> None:
     observer.context.try_shutdown()
     with pytest.raises(HarnessError, match="the observer was closed, or its context shut down"):
         observer.wait(lambda: False, "anything")
+    for use in (
+        lambda: observer.collect(Float64, "setpoint"),
+        lambda: observer.publisher(Float64, "setpoint"),
+        lambda: observer.call(Trigger, "plant/reset"),
+        lambda: observer.get_parameters("plant", ["supply.pressure"]),
+    ):
+        with pytest.raises(HarnessError, match="the observer was closed, or its context shut down"):
+            use()
     observer.close()

@@ -78,3 +78,13 @@ def test_a_killed_plant_leaves_its_run_as_it_is() -> None:
     """Some messages of its last sample have not come; the next run begins all the same."""
     killed = received([*range(1, 51), 0, 1], [*range(1, 50), 0, 1, 2])
     assert (killed.complete(0), killed.complete(1)) == (49, 2)
+
+
+def test_a_first_sample_that_is_offered_again_begins_no_run() -> None:
+    """As to a controller that takes its time, or is started anew; a reset at sample 0 does."""
+    again = received([0, 0], [0, 0])
+    assert (again.runs, again.complete(0)) == (1, 1)
+    with again.expecting_run():
+        for topic in again.topics:
+            topic.put(Stamped(9, 0, (4e5, 0.0, 0.0)))
+    assert again.runs == 2
