@@ -11,8 +11,8 @@
 import errno
 import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -22,11 +22,45 @@ def atomic_write(path: Path, content: str | bytes) -> None:
     Where ``path`` is a symbolic link, its target is written and the link stays. A device, pipe or
     socket stays what it is: that is refused.
     """
-    path = Path(os.path.realpath(path))
-    with naming(path):
-        _refuse_other_than_a_file(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _write_beside(path, content)
+    write_together({path: content})
+
+
+def write_together(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files that belong together as :func:`atomic_write`: where one cannot be, none is.
+
+    All are complete before the first of them takes its place, the last one of all at last. Folders
+    are made for them; those are gone again where the files cannot be written.
+    """
+    beside: list[tuple[Path, Path]] = []
+    undo = []
+    try:
+        for path, content in contents.items():
+            target = Path(os.path.realpath(path))
+            with naming(target):
+                _refuse_other_than_a_file(target)
+                undo.append(removal_of_new(target.parent))
+                target.parent.mkdir(parents=True, exist_ok=True)
+                beside.append((_written_beside(target, content), target))
+        for unfinished, target in beside:
+            with naming(target):
+                unfinished.replace(target)
+    finally:
+        for unfinished, _ in beside:
+            unfinished.unlink(missing_ok=True)
+        for remove in undo:
+            remove()
+
+
+def removal_of_new(folder: Path) -> Callable[[], None]:
+    """Return what removes ``folder`` and those above it again, where they are new and empty."""
+    new = [place for place in (folder, *folder.parents) if not place.exists()]
+
+    def remove_what_is_empty() -> None:
+        with suppress(OSError):  # one that holds something
+            for place in new:
+                place.rmdir()
+
+    return remove_what_is_empty
 
 
 @contextmanager
@@ -40,7 +74,8 @@ def naming(path: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
-def _write_beside(path: Path, content: str | bytes) -> None:
+def _written_beside(path: Path, content: str | bytes) -> Path:
+    """Return a new file beside ``path`` with ``content``, on the disk."""
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
     unfinished = Path(name)
     try:
@@ -50,10 +85,10 @@ def _write_beside(path: Path, content: str | bytes) -> None:
             os.fchmod(file.fileno(), 0o666 & ~_mask())
             file.flush()
             os.fsync(file.fileno())
-        unfinished.replace(path)
     except BaseException:
         unfinished.unlink(missing_ok=True)
         raise
+    return unfinished
 
 
 def _refuse_other_than_a_file(path: Path) -> None:
@@ -91,6 +126,12 @@ def check_file_writable(file: Path) -> None:
     with naming(file):
         _refuse_other_than_a_file(target)
         check_writable(target.parent)
+
+
+def check_files_writable(files: Iterable[Path]) -> None:
+    """Raise OSError as :func:`check_file_writable`, for the first of ``files`` that cannot be."""
+    for file in files:
+        check_file_writable(file)
 
 
 def cannot_be_written(what: object, error: OSError) -> str:

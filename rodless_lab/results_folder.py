@@ -12,10 +12,10 @@ import errno
 import fcntl
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
-from rodless_base.atomic_write import make_folder
+from rodless_base.atomic_write import make_folder, removal_of_new
 
 
 @contextmanager
@@ -26,13 +26,7 @@ def results_folder(folder: Path) -> Iterator[Callable[[], None]]:
     lock, which the kernel drops when the process ends, however it ends. A folder that is new and
     got nothing is removed in the end, or by what is yielded: by a process that ends on the spot.
     """
-    new = [place for place in (folder, *folder.parents) if not place.exists()]
-
-    def remove_what_is_empty() -> None:
-        with suppress(OSError):  # one that holds something
-            for place in new:
-                place.rmdir()
-
+    remove_what_is_empty = removal_of_new(folder)
     make_folder(folder)
     claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:

@@ -14,7 +14,13 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, check_file_writable, named_or_as_it_is
+from rodless_base.atomic_write import (
+    atomic_write,
+    check_file_writable,
+    check_files_writable,
+    named_or_as_it_is,
+    write_together,
+)
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
@@ -82,13 +88,15 @@ def _solvers(folder: Path, check: Callable[[], None]) -> dict[str, float]:
     from rodless_lab.benchmark.picture import work_precision  # noqa: PLC0415
     from rodless_lab.benchmark.side_by_side import bench_side_by_side  # noqa: PLC0415
     from rodless_lab.benchmark.tables import markdown  # noqa: PLC0415
-    from rodless_lab.figures.files import write_figure  # noqa: PLC0415
+    from rodless_lab.figures.files import figure_contents, files_of_figure  # noqa: PLC0415
 
+    page = folder / "side_by_side.md"
+    check_files_writable((page, *files_of_figure(folder, "work_precision")))
     found = bench_side_by_side(check)
     tables = markdown(found)
     print(tables)
-    atomic_write(folder / "side_by_side.md", tables + "\n")
-    write_figure(folder, "work_precision", lambda: work_precision(found))
+    contents = figure_contents(folder, "work_precision", lambda: work_precision(found))
+    write_together({**contents, page: tables + "\n"})
     return found.figures()
 
 

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, named_or_as_it_is
+from rodless_base.atomic_write import atomic_write, check_files_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.number import positive_whole
@@ -47,11 +47,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         if known % 100 == 0 or known == chosen.count:
             print(f"{known} of {chosen.count} rigs", file=sys.stderr, flush=True)
 
+    tables = chosen.output.with_suffix(".md")
     try:
+        check_files_writable((chosen.output, tables))
         verdicts = campaign(chosen.output, chosen.count, progress, lambda: stop.requested)
         text = summary(verdicts)
         print(text)
-        atomic_write(chosen.output.with_suffix(".md"), text)
+        atomic_write(tables, text)
     except OSError as error:
         print(named_or_as_it_is(error), file=sys.stderr)
         return 2

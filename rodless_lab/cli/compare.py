@@ -18,7 +18,13 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
-from rodless_lab.reports.differences import IN_PLACE, Pair, differences_table, write_differences
+from rodless_lab.reports.differences import (
+    IN_PLACE,
+    Pair,
+    check_differences_writable,
+    differences_table,
+    write_differences,
+)
 from rodless_lab.runs.comparison import aligned, common_time, differences
 from rodless_lab.runs.from_bag import naming, read_run_and_setpoint
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
@@ -29,7 +35,11 @@ from rodless_sim import RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a run that cannot be used."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _compare(options), options.output)
+
+    def look(folder: Path) -> None:
+        check_differences_writable(folder / "compare")
+
+    return exit_code(lambda: _compare(options), options.output, look)
 
 
 def _compare(options: argparse.Namespace) -> None:

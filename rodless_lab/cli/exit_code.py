@@ -22,7 +22,7 @@ def can_be_written(output: Path, look: Callable[[Path], None] = check_writable) 
     try:
         look(output)
     except OSError as error:
-        print(cannot_be_written(output, error), file=sys.stderr)
+        print(cannot_be_written(error.filename or output, error), file=sys.stderr)
         return False
     return True
 
@@ -42,6 +42,6 @@ def exit_code(
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(cannot_be_written(output, error), file=sys.stderr)
+        print(cannot_be_written(error.filename or output, error), file=sys.stderr)
         return 2
     return 0

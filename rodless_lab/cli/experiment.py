@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import cannot_be_written
+from rodless_base.atomic_write import cannot_be_written, check_files_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
@@ -23,7 +23,7 @@ from rodless_lab.experiments import sine
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
 from rodless_lab.experiments.runner import IN_PROCESS, Runner
-from rodless_lab.reports.report import Performed, write_report
+from rodless_lab.reports.report import Performed, report_files, write_report
 from rodless_lab.reports.table import cells, verdict
 from rodless_lab.results_folder import results_folder
 from rodless_sim import RigParameters
@@ -53,6 +53,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         runner = over_ros(options.name) if options.ros else IN_PROCESS
         checked = chosen(options, runner)
         with results_folder(folder) as stop.undo:
+            check_files_writable(report_files(folder))
             performed = perform(names, checked)
             if len(names) == 1:
                 print_rows(performed[0])

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written
+from rodless_base.atomic_write import cannot_be_written, check_files_writable, write_together
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
@@ -52,11 +52,13 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     from rodless_lab.benchmark.laws.picture import side_by_side  # noqa: PLC0415
     from rodless_lab.benchmark.laws.tables import markdown, rows  # noqa: PLC0415
     from rodless_lab.benchmark.laws.tasks import rigs, tasks  # noqa: PLC0415
-    from rodless_lab.figures.files import write_figure  # noqa: PLC0415
+    from rodless_lab.figures.files import figure_contents, files_of_figure  # noqa: PLC0415
 
     try:
         laws = entries.users(chosen.law) if chosen.law else entries.of_package()
         with results_folder(chosen.output) as stop.undo:
+            text_file, table_file = chosen.output / "laws.md", chosen.output / "runs.csv"
+            check_files_writable((text_file, table_file, *files_of_figure(chosen.output, "laws")))
             scores = contest(
                 laws,
                 tasks(chosen.seed),
@@ -67,9 +69,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             stop.from_now_on_wait()
             text = markdown(scores)
             print(text)
-            atomic_write(chosen.output / "laws.md", text)
-            atomic_write(chosen.output / "runs.csv", rows(scores))
-            write_figure(chosen.output, "laws", lambda: side_by_side(scores))
+            contents = figure_contents(chosen.output, "laws", lambda: side_by_side(scores))
+            write_together({**contents, table_file: rows(scores), text_file: text})
     except ParameterError as error:
         print(error, file=sys.stderr)
         return 2

@@ -22,7 +22,12 @@ from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
-from rodless_lab.reports.differences import IN_PLACE, differences_table, write_differences
+from rodless_lab.reports.differences import (
+    IN_PLACE,
+    check_differences_writable,
+    differences_table,
+    write_differences,
+)
 from rodless_lab.runs.commands import summary
 from rodless_lab.runs.comparison import differences
 from rodless_lab.runs.from_bag import Recording, naming, read_commands, read_recording
@@ -34,7 +39,11 @@ from rodless_sim import RigParameters
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once picture and numbers are written, 2 for a bag that cannot be replayed."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _replay(options), options.output)
+
+    def look(folder: Path) -> None:
+        check_differences_writable(folder / "replay")
+
+    return exit_code(lambda: _replay(options), options.output, look)
 
 
 def _replay(options: argparse.Namespace) -> None:

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import check_files_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.progress import Progress
@@ -38,14 +39,16 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         print(error, file=sys.stderr)
         return 1
     except OSError as error:
-        print(f"{error.filename or options.output}: {error.strerror}", file=sys.stderr)
+        # A replay writes nothing.
+        read = f"{error.filename or options.output}: {error.strerror}"
+        print(read if replays else named_or_as_it_is(error), file=sys.stderr)
         return 2
 
 
 def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
     from rodless_lab.studies.part import parquet_modules  # noqa: PLC0415
-    from rodless_lab.studies.report import write_report  # noqa: PLC0415
+    from rodless_lab.studies.report import report_files, write_report  # noqa: PLC0415
     from rodless_lab.studies.study import read_study  # noqa: PLC0415
     from rodless_lab.studies.sweep import run_sweep  # noqa: PLC0415
 
@@ -63,6 +66,7 @@ def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     def show(known: int, total: int) -> None:
         progress.show(f"{known} of {total} rows", last=known == total)
 
+    check_files_writable(report_files(folder))
     complete = run_sweep(
         study, folder, options.workers, options.scheduler, show, lambda: stop.requested
     )

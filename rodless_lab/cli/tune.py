@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rodless_base.atomic_write import check_files_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.progress import Progress
@@ -30,14 +31,14 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"{error.filename or options.output}: {error.strerror}", file=sys.stderr)
+        print(named_or_as_it_is(error), file=sys.stderr)
         return 2
 
 
 def _tune(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
     from rodless_lab.studies.tune import NothingKnownError, search  # noqa: PLC0415
-    from rodless_lab.studies.tuning_report import PARAMETERS, write_tuned  # noqa: PLC0415
+    from rodless_lab.studies.tuning_report import PARAMETERS, result_files, write_tuned  # noqa: PLC0415
     from rodless_lab.studies.tuning_task import read_task  # noqa: PLC0415
 
     task = read_task(options.task)
@@ -49,6 +50,7 @@ def _tune(options: argparse.Namespace, stop: Stop) -> int:
             "the search begins at the nearer end",
             file=sys.stderr,
         )
+    check_files_writable(result_files(folder))
     try:
         found = search(task, folder, Progress().show, lambda: stop.requested)
     except NothingKnownError as error:

@@ -22,7 +22,6 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rodless_base.atomic_write import atomic_write
 from rodless_lab.figures.style import STYLE
 
 Array = npt.NDArray[np.float64]
@@ -42,18 +41,22 @@ def png(draw: Callable[[], Figure]) -> bytes:
         return _image(draw(), "png", SCREEN, _PNG_METADATA)
 
 
-def write_figure(folder: Path, name: str, draw: Callable[[], Figure]) -> bytes:
-    """Write what ``draw`` draws as ``NAME.png``, ``NAME.pdf`` and ``NAME.csv``; return the PNG.
+def files_of_figure(folder: Path, name: str) -> tuple[Path, Path, Path]:
+    """Return where a figure goes: as PNG, as PDF for print, and as CSV of what it shows."""
+    return folder / f"{name}.png", folder / f"{name}.pdf", folder / f"{name}.csv"
 
-    The same figure gives the same bytes. The CSV holds what :func:`table_of` says. Raises OSError.
+
+def figure_contents(folder: Path, name: str, draw: Callable[[], Figure]) -> dict[Path, bytes]:
+    """Return what ``draw`` draws as the contents of :func:`files_of_figure`.
+
+    The same figure gives the same bytes. The CSV holds what :func:`table_of` says.
     """
     with mpl.rc_context(STYLE):
         figure = draw()
         image = _image(figure, "png", PRINT, _PNG_METADATA)
-        atomic_write(folder / f"{name}.png", image)
-        atomic_write(folder / f"{name}.pdf", _image(figure, "pdf", PRINT, _PDF_METADATA))
-    atomic_write(folder / f"{name}.csv", table_of(figure))
-    return image
+        print_out = _image(figure, "pdf", PRINT, _PDF_METADATA)
+    contents = (image, print_out, table_of(figure).encode())
+    return dict(zip(files_of_figure(folder, name), contents, strict=True))
 
 
 def _image(figure: Figure, kind: str, dpi: int, metadata: dict[str, Any]) -> bytes:

@@ -12,7 +12,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import check_files_writable, check_writable, write_together
 from rodless_lab.figures.comparison import Array, draw_comparison
 from rodless_lab.figures.files import png
 from rodless_lab.runs.comparison import QUANTITIES, Difference
@@ -32,11 +32,21 @@ def write_differences(
     ``time`` (s, shape (n,)) is where they are compared. Returns whether earlier ones were there,
     which these replace. Raises OSError.
     """
-    replaced = file.with_suffix(".json").exists()
-    picture = png(lambda: draw_comparison(names, runs, time))
-    atomic_write(file.with_suffix(".png"), picture)
-    atomic_write(file.with_suffix(".json"), json.dumps(numbers, indent=2) + "\n")
+    picture, table = _files(file)
+    replaced = table.exists()
+    text = json.dumps(numbers, indent=2) + "\n"
+    write_together({picture: png(lambda: draw_comparison(names, runs, time)), table: text})
     return replaced
+
+
+def check_differences_writable(file: Path) -> None:
+    """Raise OSError where :func:`write_differences` could not write."""
+    check_writable(file.parent)
+    check_files_writable(_files(file))
+
+
+def _files(file: Path) -> tuple[Path, Path]:
+    return file.with_suffix(".png"), file.with_suffix(".json")
 
 
 def differences_table(names: tuple[str, str], found: Mapping[str, Difference]) -> str:

@@ -15,10 +15,10 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import write_together
 from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Result
-from rodless_lab.figures.files import write_figure
+from rodless_lab.figures.files import figure_contents
 from rodless_lab.reports.table import HEADINGS, cells, markdown_table, verdict
 
 TITLE = "The paper's experiments, reproduced"
@@ -44,17 +44,25 @@ class Performed(NamedTuple):
 def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Path]:
     """Write ``report.html``, ``summary.md`` and the pictures into ``folder``; return the two.
 
-    Each picture is a PNG and a PDF for print, with what it shows as CSV.
+    Each picture is a PNG and a PDF for print, with what it shows as CSV. Where something cannot be
+    written, which raises OSError, an earlier report stays as it is.
     """
-    pictures = {
-        shown.name: write_figure(folder, shown.name, shown.draw)
-        for _, result in performed
-        for shown in result.pictures
-    }
-    report, summary = folder / "report.html", folder / "summary.md"
-    atomic_write(summary, markdown_summary(performed))
-    atomic_write(report, html_report(performed, pictures))
+    contents: dict[Path, str | bytes] = {}
+    pictures: dict[str, bytes] = {}
+    for shown in (picture for _, result in performed for picture in result.pictures):
+        files = figure_contents(folder, shown.name, shown.draw)
+        pictures[shown.name] = files[folder / f"{shown.name}.png"]
+        contents |= files
+    report, summary = report_files(folder)
+    contents[report] = html_report(performed, pictures)
+    contents[summary] = markdown_summary(performed)
+    write_together(contents)
     return report, summary
+
+
+def report_files(folder: Path) -> tuple[Path, Path]:
+    """Return where the report and its summary go."""
+    return folder / "report.html", folder / "summary.md"
 
 
 def markdown_summary(performed: Sequence[Performed]) -> str:

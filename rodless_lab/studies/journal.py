@@ -14,6 +14,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from rodless_base.atomic_write import naming
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.own_file import open_own
 from rodless_lab.studies.seal import Seal
@@ -68,7 +69,8 @@ class Journal:
         flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
         descriptor = open_own(self._path, flags)
         try:
-            _append(descriptor, self._line(text))
+            with naming(self._path):
+                _append(descriptor, self._line(text))
         finally:
             os.close(descriptor)
         return json.loads(text)

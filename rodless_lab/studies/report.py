@@ -10,13 +10,23 @@
 
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write
-from rodless_lab.figures.files import write_figure
+from rodless_base.atomic_write import write_together
+from rodless_lab.figures.files import figure_contents, files_of_figure
 from rodless_lab.studies.pictures import draw_rows, draw_sensitivities
 from rodless_lab.studies.results import read_results
 from rodless_lab.studies.sensitivity import SALTELLI
 from rodless_lab.studies.study import Study
 from rodless_lab.studies.summary import sensitivities, sensitivity_table, summary
+
+SUMMARY = "summary.md"
+ROWS = "rows"  # the name of a folder too, which has no ending
+SENSITIVITY = "sensitivity"
+
+
+def report_files(folder: Path) -> list[Path]:
+    """Return where the page of a sweep and its pictures may go."""
+    pictures = (files_of_figure(folder, name) for name in (ROWS, SENSITIVITY))
+    return [folder / SUMMARY, *(file for files in pictures for file in files)]
 
 
 def write_report(folder: Path, study: Study) -> str:
@@ -26,11 +36,15 @@ def write_report(folder: Path, study: Study) -> str:
     """
     results = read_results(folder, study)
     text = summary(results)
-    write_figure(folder, "rows", lambda: draw_rows(results))
+    contents: dict[Path, str | bytes] = {}
+    contents |= figure_contents(folder, ROWS, lambda: draw_rows(results))
     pictures = "![Figures over each axis](rows.png)\n"
     if study.method == SALTELLI and (found := sensitivities(results, study.seed)):
         text += f"\nTotal Sobol indices:\n\n{sensitivity_table(results, found)}"
-        write_figure(folder, "sensitivity", lambda: draw_sensitivities(results.axes, found))
+        contents |= figure_contents(
+            folder, SENSITIVITY, lambda: draw_sensitivities(results.axes, found)
+        )
         pictures += "\n![Sobol indices](sensitivity.png)\n"
-    atomic_write(folder / "summary.md", f"# {study.name}\n\n{text}\n{pictures}")
+    contents[folder / SUMMARY] = f"# {study.name}\n\n{text}\n{pictures}"
+    write_together(contents)
     return text

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from rodless_base.atomic_write import atomic_write
+from rodless_base.atomic_write import write_together
 from rodless_base.yaml_file import yaml_text
 from rodless_control.laws import law_class
-from rodless_lab.figures.files import write_figure
+from rodless_lab.figures.files import figure_contents, files_of_figure
 from rodless_lab.figures.style import label, panels
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.studies.summary import shown
@@ -26,6 +26,12 @@ from rodless_lab.studies.tuning_task import TuningTask
 
 PARAMETERS = "tuned.yaml"
 PAGE = "tuning.md"
+PICTURE = "trade_off"
+
+
+def result_files(folder: Path) -> list[Path]:
+    """Return where parameter file, page and picture may go."""
+    return [folder / PARAMETERS, folder / PAGE, *files_of_figure(folder, PICTURE)]
 
 
 def write_tuned(folder: Path, task: TuningTask, found: Tuned) -> str:
@@ -34,16 +40,18 @@ def write_tuned(folder: Path, task: TuningTask, found: Tuned) -> str:
     The table has the values before and after, on the rigs they were tuned on and on as many others.
     Raises OSError where the folder cannot be written.
     """
-    atomic_write(folder / PARAMETERS, parameter_text(task, found))
+    contents: dict[Path, str | bytes] = {}
     table = _table(task, found, {"tuned on": Bench(task), "others": Bench(task.other_rigs())})
     pictures = ""
     if len(labels(task)) > 1 and not len(_points(task, found)):
         pictures = "\nNo candidate has both of the first two figures: there is no picture.\n"
     elif len(labels(task)) > 1:
-        write_figure(folder, "trade_off", lambda: draw_trade_off(task, found))
+        contents |= figure_contents(folder, PICTURE, lambda: draw_trade_off(task, found))
         pictures = "\n![Trade-off between two figures](trade_off.png)\n"
     values = _values_table(task, found)
-    atomic_write(folder / PAGE, f"# {task.name}\n\n{values}\n{table}{pictures}")
+    contents[folder / PAGE] = f"# {task.name}\n\n{values}\n{table}{pictures}"
+    contents[folder / PARAMETERS] = parameter_text(task, found)
+    write_together(contents)
     return f"{values}\n{table}"
 
 

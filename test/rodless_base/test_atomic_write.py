@@ -15,7 +15,12 @@ from pathlib import Path
 import pytest
 from no_room import fill_up
 
-from rodless_base.atomic_write import atomic_write, check_file_writable, check_writable
+from rodless_base.atomic_write import (
+    atomic_write,
+    check_file_writable,
+    check_writable,
+    write_together,
+)
 
 
 def test_an_error_names_the_file_that_was_wanted(tmp_path: Path) -> None:
@@ -50,6 +55,25 @@ def test_a_full_disk_is_named_with_its_file(
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [
         ("run.csv", "earlier")
     ]
+
+
+def test_files_that_belong_together_are_all_written_or_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disk that is full at any of three leaves the earlier ones, and of new folders nothing."""
+    earlier = {tmp_path / name: f"earlier {name}" for name in ("a", "b", "c")}
+    write_together(earlier)
+    wanted = dict.fromkeys(earlier, "later") | {tmp_path / "new" / "below" / "d": "later"}
+    for room in range(len(wanted)):
+        with monkeypatch.context() as patch:
+            fill_up(patch, room)
+            with pytest.raises(OSError, match="No space left") as caught:
+                write_together(wanted)
+        assert caught.value.filename == str(list(wanted)[room])
+        assert {path: path.read_text() for path in tmp_path.iterdir()} == earlier
+    write_together(wanted)
+    assert {path.read_text() for path in wanted} == {"later"}
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a", "b", "below", "c", "d", "new"]
 
 
 def test_what_is_no_file_stays_what_it_is(tmp_path: Path) -> None:

@@ -28,10 +28,12 @@ def no_room() -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def fill_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the disk be full when a file is to be finished, and not before."""
+def fill_up(monkeypatch: pytest.MonkeyPatch, room: int = 0) -> None:
+    """Let the disk be full when a file is to be finished, and not before; ``room`` files are."""
+    left = iter(range(room))
 
     def full(_descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
+        if next(left, None) is None:
+            raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)

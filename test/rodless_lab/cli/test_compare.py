@@ -10,10 +10,12 @@
 
 import json
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 import rig_bag
+from no_room import fill_up
 from quiet_stop import Quiet
 
 from rodless_base.constants import SUPPLY_PRESSURE
@@ -52,6 +54,28 @@ def compared(*arguments: str | Path, output: Path) -> dict[str, dict[str, float]
     assert (output / "compare.png").read_bytes().startswith(b"\x89PNG")
     written = json.loads((output / "compare.json").read_text(encoding="utf-8"))
     return written["differences"]
+
+
+@pytest.mark.parametrize(("verb", "arguments"), [(compare, ["paper"]), (replay, [])])
+def test_a_full_disk_is_named_with_its_file_and_leaves_no_folder(
+    verb: ModuleType,
+    arguments: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Code 2; with room for one file of the two there is neither, and with room for both, both."""
+    bag = record(tmp_path / "bag", simulate(RigParameters(), [6.0] * 200, 1e-3))
+    output = tmp_path / "new" / "out"
+    call = [*arguments, str(bag), "--output", str(output)]
+    with monkeypatch.context() as patch:
+        fill_up(patch, room=1)
+        assert verb.main(call, Quiet()) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.endswith(".json: cannot be written: No space left on device")
+    assert [path.name for path in tmp_path.iterdir()] == ["bag"]
+    assert verb.main(call, Quiet()) == 0
+    assert len(list(output.iterdir())) == 2
 
 
 def test_differences_by_hand() -> None:

@@ -18,13 +18,27 @@ from types import ModuleType
 import pytest
 from quiet_stop import Quiet
 
-from rodless_lab.cli import animate, bench, compare, docs, identify, policy, replay, soak
+from rodless_lab.cli import (
+    animate,
+    bench,
+    campaign,
+    compare,
+    docs,
+    experiment,
+    identify,
+    laws,
+    policy,
+    replay,
+    soak,
+    sweep,
+    tune,
+)
 from rodless_lab.cli.exit_code import exit_code
 
 pytestmark = pytest.mark.usefixtures("hears_hangup")
 
 
-def never() -> None:
+def never(*_arguments: object) -> None:
     """Stand for the work."""
     raise AssertionError
 
@@ -67,11 +81,50 @@ def test_verbs_that_work_for_long_look_at_their_output_first(
 def test_what_takes_an_hour_looks_at_its_output_first(
     verb: ModuleType, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 1, as for all that goes wrong with these."""
-    assert verb.main(["--output", "/proc/found.md"], Quiet()) == 1
+    """Exit code 2 and one line that names the output."""
+    assert verb.main(["--output", "/proc/found.md"], Quiet()) == 2
     said = capsys.readouterr().err
     assert said.startswith("/proc/found.md: cannot be written: ")
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("verb", "arguments", "work", "file"),
+    [
+        (tune, "pid --output out", "rodless_lab.studies.tune.search", "out/tuned.yaml"),
+        (tune, "pid --output out", "rodless_lab.studies.tune.search", "out/trade_off.csv"),
+        (sweep, "friction --output out", "rodless_lab.studies.sweep.run_sweep", "out/summary.md"),
+        (sweep, "friction --output out", "rodless_lab.studies.sweep.run_sweep", "out/rows.png"),
+        (experiment, "sine --output out", "rodless_lab.cli.experiment.perform", "out/summary.md"),
+        (campaign, "--output out/c.csv", "rodless_lab.accuracy.campaign.campaign", "out/c.md"),
+        (laws, "--output out", "rodless_lab.benchmark.laws.contest.contest", "out/laws.md"),
+        (
+            bench,
+            "--only solvers --output out/b.json",
+            "rodless_lab.benchmark.side_by_side.bench_side_by_side",
+            "out/side_by_side.md",
+        ),
+        (compare, "paper bag --output out", "rodless_lab.cli.compare._compare", "out/compare.json"),
+        (replay, "bag --output out", "rodless_lab.cli.replay._replay", "out/replay.png"),
+    ],
+)
+def test_a_folder_in_place_of_a_result_is_said_before_the_work(
+    verb: ModuleType,
+    arguments: str,
+    work: str,
+    file: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """One line with the file and why, whichever of the results it is; nothing else is there."""
+    monkeypatch.chdir(tmp_path)
+    Path(file).mkdir(parents=True)
+    monkeypatch.setattr(work, never)
+    assert verb.main(arguments.split(), Quiet()) == (1 if verb is bench else 2)
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.removeprefix(f"{tmp_path}/") == f"{file}: cannot be written: Is a directory"
+    assert [str(path) for path in Path("out").rglob("*")] == [file]
 
 
 def said_by(command: str, **environment: str) -> str:

@@ -12,9 +12,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import cast
 
 import pytest
+from no_room import no_room
 from small_study import write_law, write_study
 
 from rodless_base.start import Stop
@@ -186,3 +188,20 @@ def test_tune_says_where_a_search_does_not_begin_with_the_values_in_force(
         "controller.kp: 2000 in force is outside of 50 to 1000; the search begins at the nearer end"
     )
     assert capsys.readouterr().err.splitlines()[0] == line
+
+
+@pytest.mark.parametrize("verb", [sweep, tune])
+def test_a_full_disk_is_said_in_one_line(
+    verb: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Code 2, what cannot be written and why; no folder is left."""
+    file = tmp_path / "small.yaml"
+    file.write_text(TASK, encoding="utf-8")
+    chosen = write_study(tmp_path) if verb is sweep else file
+    out = tmp_path / "out"
+    with no_room():
+        assert verb.main([str(chosen), "-o", str(out)], stop()) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.startswith(str(out))
+    assert said.endswith(": cannot be written: File too large")
+    assert not out.exists()

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from no_room import fill_up
 
 from rodless_base.start import Stop
 from rodless_lab.cli.experiment import main
@@ -170,6 +171,26 @@ def test_a_picture_that_cannot_be_written_is_named(
     (tmp_path / "out" / "fake.png").mkdir(parents=True)
     assert experiment(2.0) == 2
     assert "fake.png" in capsys.readouterr().err
+
+
+def test_a_report_that_finds_no_room_leaves_the_earlier_one(
+    experiment: Callable[[float], int],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Exit code 2 and the file; a picture and a table are of one run, wherever the disk is full."""
+    experiment(2.0)
+    out = tmp_path / "out"
+    earlier = {file: file.read_bytes() for file in out.iterdir()}
+    for room in range(len(earlier)):
+        with monkeypatch.context() as patch:
+            fill_up(patch, room)
+            assert experiment(5.0) == 2
+        assert "cannot be written: No space left on device" in capsys.readouterr().err
+        assert {file: file.read_bytes() for file in out.iterdir()} == earlier
+    assert experiment(5.0) == 1
+    assert (out / "summary.md").read_bytes() != earlier[out / "summary.md"]
 
 
 def test_report_carries_everything_itself(

@@ -18,7 +18,8 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from rodless_lab.figures.files import png, table_of, write_figure
+from rodless_base.atomic_write import write_together
+from rodless_lab.figures.files import figure_contents, png, table_of
 from rodless_lab.figures.style import label, panels
 
 TIME = np.linspace(0.0, 1.0, 11)
@@ -82,9 +83,8 @@ def test_axes_are_named_in_comments() -> None:
 
 def test_files_are_for_print(tmp_path: Path) -> None:
     """16 cm wide at 300 dpi; the PDF holds its fonts as TrueType and lines as lines."""
-    image = write_figure(tmp_path, "name", draw)
+    write_together(figure_contents(tmp_path, "name", draw))
     assert {file.name for file in tmp_path.iterdir()} == {"name.png", "name.pdf", "name.csv"}
-    assert (tmp_path / "name.png").read_bytes() == image
     width = imread(tmp_path / "name.png").shape[1]
     assert width == pytest.approx(16.0 / 2.54 * 300, abs=3)
     pdf = (tmp_path / "name.pdf").read_bytes()
@@ -98,7 +98,7 @@ def test_files_are_for_print(tmp_path: Path) -> None:
 def test_the_same_figure_gives_the_same_bytes(tmp_path: Path) -> None:
     """No date, no version, no random name."""
     for folder in ("first", "second"):
-        write_figure(tmp_path / folder, "name", draw)
+        write_together(figure_contents(tmp_path / folder, "name", draw))
     for kind in ("png", "pdf", "csv"):
         first, second = (tmp_path / folder / f"name.{kind}" for folder in ("first", "second"))
         assert first.read_bytes() == second.read_bytes()

@@ -98,7 +98,7 @@ def test_what_stands_in_place_of_a_part_is_left_alone(
 def test_a_line_that_finds_no_room_leaves_none_behind(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Half of it would spoil the next, and the journal with it."""
+    """Half of it would spoil the next, and the journal with it; the error names the journal."""
     journal = Journal(tmp_path / "journal.jsonl", b"study")
     journal.add("first")
     write = os.write
@@ -110,8 +110,9 @@ def test_a_line_that_finds_no_room_leaves_none_behind(
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "write", full)
-        with pytest.raises(OSError, match="No space left"):
+        with pytest.raises(OSError, match="No space left") as caught:
             journal.add("second")
+    assert caught.value.filename == str(tmp_path / "journal.jsonl")
     journal.add("third")
     assert journal.known() == ["first", "third"]
 
