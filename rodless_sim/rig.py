@@ -9,11 +9,9 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import deepcopy
-from decimal import Decimal
-from numbers import Real
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +20,8 @@ from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER
 from rodless_base.kernels import is_kept, specialise
 from rodless_base.measurement import Measurement
 from rodless_base.memory import refuse_more_than_there_is
-from rodless_base.one_line import described, shown
+from rodless_base.number_rows import numbers_of
+from rodless_base.one_line import shown
 from rodless_base.parameters import ParameterError
 from rodless_sim.commands import Commands
 from rodless_sim.faults import ValveFault
@@ -88,13 +87,7 @@ def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
 
     A single number counts as one voltage.
     """
-    try:
-        _refuse_other_than_numbers(voltages)
-        commands = np.atleast_1d(np.asarray(voltages, dtype=np.float64))
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(
-            f"voltages {shown(voltages)} refused: must be numbers of volts ({described(error)})"
-        ) from error
+    commands = np.atleast_1d(numbers_of(voltages, "voltages", "volts"))
     if commands.ndim > 1:
         raise ValueError(
             f"voltages of shape {commands.shape} refused: must be one after the other, shape (n,); "
@@ -105,22 +98,6 @@ def applied_voltages(voltages: "npt.ArrayLike") -> npt.NDArray[np.float64]:
     if not np.isfinite(commands).all():
         applied_voltage(float(commands[~np.isfinite(commands)][0]))
     return np.clip(commands, MINIMUM_VOLTAGE, MAXIMUM_VOLTAGE)
-
-
-def _refuse_other_than_numbers(voltages: "npt.ArrayLike") -> None:
-    """Raise TypeError for what numpy would take for numbers although it is none."""
-    # Among numbers in a list, numpy makes numbers of booleans and of spans of time.
-    single = voltages if isinstance(voltages, Sequence) else ()
-    if np.ma.is_masked(voltages) or type(np.ma.masked) in map(type, single):
-        raise TypeError("some are masked: fill or leave them out")
-    found = np.asarray(voltages)
-    if found.dtype.kind == "O":
-        single = found.ravel().tolist()
-    kinds = set(map(type, single))
-    if found.dtype.kind not in "iufO" or kinds & {bool, np.bool_, np.timedelta64}:
-        raise TypeError("not texts, booleans, spans of time or complex numbers")
-    if found.dtype.kind == "O" and not all(issubclass(kind, Real | Decimal) for kind in kinds):
-        raise TypeError(f"not {', '.join(sorted(kind.__name__ for kind in kinds))}")
 
 
 def starting_motion(

@@ -29,3 +29,11 @@ def single_number(value: object, name: str, unit: str) -> float:
         return float(number)
     except OverflowError:
         return math.inf if number == abs(number) else -math.inf
+
+
+def positive_number(value: object, name: str, unit: str) -> float:
+    """Return :func:`single_number`; raises ValueError too for one that is not positive."""
+    number = single_number(value, name, unit)
+    if not number > 0.0:
+        raise ValueError(f"{name} {shown(value)} refused: must be positive")
+    return number

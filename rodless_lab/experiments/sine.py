@@ -36,6 +36,9 @@ SAMPLE_PERIOD = 1e-3
 CENTRE = Options.centre
 AMPLITUDE = Options.amplitude
 
+# What the position sensor of `calibrated` repeats to: a smaller motion says nothing of a controller.
+LEAST_AMPLITUDE = 1e-5
+
 # Half the stroke's half: within the cylinder's rating, out of reach with Table 2's friction.
 LARGE_AMPLITUDE = 0.050
 
@@ -186,7 +189,7 @@ def run_sine(
 ) -> SineResult:
     """Follow a sine about ``centre`` (m) at 0.52 MPa gauge; amplitudes in m.
 
-    Raises ValueError for a sine that does not move or leaves the stroke.
+    Raises ValueError for a sine that no sensor tells, or that leaves the stroke.
     """
     check_within_stroke(amplitude, centre)
     return SineResult(
@@ -198,12 +201,13 @@ def run_sine(
 
 
 def check_within_stroke(amplitude: float, centre: float) -> None:
-    """Raise ValueError for a sine that does not move, or leaves the stroke; lengths in m."""
+    """Raise ValueError for a sine that no sensor tells, or leaves the stroke; lengths in m."""
     stroke = RigParameters().number("cylinder.stroke")
-    if amplitude == 0.0:
-        raise ValueError("a sine of 0 mm does not move")
-    if amplitude < 0.0:
-        raise ValueError(f"a sine of {amplitude * 1e3:g} mm: must be positive")
+    if amplitude < LEAST_AMPLITUDE:
+        raise ValueError(
+            f"a sine of {amplitude * 1e3:g} mm: must be {LEAST_AMPLITUDE * 1e3:g} mm or more, "
+            "which a sensor tells"
+        )
     if not 0.0 <= centre - amplitude <= centre + amplitude <= stroke:
         raise ValueError(
             f"a sine of {amplitude * 1e3:g} mm about {centre * 1e3:g} mm leaves the stroke of "

@@ -35,6 +35,32 @@ class UninformativeRunError(RunError):
     """A sound run that says nothing of what is asked; the text says why."""
 
 
+def even_period(time: Array) -> float:
+    """Return the time (s) between samples at ``time`` (s, shape (n,), finite numbers).
+
+    Raises RunError where that does not increase, or unevenly, or has fewer than two samples.
+    """
+    steps = np.diff(time)
+    if not len(steps):
+        raise RunError(f"only {len(time)} samples, too few for a run")
+    back = np.flatnonzero(steps <= 0.0)
+    if len(back):
+        raise RunError(f"time does not increase at sample {back[0] + 1}")
+    period = _period(time)
+    uneven = np.flatnonzero(np.abs(steps - period) > UNEVEN * period)
+    if len(uneven):
+        place = uneven[0]
+        raise RunError(
+            f"time: sample {place + 1} comes {steps[place]:.6g} s after the one before, "
+            f"on average it is {period:.6g} s; interpolate to an even time base"
+        )
+    return period
+
+
+def _period(time: Array) -> float:
+    return float(time[-1] - time[0]) / (len(time) - 1)
+
+
 @dataclass(frozen=True)
 class MeasuredRun(Columns):
     """Arrays of one shape (n,) on one evenly spaced time base; pressures are absolute.
@@ -74,6 +100,8 @@ class MeasuredRun(Columns):
             kind = values.dtype.kind if isinstance(values, np.ndarray) else ""
             if not kind or kind not in "fiu" or values.ndim != 1:
                 raise RunError(f"{name}: {shown(values)} refused, must be an array of numbers")
+            if np.ma.is_masked(values):
+                raise RunError(f"{name}: some samples are masked, fill or leave them out")
         if len(self.time) < FEWEST_SAMPLES:
             raise RunError(f"only {len(self.time)} samples, too few for a run")
         for name, values in self.columns().items():
@@ -82,22 +110,12 @@ class MeasuredRun(Columns):
             bad = np.flatnonzero(~np.isfinite(values))
             if len(bad):
                 raise RunError(f"{name}: sample {bad[0]} is {values[bad[0]]}")
-        back = np.flatnonzero(np.diff(self.time) <= 0.0)
-        if len(back):
-            raise RunError(f"time does not increase at sample {back[0] + 1}")
-        steps = np.diff(self.time)
-        uneven = np.flatnonzero(np.abs(steps - self.period) > UNEVEN * self.period)
-        if len(uneven):
-            place = uneven[0]
-            raise RunError(
-                f"time: sample {place + 1} comes {steps[place]:.6g} s after the one before, "
-                f"on average it is {self.period:.6g} s; interpolate to an even time base"
-            )
+        even_period(self.time)
 
     @property
     def period(self) -> float:
         """Time between samples in s."""
-        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+        return _period(self.time)
 
     @property
     def notes(self) -> tuple[str, ...]:

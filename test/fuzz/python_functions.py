@@ -43,6 +43,7 @@ from rodless_lab import (
     closed_loop,
     draw,
     ensemble,
+    identification,
     linearise,
     read_bag,
     read_commands,
@@ -64,6 +65,33 @@ MEASURED = run_of_trace(RUN, RIG.number("supply.pressure"))
 
 LOOP = closed_loop(RIG, CONTROLLER, references.step(0.0, 0.05, at=0.01), 0.02, 1e-3)
 MODEL = linearise(RIG, 0.1, 6.0)
+
+_SPEEDS = np.linspace(1e-3, 0.1, 30)
+_FORCES = 12.0 + 4500.0 * _SPEEDS
+_VOLTS = np.linspace(0.1, 4.9, 30)
+_SECONDS = np.arange(600) * 1e-3
+
+# What takes rows of measured numbers, and rows with which it works.
+ROWS: dict[Callable[..., object], dict[str, object]] = {
+    identification.auxiliary_lines: {"speeds": _SPEEDS, "forces": _FORCES, "breakaway": 30.0},
+    identification.fit_area_curve: {"voltages": _VOLTS, "areas": _VOLTS * 1e-7, "start": None},
+    identification.fit_flow_coefficient: {
+        "deflections": _VOLTS, "coefficients": 1.1 - 0.01 * _VOLTS, "weights": np.ones(30),
+    },
+    identification.fit_friction: {
+        "speeds": _SPEEDS, "forces": _FORCES, "speed_errors": 1e-6, "force_errors": np.ones(30),
+        "breakaways": (30.0,), "breakaway_errors": 0.1, "stops": (), "stop_errors": None,
+    },
+    identification.stick_slip_events: {
+        "time": _SECONDS, "position": _SECONDS, "force": _SECONDS, "lag": 0.0,
+    },
+    identification.three_sines: {
+        "coefficients": np.array([2e-6, 0.5, 0.0] * 3), "voltage": _VOLTS,
+    },
+    identification.uniform_parts: {
+        "time": _SECONDS, "position": _SECONDS, "window": 0.25, "tolerance": 0.05,
+    },
+}  # fmt: skip
 
 # Given where a function leaves open what is in it.
 TIMES = np.linspace(0.0, 1.0, 50)
@@ -187,6 +215,19 @@ def measured(time: object, position: object, voltage: object) -> object:
     pressure = MEASURED.pressure_a
     run = MeasuredRun(time, position, pressure, pressure, pressure, voltage)  # type: ignore[arg-type]
     return run.period
+
+
+def of_rows(function: Callable[..., object]) -> Callable[..., object]:
+    """Return a function that takes rows, and an odd value in the first or second of them."""
+
+    def call(first: object, second: object, **rows: Any) -> int:
+        for name, value in zip(list(rows), (first, second), strict=False):
+            if value is not None and isinstance(rows[name], np.ndarray) and rows[name].ndim:
+                rows[name] = [*rows[name][:3], value, *rows[name][4:]]
+        function(**rows)
+        return 0  # what is not informed is NaN
+
+    return call
 
 
 def constant(value: Any) -> Callable[[], Any]:
@@ -350,6 +391,12 @@ def calls(folder: Path) -> dict[str, Call]:
             ),
             given(start=0.0, target=0.01, at=0.0),
         ),
+        **{
+            f"rodless_lab.identification.{function.__name__}": Call(
+                of_rows(function), given(first=None, second=None, **arguments)
+            )
+            for function, arguments in ROWS.items()
+        },
         "number meant": Call(number_meant, given(text="1e-5")),
     }
 
@@ -388,6 +435,14 @@ PASSIVE = {
     "rodless_lab": {
         "Bag", "ClosedLoopTrace", "Commands", "Ensemble", "RunMetrics", "TopicMessages",
     },
+    "rodless_lab.identification": {
+        *(name for name in identification.__all__ if name[0].isupper()),
+        # They take what has been checked, a MeasuredRun and RigParameters, and seconds.
+        *(name for name in identification.__all__ if name.startswith("identify_")),
+        "friction_points", "run_of_trace",
+        # Formulas, which take numbers on trust.
+        "effective_area", "flow_coefficient", "friction_force", "turning_points",
+    },
 }  # fmt: skip
 
 
@@ -396,7 +451,7 @@ def uncalled() -> set[str]:
     called = calls(Path())
     return {
         f"{package.__name__}.{name}"
-        for package in (rodless_sim, rodless_control, rodless_lab)
+        for package in (rodless_sim, rodless_control, rodless_lab, identification)
         for name in {*package.__all__} - PASSIVE[package.__name__]
         if f"{package.__name__}.{name}" not in called
     }

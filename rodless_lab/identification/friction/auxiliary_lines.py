@@ -15,7 +15,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
+from rodless_base.number_rows import number_rows
+
 Array = npt.NDArray[np.float64]
+
+# Speeds closer than this (m/s) give no line a slope.
+LEAST_APART = 1e-12
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,8 @@ def auxiliary_lines(speeds: Array, forces: Array, breakaway: float | None = None
     Raises
     ------
     ValueError
-        For fewer than two points.
+        For fewer than two points, points whose faster half have one speed, and what are no numbers,
+        or not as many forces as speeds.
 
     Examples
     --------
@@ -59,20 +65,27 @@ def auxiliary_lines(speeds: Array, forces: Array, breakaway: float | None = None
     >>> round(lines.coulomb, 6), round(lines.viscous, 6)
     (12.0, 4500.0)
     """
-    if len(speeds) < 2:
+    speed, force = number_rows({"speeds": speeds, "forces": forces})
+    if len(speed) < 2:
         raise ValueError("auxiliary lines need two uniform runs in a direction")
-    order = np.argsort(speeds)
-    speed, force = np.asarray(speeds)[order], np.asarray(forces)[order]
+    order = np.argsort(speed)
+    speed, force = speed[order], force[order]
     upper = slice(min(len(speed) // 2, len(speed) - 2), None)
+    if np.ptp(speed[upper]) < LEAST_APART:
+        raise ValueError(
+            f"speeds: the faster ones are all {speed[-1]:g} m/s, a line needs two that differ"
+        )
     viscous, coulomb, *_ = stats.linregress(speed[upper], force[upper])
     lowest = int(np.argmin(force))
     if breakaway is not None:
-        speed = np.insert(speed, 0, 0.0)
-        force = np.insert(force, 0, breakaway)
-        lowest = max(lowest + 1, 1) if force[lowest + 1] < breakaway else 0
-    if lowest == 0:
-        note = "no uniform motion left of the minimum: f_1 cannot be drawn"
-        return AuxiliaryLines(math.nan, float(coulomb), math.nan, float(viscous), note)
-    slope, static, *_ = stats.linregress(speed[: lowest + 1], force[: lowest + 1])
-    velocity = (float(coulomb) - static) / slope
-    return AuxiliaryLines(float(static), float(coulomb), float(velocity), float(viscous))
+        (start,) = number_rows({"breakaway": [breakaway]})[0]
+        speed, force = np.insert(speed, 0, 0.0), np.insert(force, 0, start)
+        lowest = max(lowest + 1, 1) if force[lowest + 1] < start else 0
+    note = "no uniform motion left of the minimum: f_1 cannot be drawn"
+    if np.ptp(speed[: lowest + 1]) >= LEAST_APART:
+        slope, static, *_ = stats.linregress(speed[: lowest + 1], force[: lowest + 1])
+        if slope < 0.0:
+            velocity = (float(coulomb) - static) / slope
+            return AuxiliaryLines(float(static), float(coulomb), float(velocity), float(viscous))
+        note = "the force does not fall left of the minimum: f_1 cannot be drawn"
+    return AuxiliaryLines(math.nan, float(coulomb), math.nan, float(viscous), note)

@@ -15,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import lambertw
 
+from rodless_base.number_rows import measured_numbers
+
 Array = npt.NDArray[np.float64]
 
 
@@ -42,12 +44,18 @@ class TurningPoints(NamedTuple):
 def friction_force(curve: Stribeck, speed: Array) -> Array:
     """Friction in N at ``speed`` >= 0 (m/s), shape (n,), eq. (29).
 
+    Raises ValueError for what are no numbers.
+
     Examples
     --------
     >>> curve = Stribeck(29.0, 12.0, 1.3e-3, 4500.0)
     >>> friction_force(curve, np.array([0.0, 0.02])).round(6).tolist()
     [29.0, 102.0]
     """
+    return _force(curve, measured_numbers(speed, "speed"))
+
+
+def _force(curve: Stribeck, speed: Array) -> Array:
     drop = (curve.static - curve.coulomb) * np.exp(-((speed / curve.stribeck_velocity) ** 2))
     return np.asarray(curve.coulomb + drop + curve.viscous * speed)
 
@@ -72,7 +80,7 @@ def turning_points(curve: Stribeck) -> TurningPoints:
         curve.stribeck_velocity * math.sqrt(max(-0.5 * lambertw(argument, branch).real, 0.0))
         for branch in (0, -1)
     )
-    low, high = friction_force(curve, np.array([hump, valley]))
+    low, high = _force(curve, np.array([hump, valley]))
     return TurningPoints(hump, float(low), valley, float(high))
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize, stats
 
+from rodless_base.number_rows import measured_numbers, number_rows
 from rodless_lab.identification.estimate import (
     Estimate,
     covariance,
@@ -25,7 +26,11 @@ from rodless_lab.identification.estimate import (
     unknown,
     within,
 )
-from rodless_lab.identification.friction.auxiliary_lines import AuxiliaryLines, auxiliary_lines
+from rodless_lab.identification.friction.auxiliary_lines import (
+    LEAST_APART,
+    AuxiliaryLines,
+    auxiliary_lines,
+)
 from rodless_lab.identification.friction.bristle_motion import BristleMotion
 from rodless_lab.identification.friction.curve import Stribeck
 from rodless_lab.identification.friction.form import PRINTED, FrictionForm
@@ -77,6 +82,7 @@ UNFINISHED = (
     "the points follow no straight line, and end before a Stribeck drop would: needs faster runs"
 )
 NO_RUNS = "fewer than three parts of uniform motion in this direction"
+ONE_SPEED = "all parts of uniform motion in this direction have one speed"
 WIDE = "the data leaves it open within half its value"
 
 
@@ -216,7 +222,7 @@ def fit_friction(
     Raises
     ------
     ValueError
-        For shapes that differ or values that are not finite.
+        For shapes that differ, and what are no finite numbers, or errors below 0.
 
     Examples
     --------
@@ -227,16 +233,14 @@ def fit_friction(
     >>> fit.forward.static.informed, fit.reverse.viscous.informed
     (False, False)
     """
-    speed, force = _vector(speeds), _vector(forces)
+    speed, force = number_rows({"speeds": speeds, "forces": forces})
     given = speed_errors is not None or force_errors is not None
-    speed_error = _errors(speed_errors, speed, 0.0)
-    force_error = _errors(force_errors, force, 0.0 if given else 1.0)
-    away, stop = _vector(breakaways), _vector(stops)
+    speed_error = _errors(speed_errors, "speed_errors", speed, 0.0)
+    force_error = _errors(force_errors, "force_errors", force, 0.0 if given else 1.0)
+    away, stop = _row(breakaways, "breakaways"), _row(stops, "stops")
     default = float(np.median(force_error)) if len(force_error) else 1.0
-    away_error = _errors(breakaway_errors, away, default)
-    stop_error = _errors(stop_errors, stop, default)
-    if speed.shape != force.shape:
-        raise ValueError(f"{len(speed)} speeds and {len(force)} forces do not belong together")
+    away_error = _errors(breakaway_errors, "breakaway_errors", away, default)
+    stop_error = _errors(stop_errors, "stop_errors", stop, default)
     fits = []
     for sign, direction in ((1.0, "forward"), (-1.0, "reverse")):
         here, go, halt = sign * speed > 0.0, sign * away > 0.0, sign * stop > 0.0
@@ -260,23 +264,26 @@ def fit_friction(
     return FrictionFit(forward, reverse)
 
 
-def _vector(values: npt.ArrayLike) -> Array:
-    vector = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    if vector.ndim != 1 or not np.all(np.isfinite(vector)):
-        raise ValueError("friction points must be finite numbers in one row")
-    return vector
+def _row(values: npt.ArrayLike, name: str) -> Array:
+    """Return numbers in one row, also a single one; raises ValueError for others."""
+    return number_rows({name: np.atleast_1d(measured_numbers(values, name))})[0]
 
 
-def _errors(errors: npt.ArrayLike | None, of: Array, default: float) -> Array:
-    if errors is None:
-        return np.full(len(of), default)
-    return np.array(np.broadcast_to(np.asarray(errors, dtype=np.float64), of.shape))
+def _errors(errors: npt.ArrayLike | None, name: str, of: Array, default: float) -> Array:
+    """Return an error for each of the points ``of``, all ``default`` where none are given."""
+    row = _row(default if errors is None else errors, name)
+    if len(row) not in (1, len(of)):
+        raise ValueError(f"{name}: {len(row)} values for {len(of)} points, must be as many, or one")
+    if np.any(row < 0.0):
+        raise ValueError(f"{name}: {float(row.min()):g} refused, must not be negative")
+    return np.array(np.broadcast_to(row, of.shape))
 
 
 def _fit_direction(points: _Observations) -> DirectionFit:
     if len(points.speeds) < 3:
-        nothing = [unknown(unit, NO_RUNS) for unit in UNITS]
-        return _result(points, nothing)
+        return _result(points, [unknown(unit, NO_RUNS) for unit in UNITS])
+    if np.ptp(points.speeds) < LEAST_APART:
+        return _result(points, [unknown(unit, ONE_SPEED) for unit in UNITS])
     line = _fit_line(points)
     full = _fit_curve(points, line)
     if full is None or not _curve_is_better(points, line, full):
@@ -290,10 +297,11 @@ def _fit_direction(points: _Observations) -> DirectionFit:
 def _result(
     points: _Observations, estimates: Sequence[Estimate], solution: _Solution | None = None
 ) -> DirectionFit:
-    lines = None
-    if len(points.speeds) >= 2:
-        breakaway = float(np.median(points.breakaways)) if len(points.breakaways) else None
+    breakaway = float(np.median(points.breakaways)) if len(points.breakaways) else None
+    try:
         lines = auxiliary_lines(points.speeds, points.forces, breakaway)
+    except ValueError:  # too few points, or too much alike
+        lines = None
     static, coulomb, stribeck_velocity, viscous = estimates
     return DirectionFit(
         static=static,

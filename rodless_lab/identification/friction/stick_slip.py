@@ -14,7 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.number_rows import LARGEST, number_rows
 from rodless_lab.identification.friction.uniform_motion import position_noise
+from rodless_lab.runs.measured_run import even_period
+from rodless_sim.single_number import single_number
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -76,6 +79,12 @@ def stick_slip_events(
     lag
         Time constant of the pressure sensors in s, which is taken out.
 
+    Raises
+    ------
+    ValueError
+        For what is no even run of numbers (``RunError``, or with the name of the argument), and for
+        a lag that is no number from 0 on.
+
     Examples
     --------
     >>> from rodless_sim import RigParameters, simulate
@@ -85,8 +94,13 @@ def stick_slip_events(
     >>> round(float(events.stops.mean()), 1)  # the minimum of the curve, 22.56 N
     22.5
     """
+    columns = {"time": time, "position": position, "force": force}
+    time, position, force = number_rows(columns)
+    period = even_period(time)
+    lag = single_number(lag, "lag", "seconds")
+    if not 0.0 <= lag <= LARGEST:
+        raise ValueError(f"lag {lag:g} s refused: must be from 0 to {LARGEST:g}")
     motion = direction_of_motion(time, position)
-    period = float(time[-1] - time[0]) / (len(time) - 1)
     changes = np.flatnonzero(np.diff(motion)) + 1
     edges = np.concatenate([[0], changes, [len(motion)]])
     shortest = round(SHORTEST / period)

@@ -13,6 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.number_rows import number_rows
+from rodless_lab.runs.measured_run import even_period
+from rodless_sim.single_number import positive_number
+
 Array = npt.NDArray[np.float64]
 
 # Length in s of the stretches a run is judged by, and the change of speed over one, as a share of
@@ -108,7 +112,8 @@ def uniform_parts(
     Raises
     ------
     ValueError
-        For a run shorter than one window.
+        For a run shorter than one window; for what is no even run of numbers (``RunError``, or with
+        the name of the argument); for a window or tolerance that is not positive.
 
     Examples
     --------
@@ -117,6 +122,9 @@ def uniform_parts(
     >>> round(search.longest.speed, 6)
     0.01
     """
+    time, position = number_rows({"time": time, "position": position})
+    window = positive_number(window, "window", "seconds")
+    tolerance = positive_number(tolerance, "tolerance", "1, a share of the speed")
     stretches = _stretches(time, position, window)
     if not stretches:
         raise ValueError(f"a run of {len(time)} samples is shorter than one window of {window:g} s")
@@ -135,8 +143,7 @@ def uniform_parts(
 
 
 def _stretches(time: Array, position: Array, window: float) -> list[_Stretch]:
-    period = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else np.inf
-    samples = round(window / period) if period > 0.0 else 0
+    samples = round(min(window / even_period(time), len(time) + 1))
     if samples < 5:
         return []
     noise = position_noise(position)

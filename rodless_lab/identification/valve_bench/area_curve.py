@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize, stats
 
+from rodless_base.number_rows import measured_numbers, number_rows
 from rodless_lab.identification.estimate import (
     CONFIDENCE,
     Estimate,
@@ -69,13 +70,26 @@ def effective_area(volume_flow: Array, upstream_pressure: Array, temperature: Ar
 def three_sines(coefficients: npt.ArrayLike, voltage: Array) -> Array:
     """Eq. (5) in m² at ``voltage`` (V), shape (n,); nine coefficients in m², rad/V and rad.
 
+    Raises ValueError for what are no numbers, or not nine.
+
     Examples
     --------
     >>> float(three_sines([2e-6, 0.5, 0.0, 0, 0, 0, 0, 0, 0], np.array(np.pi)))
     2e-06
     """
-    amplitude, frequency, phase = np.asarray(coefficients, dtype=np.float64).reshape(3, 3).T
-    angle = np.multiply.outer(np.asarray(voltage), frequency) + phase
+    return _sines(_nine("coefficients", coefficients), measured_numbers(voltage, "voltage"))
+
+
+def _nine(name: str, coefficients: npt.ArrayLike) -> Array:
+    (row,) = number_rows({name: coefficients})
+    if len(row) != 9:
+        raise ValueError(f"{name}: {len(row)} values, three sines have nine")
+    return row
+
+
+def _sines(coefficients: Array, voltage: Array) -> Array:
+    amplitude, frequency, phase = coefficients.reshape(3, 3).T
+    angle = np.multiply.outer(voltage, frequency) + phase
     return np.asarray(np.sum(amplitude * np.sin(angle), axis=-1))
 
 
@@ -159,16 +173,16 @@ def fit_area_curve(
     columns = {"voltages": voltages, "areas": areas}
     voltage, area = checked_points(columns, 10, "a curve of three sines")
     area = area * 1e6
-    starts = _starts(voltage, area) if start is None else [_fitted(start)]
+    starts = _starts(voltage, area) if start is None else [_fitted(_nine("start", start))]
     found = min((_refined(begin, voltage, area) for begin in starts), key=lambda fit: fit[1])[0]
     if start is None:
         found = _ordered(found)
     return _curve(found, voltage, area)
 
 
-def _fitted(coefficients: npt.ArrayLike) -> Array:
+def _fitted(coefficients: Array) -> Array:
     """Return coefficients with amplitudes in mm²: the unknowns are then all of one size."""
-    return np.array(scaled_amplitudes(tuple(np.asarray(coefficients, float).tolist()), 6))
+    return np.array(scaled_amplitudes(tuple(coefficients.tolist()), 6))
 
 
 def _refined(start: Array, voltage: Array, area: Array) -> tuple[Array, float]:
@@ -187,7 +201,7 @@ def _refined(start: Array, voltage: Array, area: Array) -> tuple[Array, float]:
 
 
 def _residuals(values: Array, voltage: Array, area: Array) -> Array:
-    return three_sines(values, voltage) - area
+    return _sines(values, voltage) - area
 
 
 def _slopes(values: Array, voltage: Array, area: Array) -> Array:  # noqa: ARG001
@@ -241,7 +255,7 @@ def _ordered(values: Array) -> Array:
 
 def _curve(values: Array, voltage: Array, area: Array) -> AreaCurve:
     freedom = len(voltage) - 9
-    residual = area - three_sines(values, voltage)
+    residual = area - _sines(values, voltage)
     variance = float(residual @ residual) / max(freedom, 1)
     spread = covariance(_jacobian(values, voltage), variance)
     errors = np.sqrt(np.diag(spread))

@@ -13,35 +13,17 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.one_line import described, shown
+from rodless_base.number_rows import number_rows
 
 Array = npt.NDArray[np.float64]
 
 
 def checked_points(columns: Mapping[str, npt.ArrayLike], fewest: int, curve: str) -> list[Array]:
-    """Return ``columns`` as arrays of one shape (n,).
+    """Return :func:`number_rows`; raises as it does.
 
-    Raises ValueError, in one line, for fewer than the ``fewest`` points that ``curve`` needs, for
-    columns of other shapes than the first, and for what is no finite number.
+    And for fewer than the ``fewest`` points that ``curve`` needs.
     """
-    found = [_numbers(name, values) for name, values in columns.items()]
-    count = len(found[0])
-    for name, values in zip(columns, found, strict=True):
-        if len(values) != count:
-            raise ValueError(f"{name}: {len(values)} values for {count} {next(iter(columns))}")
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            raise ValueError(f"{name}: value {bad[0]} is {values[bad[0]]}, must be finite")
-    if count < fewest:
-        raise ValueError(f"{count} points refused, {curve} needs {fewest} or more")
+    found = number_rows(columns)
+    if len(found[0]) < fewest:
+        raise ValueError(f"{len(found[0])} points refused, {curve} needs {fewest} or more")
     return found
-
-
-def _numbers(name: str, values: npt.ArrayLike) -> Array:
-    try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name}: {shown(values)} refused: {described(error)}") from error
-    if numbers.ndim != 1:
-        raise ValueError(f"{name}: of shape {numbers.shape}, must be one after the other, (n,)")
-    return numbers

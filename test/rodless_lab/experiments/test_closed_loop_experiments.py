@@ -75,8 +75,8 @@ def test_rows_count_from_the_second_period_on() -> None:
 
 @pytest.mark.parametrize(("amplitude", "centre"), [(0.0, 0.1), (0.06, 0.05), (0.05, 0.16)])
 def test_a_sine_that_cannot_be_is_refused(amplitude: float, centre: float) -> None:
-    """One that does not move, or leaves the stroke on either side: before anything runs."""
-    with pytest.raises(ValueError, match=r"does not move|leaves the stroke"):
+    """One that no sensor tells, or that leaves the stroke on either side: before anything runs."""
+    with pytest.raises(ValueError, match=r"which a sensor tells|leaves the stroke"):
         run_sine(("paper",), amplitude, centre)
 
 

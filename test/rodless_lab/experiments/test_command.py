@@ -86,7 +86,9 @@ def test_a_number_out_of_its_limits_ends_with_1_and_is_named(
         (["--position", "250"], "--position 250: must be from 0 to 200 mm"),
         (["--amplitude", "300"], "a sine of 300 mm about 100 mm leaves the stroke of 200 mm"),
         (["--seed", "-1"], "--seed -1: must not be negative"),
-        (["--amplitude", "-5"], "a sine of -5 mm: must be positive"),
+        (["--amplitude", "-5"], "a sine of -5 mm: must be 0.01 mm or more"),
+        (["--amplitude", "0"], "a sine of 0 mm: must be 0.01 mm or more"),
+        (["--amplitude", "1e-300"], "a sine of 1e-300 mm: must be 0.01 mm or more"),
     ],
 )
 def test_options_are_checked_before_anything_runs(
