@@ -36,7 +36,7 @@ SAMPLE_PERIOD = 1e-3
 CENTRE = Options.centre
 AMPLITUDE = Options.amplitude
 
-# What the position sensor of `calibrated` repeats to: a smaller motion says nothing of a controller.
+# What the position sensor of `calibrated` repeats to: of a smaller motion it tells nothing.
 LEAST_AMPLITUDE = 1e-5
 
 # Half the stroke's half: within the cylinder's rating, out of reach with Table 2's friction.

@@ -126,9 +126,9 @@ class StepResult:
             "tracking error. Two rigs stand in for that pair here: `paper` with the friction of "
             "Table 2 at every speed, `calibrated` with friction that lets the cylinder move as "
             "fast as its maker says, each with the gains tuned for it.",
-            "All numbers are of the positions that the sensors read, as on a rig: of `paper` the true "
-            "ones, of `calibrated` with its sensor's noise and nonlinearity. Sweeps, searches and "
-            "`rodless_lab.run_metrics` judge by the true position.",
+            "All numbers are of the positions that the sensors read, as on a rig: of `paper` the "
+            "true ones, of `calibrated` with its sensor's noise and nonlinearity. Sweeps, searches "
+            "and `rodless_lab.run_metrics` judge by the true position.",
             "With Table 2 the rise is the friction's doing, not the controller's: the carriage "
             f"cannot exceed {top_speed() * 1e3:.1f} mm/s at this supply.",
         )
