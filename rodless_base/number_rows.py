@@ -69,13 +69,12 @@ def number_rows(columns: Mapping[str, npt.ArrayLike]) -> list[Array]:
 def _refuse_other_than_numbers(values: npt.ArrayLike) -> None:
     """Raise TypeError for what numpy would take for numbers although it is none."""
     # Among numbers in a list, numpy makes numbers of booleans and of spans of time.
-    single = values if isinstance(values, Sequence) else ()
-    if np.ma.is_masked(values) or type(np.ma.masked) in map(type, single):
+    kinds = set(map(type, values)) if isinstance(values, Sequence) else set()
+    if np.ma.is_masked(values) or type(np.ma.masked) in kinds:
         raise TypeError("some are masked: fill or leave them out")
     found = np.asarray(values)
     if found.dtype.kind == "O":
-        single = found.ravel().tolist()
-    kinds = set(map(type, single))
+        kinds = set(map(type, found.ravel().tolist()))
     if found.dtype.kind not in "iufO" or kinds & {bool, np.bool_, np.timedelta64}:
         raise TypeError("not texts, booleans, spans of time or complex numbers")
     if found.dtype.kind == "O" and not all(issubclass(kind, Real | Decimal) for kind in kinds):

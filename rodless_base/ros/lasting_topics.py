@@ -8,34 +8,38 @@
 
 """Topics of which something is so for longer than it takes DDS to get to know what is there."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable
+from time import monotonic
 
-# How often (s, wall clock) they are looked at, and in how many looks one after the other it must be
-# so: names of nodes take a moment. Fewer have to do where there is no time left.
+# How often (s, wall clock) they are looked at, and for how long (s) it must have been so: names of
+# nodes take a moment. Less has to do where there is no time left.
 LOOK_PERIOD = 1.0
-LOOKS = 5
-LOOKS_AT_THE_END = 2
+DURATION = 5.0
+DURATION_AT_THE_END = 1.0
 
 
 class LastingTopics:
     """Finds them: to be looked for by :meth:`look`, once in ``LOOK_PERIOD``."""
 
-    def __init__(self, is_so: Callable[[str], bool]) -> None:
-        """Know of none; ``is_so`` tells whether it is so of a topic now."""
-        self._is_so = is_so
-        self._looks: Counter[str] = Counter()
+    def __init__(
+        self, condition: Callable[[str], bool], clock: Callable[[], float] = monotonic
+    ) -> None:
+        """Know of none; ``condition`` tells whether it is so of a topic now; ``clock`` is in s."""
+        self._condition = condition
+        self._clock = clock
+        self._since: dict[str, float] = {}
         self.found: list[str] = []
 
-    def look(self, topics: Iterable[str], enough: int = LOOKS) -> list[str]:
+    def look(self, topics: Iterable[str], duration: float = DURATION) -> list[str]:
         """Return those of ``topics`` of which it has become known to be so."""
-        self._looks = Counter(
-            {topic: self._looks[topic] + 1 for topic in topics if self._is_so(topic)}
-        )
+        now = self._clock()
+        self._since = {
+            topic: self._since.get(topic, now) for topic in topics if self._condition(topic)
+        }
         new = [
             topic
-            for topic, looks in self._looks.items()
-            if looks >= enough and topic not in self.found
+            for topic, since in self._since.items()
+            if now - since >= duration and topic not in self.found
         ]
         self.found += new
         return new

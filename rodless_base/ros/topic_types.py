@@ -31,13 +31,15 @@ TYPES: dict[str, type] = {
     ROS_CLOCK: Clock,
 }
 
+# States of different joints, which say whose they are.
+TOGETHER = {JOINT_STATES, VALVE_STATE}
+
 
 def check_topic_types(node: Node) -> None:
     """Raise ParameterError where topics are remapped to one name that must not be one.
 
     Of two types the middleware says so in many lines, and of a topic that is subscribed to late not
-    at all. Of one type, what is said on one would be taken for the other; but joint states say
-    whose they are.
+    at all. Of one type, what is said on one would be taken for the other.
     """
     known: dict[str, str] = {}
     for topic, kind in TYPES.items():
@@ -45,7 +47,7 @@ def check_topic_types(node: Node) -> None:
         other = known.setdefault(name, topic)
         if TYPES[other] is not kind:
             clash = f"with two types, {kind.__name__} and {TYPES[other].__name__}"
-        elif other != topic and kind is not JointState:
+        elif other != topic and {other, topic} != TOGETHER:
             clash = "so that one is taken for the other"
         else:
             continue

@@ -13,12 +13,10 @@ nothing arrives, the names of their nodes included.
 """
 
 from collections.abc import Sequence
-from functools import partial
 
 from rclpy.node import Node
 
 from rodless_base.one_line import listed
-from rodless_base.ros.lasting_topics import LastingTopics
 from rodless_base.ros.publish import UNKNOWN, nodes
 
 WAY_OUT = (
@@ -32,9 +30,10 @@ def has_unheard_publisher(observer: Node, topic: str) -> bool:
     return UNKNOWN in nodes(observer.get_publishers_info_by_topic(topic)).values()
 
 
-def unheard_topics(observer: Node) -> LastingTopics:
-    """Return what finds topics that have such a publisher for a while."""
-    return LastingTopics(partial(has_unheard_publisher, observer))
+def has_only_unheard_publishers(observer: Node, topic: str) -> bool:
+    """Whether ``topic`` is published, and all who do are such nodes."""
+    found = nodes(observer.get_publishers_info_by_topic(topic)).values()
+    return bool(found) and set(found) == {UNKNOWN}
 
 
 def unheard_text(topics: Sequence[str]) -> str:

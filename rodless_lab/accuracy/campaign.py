@@ -21,9 +21,9 @@ from threading import Thread
 from typing import TextIO
 
 from rodless_base.atomic_write import check_file_writable, naming
-from rodless_base.one_line import described
+from rodless_base.one_line import described, in_one_line
 from rodless_lab.accuracy.judge import Verdict, judge
-from rodless_lab.accuracy.random_rigs import kind
+from rodless_lab.accuracy.random_rigs import neighbourhood_and_drive
 from rodless_lab.results_folder import lock_or_refuse
 
 _HEADER = ",".join(Verdict._fields)
@@ -148,8 +148,8 @@ def _verdict(row: list[str]) -> Verdict:
         raise ValueError(f"{len(row)} columns, must be {len(Verdict._fields)}")
     number, around, drive, *figures, failure = row
     verdict = Verdict._make((int(number), around, drive, *map(float, figures), failure))
-    if verdict.number < 0 or (around, drive) != kind(verdict.number):
-        raise ValueError(f"there is no rig {number}, {around}, {drive}".replace("\n", " "))
+    if verdict.number < 0 or (around, drive) != neighbourhood_and_drive(verdict.number):
+        raise ValueError(f"there is no rig {', '.join(map(in_one_line, row[:3]))}")
     negative = [value for value in verdict[3:-1] if value < 0.0]
     if negative:
         raise ValueError(f"{negative[0]:g} is no difference")

@@ -102,10 +102,10 @@ class Case(NamedTuple):
     @property
     def drive(self) -> str:
         """Open loop or closed loop."""
-        return kind(self.number)[1]
+        return CLOSED_LOOP if self.voltages is None else OPEN_LOOP
 
 
-def kind(number: int) -> tuple[str, str]:
+def neighbourhood_and_drive(number: int) -> tuple[str, str]:
     """Return around which rig case ``number`` is, and how it is driven."""
     driven, around = divmod(number, len(NEIGHBOURHOODS))
     return NEIGHBOURHOODS[around], (OPEN_LOOP, CLOSED_LOOP)[driven % 2]
@@ -114,7 +114,7 @@ def kind(number: int) -> tuple[str, str]:
 def case(number: int) -> Case:
     """Return case ``number``: the same each time."""
     generator = np.random.default_rng([20220211, number])
-    around, drive = kind(number)
+    around, drive = neighbourhood_and_drive(number)
     parameters = drawn_rig(generator, around)
     position = parameters.number("cylinder.stroke") * _share_of_stroke(generator)
     if drive == OPEN_LOOP:

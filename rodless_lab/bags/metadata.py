@@ -59,7 +59,7 @@ def memory_for(what: object) -> Iterator[None]:
         yield
     except MemoryError as error:
         raise BagError(
-            f"{what}: needs more memory than there is; read it where there is"
+            f"{what}: needs more memory than there is; read it where there is more"
         ) from error
 
 

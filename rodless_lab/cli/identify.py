@@ -95,8 +95,9 @@ def _identify(options: argparse.Namespace) -> int:
     found = SUBJECTS[options.subject](run, parameters)
     informed = any(finding.value is not None for finding in found.findings)
     print_notes(run) if second is None else print_notes(run, second)
-    for line in frozen_sensors(run):
-        print(f"{options.bag}: {line}", file=sys.stderr)
+    for bag, one in ((options.bag, run), (options.validate, second)):
+        for line in () if one is None else frozen_sensors(one):
+            print(f"{bag}: {line}", file=sys.stderr)
     print(findings_table(found.findings))
     _say(options, found.verdict, informed=informed)
     _write(options, found, run, informed=informed)

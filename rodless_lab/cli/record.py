@@ -23,10 +23,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
-    from rodless_lab.session.domain import named_domain  # noqa: PLC0415
+    from rodless_lab.session.domain import check_discovery, named_domain  # noqa: PLC0415
 
     try:
         named_domain()
+        check_discovery()
     except HarnessError as error:
         print(error, file=sys.stderr)
         return 2

@@ -32,8 +32,10 @@ LOWEST_PRESSURE = 5e4
 # compressor and sensors add is less, and so is what a carriage compresses that bounces.
 COMPRESSED = 2.0
 
-# A carriage that is read to move by more than this (m) has pressures that change.
-MOVES = 1e-3
+# A carriage that is read to move by more than this (m) has pressures that change, by more than that
+# (Pa): no sensor tells less.
+SMALLEST_MOTION = 1e-3
+SMALLEST_CHANGE = 1e-3
 
 # Samples of a window that is looked at, at the least.
 FEWEST = 5
@@ -110,7 +112,7 @@ def _check_absolute(run: MeasuredRun) -> None:
 def _check_chambers(run: MeasuredRun) -> None:
     """Refuse pressures that were not read: their difference moves the carriage."""
     difference = run.pressure_a - run.pressure_b
-    if _moves(run) and float(np.ptp(difference)) == 0.0:
+    if _moves(run) and float(np.ptp(difference)) < SMALLEST_CHANGE:
         raise RunError(
             f"pressure_a is {difference[0]:.6g} Pa above pressure_b in all samples, while the "
             "carriage moves: sensors that are frozen or not connected, or one read for both"
@@ -118,16 +120,16 @@ def _check_chambers(run: MeasuredRun) -> None:
 
 
 def _moves(run: MeasuredRun) -> bool:
-    return float(np.ptp(run.position)) > MOVES
+    return float(np.ptp(run.position)) > SMALLEST_MOTION
 
 
 def frozen_sensors(run: MeasuredRun) -> list[str]:
     """Say of which chamber the pressure never changes, while the carriage moves."""
     return [
-        f"{name} is {getattr(run, name)[0]:.6g} Pa in all samples, while the carriage moves: where "
-        "that is no stated pressure but a sensor's, it is frozen, and nothing found here holds"
+        f"{name} is {getattr(run, name)[0]:.6g} Pa in all samples, while the carriage moves: "
+        "unless that is a stated value, the sensor is frozen, and the results do not hold"
         for name in CHAMBERS
-        if _moves(run) and float(np.ptp(getattr(run, name))) == 0.0
+        if _moves(run) and float(np.ptp(getattr(run, name))) < SMALLEST_CHANGE
     ]
 
 

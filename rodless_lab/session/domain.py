@@ -50,10 +50,8 @@ def domain_environment(domain: int) -> dict[str, str]:
 def named_domain() -> int | None:
     """Return the domain that the environment names, None for the default.
 
-    Raises HarnessError for one that does not exist, and where nobody is found in any.
+    Raises HarnessError for one that does not exist.
     """
-    if os.environ.get(RANGE) == "OFF":
-        raise HarnessError(f"{RANGE}=OFF: nodes find nobody, not even here; unset it")
     text = os.environ.get("ROS_DOMAIN_ID")
     if not text:
         return None
@@ -62,6 +60,12 @@ def named_domain() -> int | None:
             f"ROS_DOMAIN_ID={text!r}: must be a whole number from 0 to {GREATEST_DOMAIN}"
         )
     return int(text)
+
+
+def check_discovery() -> None:
+    """Raise HarnessError where the environment keeps nodes from finding anybody."""
+    if os.environ.get(RANGE) == "OFF":
+        raise HarnessError(f"{RANGE}=OFF: nodes find nobody, not even here; unset it")
 
 
 def full_namespace(namespace: str) -> str:

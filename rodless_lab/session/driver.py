@@ -11,6 +11,7 @@
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -21,12 +22,12 @@ from std_msgs.msg import Float64
 from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
-from rodless_base.ros.lasting_topics import LOOK_PERIOD
+from rodless_base.ros.lasting_topics import LOOK_PERIOD, LastingTopics
 from rodless_base.ros.namesakes import KILLED
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import UNKNOWN, Outbox
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
-from rodless_base.ros.unheard import unheard_text, unheard_topics
+from rodless_base.ros.unheard import has_only_unheard_publishers, unheard_text
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import DISCOVERY
@@ -77,7 +78,7 @@ class Driver:
         self._listens = False
         self._publisher = self.node.create_publisher(Float64, VALVE_VOLTAGE, LOSSLESS)
         self._samples = self.node.resolve_topic_name(JOINT_STATES)
-        self._silent = unheard_topics(self.node)
+        self._silent = LastingTopics(partial(has_only_unheard_publishers, self.node))
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
         self.node.create_timer(LOOK_PERIOD, self._look_for_samples, clock=steady_clock())
 

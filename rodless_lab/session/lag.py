@@ -12,7 +12,7 @@ import time
 import warnings
 
 # A session this far behind (s, wall clock), for at least as long, is told of.
-TOLD_FROM = 1.0
+LAG_THRESHOLD = 1.0
 
 
 class LagWarning(RuntimeWarning):
@@ -20,25 +20,28 @@ class LagWarning(RuntimeWarning):
 
 
 class LagWatch:
-    """Warns once when samples come ever longer after they were sent, although the session waits."""
+    """Warns once where samples stay more than ``LAG_THRESHOLD`` old while the session waits."""
 
     def __init__(self) -> None:
         """Nothing has come yet."""
         self._lag = 0.0
         # By how much (s) the session was behind when it fell behind, and how long (s) it has waited
         # since then.
-        self._at_first: float | None = None
+        self._lag_at_onset: float | None = None
         self._waited = 0.0
         self._looked = 0.0
+        self._has_news = False
         self._told = False
 
     def take(self, sent: int) -> None:
         """Take note of a sample that was ``sent`` (ns, wall clock) and comes now."""
         self._lag = (time.time_ns() - sent) * 1e-9
-        if self._lag < TOLD_FROM:
-            self._at_first = None
-        elif self._at_first is None:
-            self._at_first, self._waited = self._lag, 0.0
+        self._has_news = True
+        if self._lag < LAG_THRESHOLD:
+            self._lag_at_onset = None
+        elif self._lag_at_onset is None:
+            self._lag_at_onset, self._waited = self._lag, 0.0
+            self._looked = time.monotonic()
 
     def begin(self) -> None:
         """Begin to wait: what the test computes between two waits does not count."""
@@ -47,10 +50,13 @@ class LagWatch:
     def check(self) -> None:
         """Warn where the session has been behind for a while of waiting and does not catch up."""
         now = time.monotonic()
-        self._waited += now - self._looked
-        self._looked = now
-        behind = self._at_first is not None and self._lag >= self._at_first
-        if self._told or not behind or self._waited < TOLD_FROM:
+        before, self._looked = self._looked, now
+        if not self._has_news:
+            return  # of a plant that is paused or frozen the last sample grows old
+        self._has_news = False
+        self._waited += now - before
+        behind = self._lag_at_onset is not None and self._lag >= self._lag_at_onset
+        if self._told or not behind or self._waited < LAG_THRESHOLD:
             return
         self._told = True
         warnings.warn(
@@ -59,5 +65,5 @@ class LagWatch:
             "comes than it can take; receive less (telemetry, subscriptions), lengthen "
             "time.period, or use mode='lockstep'",
             LagWarning,
-            stacklevel=2,
+            stacklevel=1,
         )

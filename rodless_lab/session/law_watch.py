@@ -11,8 +11,9 @@
 from collections.abc import Callable
 
 from rodless_control.node.answers import CLOSED_BY_FAILURE
+from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.errors import LawFailedError
-from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.observer import Observer
 from rodless_lab.session.running_rig import CONTROLLER, SILENT, is_silent
 from rodless_lab.session.set_parameters import LAW_FAILURES
 

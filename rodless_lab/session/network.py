@@ -73,14 +73,14 @@ def this_machine() -> dict[str, str]:
 
 def check_loopback() -> None:
     """Raise HarnessError where this machine does not reach itself: nodes would wait for ever."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.connect((LOOPBACK, DISCARD_PORT))
-        except OSError as error:
-            raise HarnessError(
-                f"{LOOPBACK} cannot be reached ({error.strerror}), and nodes talk over it: `ip "
-                "link set lo up`, as root of this network"
-            ) from error
+    except OSError as error:
+        raise HarnessError(
+            f"{LOOPBACK} cannot be reached ({error.strerror}), and nodes talk over it: `ip "
+            "link set lo up`, as root of this network"
+        ) from error
 
 
 def make_room_for_nodes() -> None:

@@ -8,13 +8,12 @@
 
 """A ROS node that listens, commands and asks, in a context of its own."""
 
-import difflib
 import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -29,13 +28,14 @@ from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from rodless_base.closing import Closing
-from rodless_base.one_line import has_half_character, listed, shown
+from rodless_base.one_line import has_half_character, shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
-from rodless_lab.session.domain import full_namespace, named_domain
+from rodless_lab.session.diagnostic import Diagnostic
+from rodless_lab.session.domain import check_discovery, full_namespace, named_domain
 from rodless_lab.session.errors import (
     HarnessError,
     NotYetError,
@@ -76,35 +76,6 @@ SHUT_DOWN = "the observer was closed, or its context shut down: no message can c
 _environment_lock = threading.Lock()
 
 
-class Diagnostic(NamedTuple):
-    """What a node last published of itself on ``/diagnostics``."""
-
-    level: bytes  # DiagnosticStatus.OK, .WARN, .ERROR, .STALE
-    message: str
-    values: dict[str, str]
-    arrived: float = 0.0  # s, of time.monotonic()
-
-    def number(self, name: str, node: str) -> float:
-        """Return a number among the values of ``node``; raises HarnessError for what is none."""
-        if name not in self.values:
-            counted = [one for one, text in self.values.items() if _is_number(text)]
-            near = difflib.get_close_matches(str(name), counted, n=1)
-            way_out = f"did you mean {near[0]!r}" if near else f"it counts {listed(counted)}"
-            raise HarnessError(f"{node} counts no {shown(name)}; {way_out}")
-        text = self.values[name]
-        if not _is_number(text):
-            raise HarnessError(f"{node}: {name} is {shown(text)}, no number")
-        return float(text)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 class Observer(Closing):
     """A node in one domain; callbacks run inside :meth:`spin` and the methods that wait.
 
@@ -131,6 +102,7 @@ class Observer(Closing):
         self.context = Context()
         with _patched(environment or {}):
             make_room_for_nodes()
+            check_discovery()
             self.context.init(args=[], initialize_logging=False, domain_id=named_domain())
             self.node = Node(
                 "observer",
@@ -144,7 +116,7 @@ class Observer(Closing):
         self._executor.add_node(self.node)
         self._opening = OpeningProcess()
         self._spinning = threading.Lock()
-        self._looking = False
+        self._checking = False
         self._clients: dict[tuple[type, str], Any] = {}
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
         self._diagnostics: dict[str, Diagnostic] | None = None
@@ -197,21 +169,21 @@ class Observer(Closing):
         limit = self._timeout if timeout is None else timeout
         deadline = time.monotonic() + limit
         while not (found := condition()):
-            self._look()
+            self._run_check()
             if time.monotonic() > deadline:
                 raise WaitTimeoutError(f"timed out after {limit:g} s waiting for {what}")
             self.spin()
         return found
 
-    def _look(self) -> None:
+    def _run_check(self) -> None:
         """Call the check, which cannot wait itself: it would be called again."""
-        if self._looking:
+        if self._checking:
             raise HarnessError(BUSY)
-        self._looking = True
+        self._checking = True
         try:
             self._check()
         finally:
-            self._looking = False
+            self._checking = False
 
     def _check_open(self) -> None:
         if not self.context.ok():
@@ -382,8 +354,8 @@ class Observer(Closing):
     def diagnostics(self) -> dict[str, Diagnostic]:
         """What has come on ``/diagnostics`` since this was first asked for, by full node name."""
         if self._diagnostics is None:
-            self._diagnostics = {}
             self._reports = self.subscribe(DiagnosticArray, "/diagnostics", self._take_diagnostics)
+            self._diagnostics = {}
         return self._diagnostics
 
     def diagnostic(self, node: str, fresh: bool = False) -> Diagnostic:
@@ -391,6 +363,7 @@ class Observer(Closing):
 
         Nodes publish one a second.
         """
+        self._check_open()
         name = self.node.resolve_topic_name(node)
         if fresh:
             self.forget_diagnostic(name)

@@ -15,7 +15,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
-from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.diagnostic import Diagnostic
+from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import ProcessPlan
 from rodless_lab.session.running_rig import PLANT, RigError, RunningRig
 
@@ -52,7 +53,8 @@ def say_when_ready(
                 return
             if failing != before:
                 since = monotonic()
-            patience = COMPILING_SECONDS if plant is None else REPORT_SECONDS
+            starting = plant is None or not all(map(rig.is_known, plan.own_nodes))
+            patience = COMPILING_SECONDS if starting else REPORT_SECONDS
             if failing != said and monotonic() > since + patience:
                 said = failing
                 say(f"not ready: {failing}")

@@ -8,7 +8,6 @@
 
 """Listens to a rig for a session, in the order that its nodes need to start together."""
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -76,7 +75,7 @@ class Receiver:
 
     def _take(self, kind: type, topic: str, put: Callable[[Stamped], None]) -> Subscription:
         def take(message: Any, info: Info) -> None:
-            if kind is JointState and carriage_position(message) is None:
+            if kind is JointState and not _is_whole(message):
                 return
             if kind is JointState:
                 self.lag.take(info["source_timestamp"])
@@ -90,12 +89,15 @@ def _ignore(_message: bytes) -> None:
     """Take a message for nothing."""
 
 
+def _is_whole(message: JointState) -> bool:
+    """Whether it has all that a plant says of its carriage: others may publish there too."""
+    count = len(message.name)
+    whole = len(message.velocity) == len(message.effort) == count
+    return whole and carriage_position(message) is not None
+
+
 def _content(message: Any) -> tuple[float, ...]:
     if isinstance(message, FluidPressure):
         return (message.fluid_pressure,)
     place = message.name.index(joint_among(CARRIAGE, message.name))
-    # Somebody else's message may lack some; that it is none of the plant's its stamp will tell.
-    return tuple(
-        values[place] if place < len(values) else math.nan
-        for values in (message.position, message.velocity, message.effort)
-    )
+    return (message.position[place], message.velocity[place], message.effort[place])

@@ -20,9 +20,10 @@ from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.ros.unheard import WAY_OUT, has_unheard_publisher
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES
+from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
-from rodless_lab.session.observer import TIMEOUT, Diagnostic, Observer
+from rodless_lab.session.observer import TIMEOUT, Observer
 
 NODES = PLANT, CONTROLLER = "plant", "controller"
 

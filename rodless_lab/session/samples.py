@@ -9,6 +9,7 @@
 """The messages of a rig, put together to samples: one row per instant of plant time."""
 
 import math
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -26,9 +27,9 @@ Array = npt.NDArray[np.float64]
 TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 
 
-# Samples by which the topics of a run that is over may differ: more than a plant that was killed
-# leaves, and less than is missed unseen.
-MOST_APART = 100
+# Samples by which the topics of a run that is over may differ: a plant that was killed leaves some
+# of them behind, as many as waited to be sent.
+LARGEST_DIFFERENCE = 100
 
 LOST = (
     "samples were lost on their way: did the test compute for long, or was it held, without "
@@ -37,7 +38,7 @@ LOST = (
 
 
 class LostSampleError(RuntimeError):
-    """Samples have not arrived although nothing on this machine may lose any."""
+    """Messages of samples have not arrived, or are somebody else's."""
 
 
 class Sample(NamedTuple):
@@ -97,8 +98,9 @@ class PlantTopic:
     def __init__(self) -> None:
         """Nothing has come yet."""
         self.runs: list[list[Stamped]] = []
-        # Whether sample 0 after sample 0 begins a run, and is not the same one offered again.
-        self.expects_run = False
+        # From when on (ns, wall clock) sample 0 after sample 0 begins a run; before, and where it
+        # is None, it is the same one offered again.
+        self.run_expected_since: int | None = None
 
     def is_over(self, run: int) -> bool:
         """Whether a later run has begun."""
@@ -107,11 +109,14 @@ class PlantTopic:
     def put(self, message: Stamped) -> None:
         """Take the next message."""
         last = self.runs[-1][-1].stamp if self.runs else math.inf
-        if message.stamp == last and (last > 0 or not self.expects_run):
+        if message.stamp == last and (last > 0 or not self._begins_anew(message)):
             return  # lock-step offers a sample anew that has no answer, as to a new controller
         if message.stamp <= last:
             self.runs.append([])
         self.runs[-1].append(message)
+
+    def _begins_anew(self, message: Stamped) -> bool:
+        return self.run_expected_since is not None and message.sent >= self.run_expected_since
 
 
 class Unstamped(NamedTuple):
@@ -145,13 +150,15 @@ class Received:
     @contextmanager
     def expecting_run(self) -> Iterator[None]:
         """Let the plant begin anew in the block, be it from a run that has sample 0 alone."""
-        for topic in self.topics:
-            topic.expects_run = True
+        self._expect_run(time.time_ns())
         try:
             yield
         finally:
-            for topic in self.topics:
-                topic.expects_run = False
+            self._expect_run(None)
+
+    def _expect_run(self, since: int | None) -> None:
+        for topic in self.topics:
+            topic.run_expected_since = since
 
     @property
     def runs(self) -> int:
@@ -161,13 +168,13 @@ class Received:
     def complete(self, run: int) -> int:
         """Number of samples of a run (0, 1, …) of which every message has come.
 
-        Raises LostSampleError where a topic has left a run that others are still in: a reset or
-        the end of the plant leaves them no more than a sample apart.
+        Raises LostSampleError where a topic has left a run that others are still in, by more than
+        ``LARGEST_DIFFERENCE``.
         """
         topics = self.topics
         counts = [len(topic.runs[run]) if run < len(topic.runs) else 0 for topic in topics]
         over = [count for count, topic in zip(counts, topics, strict=True) if topic.is_over(run)]
-        if over and max(counts) > min(over) + MOST_APART:
+        if over and max(counts) > min(over) + LARGEST_DIFFERENCE:
             raise LostSampleError(LOST)
         return min(counts)
 

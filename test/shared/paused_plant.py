@@ -13,7 +13,8 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.ros.topics import stamp_nanoseconds
-from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.diagnostic import Diagnostic
+from rodless_lab.session.observer import Observer
 
 
 class PausedPlant:

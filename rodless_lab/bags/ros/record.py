@@ -95,7 +95,7 @@ def record(
         # The recorder first: it is closed last, and has the last that the others send.
         code = run_nodes([make, *beside], stop)
     if code and not any(writer.counts.values()):  # the start was refused, and that is told
-        shutil.rmtree(writer.path)
+        shutil.rmtree(writer.path, ignore_errors=True)
         return code
     # At once: who reads both streams wants it before what is missing.
     print(f"{sum(writer.counts.values())} messages in {writer.path}", flush=True)

@@ -11,16 +11,20 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 from rclpy.subscription import Subscription
 
-from rodless_base.one_line import listed
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
-from rodless_base.ros.lasting_topics import LOOK_PERIOD, LOOKS, LOOKS_AT_THE_END, LastingTopics
+from rodless_base.ros.lasting_topics import (
+    DURATION,
+    DURATION_AT_THE_END,
+    LOOK_PERIOD,
+    LastingTopics,
+)
 from rodless_base.ros.message_info import Info, with_info
-from rodless_base.ros.namesakes import KILLED
-from rodless_base.ros.unheard import unheard_text, unheard_topics
+from rodless_base.ros.unheard import has_unheard_publisher, unheard_text
 from rodless_base.topics import PRESSURES, VALVE_STATE
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
@@ -32,6 +36,9 @@ CLOCK_TOPIC = "/clock"
 
 # How often (s, wall clock) new topics are looked for and messages put out of a crash's reach.
 PERIOD = 0.1
+
+# Numbers of messages that go back so often are those of several publishers.
+MANY_TURNS = 20
 
 # A bag without a publisher of /clock for this long (ns, wall clock) gets wall-clock times.
 CLOCK_TIMEOUT = 2_000_000_000
@@ -88,8 +95,8 @@ class Recorder:
         self.lost: Counter[str] = Counter()
         self._on_topics = on_topics
         self._told: list[str] = []
-        self._unheard = unheard_topics(self.node)
-        self._mixed = LastingTopics(lambda topic: self.node.count_publishers(topic) > 1)
+        self._unheard = LastingTopics(partial(has_unheard_publisher, self.node))
+        self._turns: Counter[str] = Counter()
         self._on_trouble = on_trouble
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._poll, clock=steady_clock())
@@ -127,7 +134,7 @@ class Recorder:
             _take_sent(subscription, now)
             self.node.deliver_waiting(subscription)
         self._write(self._clock.finish())
-        self._look(LOOKS_AT_THE_END)
+        self._look(DURATION_AT_THE_END)
         self.node.destroy_node()
 
     def _poll(self) -> None:
@@ -144,15 +151,10 @@ class Recorder:
             self._told += new
             self._on_topics(new)
 
-    def _look(self, enough: int = LOOKS) -> None:
+    def _look(self, duration: float = DURATION) -> None:
         silent = [topic for topic in self.topics if not self.received[topic]]
-        if new := self._unheard.look(silent, enough):
+        if new := self._unheard.look(silent, duration):
             self._on_trouble(unheard_text(new))
-        if new := self._mixed.look(filter(_is_of_one_plant, self.topics), enough):
-            self._on_trouble(
-                f"{listed(new)}: several nodes publish on it, and the bag mixes what they say; "
-                f"stop all plants but one, and record anew {KILLED}"
-            )
 
     @property
     def unheard(self) -> list[str]:
@@ -216,11 +218,22 @@ class Recorder:
         return receive
 
     def _count_lost(self, topic: str, sequence: int) -> None:
-        before = self._sequences.get(topic, sequence)
+        before = self._sequences.get(topic, 0)
         self._sequences[topic] = sequence
+        if 0 < sequence <= before:
+            self._count_turn(topic)
         # Publishers count each for itself: with several, a gap tells nothing.
-        if sequence > before + 1 and self.node.count_publishers(topic) <= 1:
+        if sequence > before + 1 > 1 and self.node.count_publishers(topic) <= 1:
             self.lost[topic] += sequence - before - 1
+
+    def _count_turn(self, topic: str) -> None:
+        """Count that another publisher has its turn: now and then it is one started again."""
+        self._turns[topic] += 1
+        if self._turns[topic] == MANY_TURNS and _is_of_one_plant(topic):
+            self._on_trouble(
+                f"{topic}: several nodes publish on it, and the bag mixes what they say; stop all "
+                "plants but one, and record anew"
+            )
 
     def _write(self, messages: Iterable[Timed]) -> None:
         def write() -> None:

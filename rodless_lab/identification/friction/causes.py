@@ -31,7 +31,7 @@ def with_form(fit: FrictionFit, run: MeasuredRun, parameters: RigParameters) -> 
     number of forms tried.
     """
     moving = joined([fit.forward.verdict, fit.reverse.verdict])
-    if moving.fits or moving.cause:
+    if moving.fits or moving.cause:  # no form follows a force that drives the carriage
         return fit.verdict
     causes = [fit.rest.cause, _other_form(fit, run, parameters)]
     return fit.verdict.blaming("; ".join(filter(None, causes)))

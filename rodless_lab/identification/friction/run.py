@@ -44,6 +44,11 @@ STEADY = 0.15
 # How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
 FINEST_FORCE = 0.03
 
+# What a force that drives the carriage in place of friction comes from.
+SWAPPED = (
+    "chambers A and B swapped, positions counted from the end of chamber B, or a pressure bias"
+)
+
 # How far points are from the curve where no sensor has an error (N, root mean square of four rigs;
 # 0.19 at most): speed and force are means with different weights of a motion that STEADY lets vary.
 POINT_ACCURACY = 0.08
@@ -229,11 +234,18 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters, direction: str)
     return replace(fit, **widened)
 
 
+SWAPPED = (
+    "chambers A and B swapped, positions counted from the end of chamber B, or a pressure bias"
+)
+
+
 def _pushing(coulomb: Estimate, direction: str) -> Verdict:
     """Say that no friction was found, but a force that drives the carriage."""
     explained = max(coulomb.half_width, FINEST_FORCE)
-    check = Check(f"force that pushes it {direction}", -coulomb.value, explained, "N", 0.0)
-    return Verdict((check,), "pressures of both chambers, as sensors read them")
+    check = Check(
+        f"force that drives the carriage {direction}", -coulomb.value, explained, "N", 0.0
+    )
+    return Verdict((check,), SWAPPED)
 
 
 def bias_force(parameters: RigParameters) -> float:

@@ -18,6 +18,7 @@ what callbacks would.
 import math
 import threading
 from collections.abc import Callable
+from functools import partial
 from time import monotonic
 from typing import Any
 
@@ -32,9 +33,9 @@ from rodless_base.closing import Closing
 from rodless_base.constants import CARRIAGE, NANOSECONDS_PER_SECOND, PISTON, SPOOL
 from rodless_base.frames import joint_among
 from rodless_base.one_line import traced
-from rodless_base.ros.lasting_topics import LOOK_PERIOD
+from rodless_base.ros.lasting_topics import LOOK_PERIOD, LastingTopics
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
-from rodless_base.ros.unheard import unheard_text, unheard_topics
+from rodless_base.ros.unheard import has_only_unheard_publishers, unheard_text
 from rodless_base.topics import (
     JOINT_STATES,
     PRESSURES,
@@ -84,7 +85,7 @@ class LiveRig(Closing):
         # By topic; what is subscribed for it may be the throttled one.
         self._takers: dict[str, tuple[Subscription, Taker]] = {}
         self._terms: tuple[str, ...] = ()
-        self._silent = unheard_topics(self._node)
+        self._silent = LastingTopics(partial(has_only_unheard_publishers, self._node))
         self._subscribe(JointState, JOINT_STATES, self._take_joint)
         for field, topic in PRESSURES.items():
             self._subscribe(FluidPressure, topic, self._value(field, "fluid_pressure"))
@@ -216,6 +217,8 @@ class LiveRig(Closing):
         if self._silent.look([samples]):
             self._state.unheard = unheard_text([samples])
             self._node.get_logger().error(self._state.unheard)
+        elif not has_only_unheard_publishers(self._node, samples):
+            self._state.unheard = None
 
     def _published_terms(self) -> tuple[str, ...]:
         own = self._node.resolve_topic_name(CONTROLLER) + "/"

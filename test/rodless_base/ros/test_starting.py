@@ -114,6 +114,12 @@ REFUSED = {
         )
         for node in ("plant", "controller")
     },
+    "a controller whose commands are measured positions": (
+        "controller",
+        None,
+        ["-r", "joint_commands:=joint_states"],
+        ["joint_commands and joint_states are one name, /joint_states, so that one is taken for"],
+    ),
     "a controller whose set-points are its own voltages": (
         "controller",
         None,

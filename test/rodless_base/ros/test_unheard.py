@@ -8,11 +8,12 @@
 
 """Publishers whose node's name does not arrive, as those of another account."""
 
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
-from rodless_base.ros.lasting_topics import LOOKS, LOOKS_AT_THE_END
-from rodless_base.ros.unheard import unheard_topics
+from rodless_base.ros.lasting_topics import DURATION, DURATION_AT_THE_END, LastingTopics
+from rodless_base.ros.unheard import has_only_unheard_publishers, has_unheard_publisher
 
 
 class Graph:
@@ -34,19 +35,37 @@ def test_a_topic_is_unheard_where_a_name_does_not_come_for_a_while() -> None:
     """Not at once, since names take a moment; once; and not where the names are known."""
     unknown = "_NODE_NAME_UNKNOWN_"
     graph = Graph({"/late": [unknown], "/lost": ["plant", unknown], "/known": ["plant"]})
-    unheard = unheard_topics(graph)  # type: ignore[arg-type]
-    looks = []
-    for look in range(3 * LOOKS):
-        if look == LOOKS - 1:
+    now = [0.0]
+    unheard = LastingTopics(
+        partial(has_unheard_publisher, graph),  # type: ignore[arg-type]
+        lambda: now[0],
+    )
+    looks = {}
+    while now[0] < 3.0 * DURATION:
+        if now[0] == DURATION - 1.0:
             graph.names["/late"] = ["plant"]
-        looks.append(unheard.look(["/late", "/lost", "/known"]))
-    assert [place for place, found in enumerate(looks) if found] == [LOOKS - 1]
-    assert looks[LOOKS - 1] == unheard.found == ["/lost"]
+        looks[now[0]] = unheard.look(["/late", "/lost", "/known"])
+        now[0] += 1.0
+    assert [when for when, found in looks.items() if found] == [DURATION]
+    assert looks[DURATION] == unheard.found == ["/lost"]
 
 
-def test_where_no_time_is_left_fewer_looks_have_to_do() -> None:
-    """A recording that is stopped early says so as well, once, but not of a name a look old."""
-    unheard = unheard_topics(Graph({"/lost": ["_NODE_NAME_UNKNOWN_"]}))  # type: ignore[arg-type]
-    assert unheard.look(["/lost"], LOOKS_AT_THE_END) == []
-    assert unheard.look(["/lost"], LOOKS_AT_THE_END) == ["/lost"]
-    assert [unheard.look(["/lost"]) for _ in range(LOOKS)] == [[]] * LOOKS
+def test_where_no_time_is_left_less_has_to_do() -> None:
+    """A recording that is stopped early says so as well, once, but not of a name just come."""
+    now = [0.0]
+    unheard = LastingTopics(lambda _: True, lambda: now[0])
+    assert unheard.look(["/lost"], DURATION_AT_THE_END) == []
+    now[0] += 0.5 * DURATION_AT_THE_END
+    assert unheard.look(["/lost"], DURATION_AT_THE_END) == []
+    now[0] += 0.5 * DURATION_AT_THE_END
+    assert unheard.look(["/lost"], DURATION_AT_THE_END) == ["/lost"]
+    now[0] += 2.0 * DURATION
+    assert unheard.look(["/lost"]) == []
+
+
+def test_of_several_publishers_all_must_be_unheard_where_nothing_can_be_heard_yet() -> None:
+    """One of a known node may be the one that is waited for."""
+    unknown = "_NODE_NAME_UNKNOWN_"
+    graph: Any = Graph({"/both": ["plant", unknown], "/lost": [unknown, unknown], "/none": []})
+    found = {topic: has_only_unheard_publishers(graph, topic) for topic in graph.names}
+    assert found == {"/both": False, "/lost": True, "/none": False}

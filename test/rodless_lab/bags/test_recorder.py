@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -32,7 +33,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64, Header, String
 
 from rodless_lab.bags.reader import Bag, read_bag
-from rodless_lab.bags.ros.recorder import Recorder
+from rodless_lab.bags.ros.recorder import MANY_TURNS, Recorder
 from rodless_lab.bags.writer import BagWriter, recover_bag
 
 pytestmark = pytest.mark.usefixtures("hears_hangup")
@@ -434,15 +435,32 @@ def test_without_a_list_topics_are_told_as_they_come(plant: Plant, recording: Re
 
 
 def test_a_bag_of_two_plants_of_one_name_is_told_of(plant: Plant, recording: Recording) -> None:
-    """Of topics that a plant alone publishes; several may send set-points, or report."""
-    plant.publisher(FluidPressure, "chamber_a/pressure")
-    plant.publisher(FluidPressure, "chamber_b/pressure")
-    for _ in range(2):
-        plant.publisher(FluidPressure, "supply/pressure")
-        plant.publisher(Float64, "setpoint")
+    """Of topics that a plant alone publishes; several may send set-points, or report.
+
+    One that is started again, even several times, is another publisher, and no second plant.
+    """
     troubles: list[str] = []
-    recording.start(on_trouble=troubles.append)
-    recording.until(lambda: troubles)
+    recorder = recording.start(on_trouble=troubles.append)
+    sent: Counter[str] = Counter()
+
+    def send(publisher: Publisher, message: object) -> None:
+        publisher.publish(message)
+        topic = publisher.topic_name
+        sent[topic] += 1
+        recording.until(lambda: recorder.received[topic] == sent[topic])
+
+    for topic, kind in (("supply/pressure", FluidPressure), ("setpoint", Float64)):
+        both = [plant.publisher(kind, topic) for _ in range(2)]
+        recording.until(lambda both=both: all(p.get_subscription_count() for p in both))
+        for _ in range(2 * MANY_TURNS):
+            for publisher in both:
+                send(publisher, kind())
+    for _ in range(3):
+        again = plant.publisher(FluidPressure, "chamber_a/pressure")
+        recording.until(again.get_subscription_count)
+        for _ in range(2 * MANY_TURNS):
+            send(again, FluidPressure())
+        plant.node.destroy_publisher(again)
     recording.end()
     assert len(troubles) == 1
     said = "/supply/pressure: several nodes publish on it, and the bag mixes what they say; stop"

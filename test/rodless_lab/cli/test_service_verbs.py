@@ -21,7 +21,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.ros.diagnostics import NAMESAKES
 from rodless_base.ros.topics import stamp_nanoseconds
-from rodless_lab.session.observer import Diagnostic, Observer
+from rodless_lab.session.diagnostic import Diagnostic
+from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
 
 PERIOD = 5e-3

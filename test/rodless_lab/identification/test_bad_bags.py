@@ -37,7 +37,7 @@ def a_run(samples: int = 400) -> MeasuredRun:
     return MeasuredRun(time, 0.1 + 0.01 * time, varying, level, level + 2e5, voltage)
 
 
-@pytest.mark.parametrize("difference", [0.0, 5e4])
+@pytest.mark.parametrize("difference", [0.0, 5e4, 1234.567])
 @pytest.mark.parametrize(
     "identified", [identify_friction, identify_bristles, identify_chambers, identify_heat]
 )
@@ -78,7 +78,7 @@ def test_friction_that_would_push_is_not_found() -> None:
         assert not fit.forward.coulomb.informed
         assert "and can be from 0 to" in fit.forward.coulomb.note
         assert not fit.verdict.fits
-        assert "the model does not fit: force that pushes it forward" in str(fit.verdict)
+        assert "the model does not fit: force that drives the carriage forward" in str(fit.verdict)
 
 
 def refused(

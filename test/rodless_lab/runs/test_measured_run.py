@@ -31,12 +31,34 @@ def test_a_column_that_is_no_array_of_numbers_is_refused(name: str, values: obje
         MeasuredRun(**{**columns, name: values})  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("share", [0.02, -0.5, 0.9])
+@pytest.mark.parametrize("share", [0.3, -0.5, 0.9])
 def test_a_sample_out_of_step_is_named(share: float) -> None:
-    """All that is computed from a run takes its samples as evenly spaced; stamps are rounded."""
+    """All that is computed from a run takes its samples as evenly spaced."""
     late = np.where(np.arange(100) == 40, share * 1e-3, 0.0)
-    said = f"^time: sample 40 comes {1e-3 * (1.0 + share):.6g} s after the one before, on average"
+    step = 1e-3 * (1.0 + share)
+    said = f"^time: sample 40 comes {step:.6g} s after the one before, mostly it is 0.001 s"
     with pytest.raises(RunError, match=said):
         MeasuredRun(TIME + late, *[STILL] * 5)
-    rounded = 1.7e9 + TIME
-    assert MeasuredRun(rounded, *[STILL] * 5).period == pytest.approx(1e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("gap", [1, 3, 50_000])
+@pytest.mark.parametrize("place", [1, 40, 98])
+def test_a_gap_is_named_wherever_it_is(gap: int, place: int) -> None:
+    """Samples that are missing: not the first one is blamed, whose step is not the mean."""
+    time = np.where(np.arange(100) >= place, TIME + gap * 1e-3, TIME)
+    with pytest.raises(RunError, match=f"^time: sample {place} comes {1e-3 * (1 + gap):.6g} s aft"):
+        MeasuredRun(time, *[STILL] * 5)
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        np.round(np.arange(100) / 300.0, 3),  # 300 Hz in whole ms
+        1.7e9 + np.arange(100) / 50_000.0,  # since 1970
+        TIME + 1e-4 * np.random.default_rng(1).uniform(-1.0, 1.0, 100),  # a timer that jitters
+    ],
+    ids=["rounded", "epoch", "jitter"],
+)
+def test_stamps_may_be_rounded_and_jitter(time: np.ndarray) -> None:
+    """It does not add up: the period is right."""
+    assert MeasuredRun(time, *[STILL] * 5).period == pytest.approx((time[-1] - time[0]) / 99)

@@ -83,6 +83,19 @@ def test_who_keeps_up_or_catches_up_is_not(clocks: Clocks, lag: Callable[[float]
     assert told(clocks, lag) == []
 
 
+def test_an_old_sample_alone_is_no_lag(clocks: Clocks) -> None:
+    """The plant is paused or frozen: what the session knows is as old, and as new as can be."""
+    watch = LagWatch()
+    watch.begin()
+    clocks.now += 2.0
+    watch.take(round((clocks.now - 2.0) * 1e9))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for _ in range(1000):
+            watch.check()
+            clocks.now += 0.01
+
+
 def test_the_warning_names_the_way_out(clocks: Clocks) -> None:
     """One line."""
     watch = LagWatch()

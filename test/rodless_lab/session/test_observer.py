@@ -10,7 +10,7 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 
 import pytest
@@ -284,18 +284,23 @@ def test_a_check_cannot_wait(domain: dict[str, str]) -> None:
         observer.wait(lambda: False, "anything")
 
 
-def test_a_wait_after_the_end_is_refused(domain: dict[str, str]) -> None:
-    """In words: no exception of rclpy without any."""
+@pytest.mark.parametrize("end", [Observer.close, lambda observer: observer.context.try_shutdown()])
+def test_what_comes_after_the_end_is_refused(
+    domain: dict[str, str], end: Callable[[Observer], object]
+) -> None:
+    """In words, also a second time: no exception of rclpy without any."""
     observer = Observer(domain)
-    observer.context.try_shutdown()
-    with pytest.raises(HarnessError, match="the observer was closed, or its context shut down"):
-        observer.wait(lambda: False, "anything")
+    end(observer)
     for use in (
+        lambda: observer.wait(lambda: False, "anything"),
         lambda: observer.collect(Float64, "setpoint"),
         lambda: observer.publisher(Float64, "setpoint"),
         lambda: observer.call(Trigger, "plant/reset"),
         lambda: observer.get_parameters("plant", ["supply.pressure"]),
+        lambda: observer.counter("plant", "commands clamped"),
+        lambda: observer.counter("plant", "commands clamped"),
     ):
         with pytest.raises(HarnessError, match="the observer was closed, or its context shut down"):
             use()
-    observer.close()
+    if end is not Observer.close:
+        observer.close()

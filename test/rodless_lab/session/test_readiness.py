@@ -8,6 +8,7 @@
 
 """A rig that never becomes ready says why, instead of nothing."""
 
+from itertools import count
 from types import SimpleNamespace
 
 import pytest
@@ -22,9 +23,10 @@ def test_nodes_that_are_never_found_are_told_of(
     """As where the environment keeps them from finding each other: after a while, once."""
     for name, value in domain.items():
         monkeypatch.setenv(name, value)
-    monkeypatch.setattr(readiness, "COMPILING_SECONDS", 0.2)
+    now = count(0.0, 0.1 * readiness.COMPILING_SECONDS)
+    monkeypatch.setattr(readiness, "monotonic", lambda: next(now))
     said: list[str] = []
-    looks = iter([False] * 20)
+    looks = iter([False] * 30)
     readiness.say_when_ready(
         ProcessPlan(),
         SimpleNamespace(requested=False),  # type: ignore[arg-type]

@@ -59,13 +59,15 @@ def test_the_carriage_is_found_by_its_name() -> None:
 
 
 def test_a_message_of_somebody_else_makes_no_sample() -> None:
-    """It may lack numbers, and has a stamp of its own: the run is torn, and that is told."""
+    """One that lacks numbers is left out; one with a stamp of its own tears the run: it is told."""
     observer = StandInObserver()
     receiver = Receiver(observer)  # type: ignore[arg-type]
     receiver.listen_to_the_rest(())
     for topic in PRESSURES.values():
         put(observer, topic, FluidPressure(fluid_pressure=4e5))
-    alien = JointState(name=["carriage"], position=[0.15])
+    put(observer, JOINT_STATES, JointState(name=["carriage"], position=[0.15]))
+    assert receiver.received.runs == 0
+    alien = JointState(name=["carriage"], position=[0.15], velocity=[0.0], effort=[0.0])
     alien.header.stamp.sec = 1000
     put(observer, JOINT_STATES, alien)
     with pytest.raises(LostSampleError, match="does somebody else publish on the plant's topics"):

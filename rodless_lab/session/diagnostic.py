@@ -1,0 +1,44 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What a node last published of itself on ``/diagnostics``."""
+
+import difflib
+from typing import NamedTuple
+
+from rodless_base.one_line import listed, shown
+from rodless_lab.session.errors import HarnessError
+
+
+class Diagnostic(NamedTuple):
+    """One report: its level is one of DiagnosticStatus.OK, .WARN, .ERROR and .STALE."""
+
+    level: bytes
+    message: str
+    values: dict[str, str]
+    arrived: float = 0.0  # s, of time.monotonic()
+
+    def number(self, name: str, node: str) -> float:
+        """Return a number among the values of ``node``; raises HarnessError for what is none."""
+        if name not in self.values:
+            counted = [one for one, text in self.values.items() if _is_number(text)]
+            near = difflib.get_close_matches(str(name), counted, n=1)
+            way_out = f"did you mean {near[0]!r}" if near else f"it counts {listed(counted)}"
+            raise HarnessError(f"{node} counts no {shown(name)}; {way_out}")
+        text = self.values[name]
+        if not _is_number(text):
+            raise HarnessError(f"{node}: {name} is {shown(text)}, no number")
+        return float(text)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
