@@ -9,9 +9,11 @@
 """Whether a run can be of the rig that is taken as known: its units and bounds."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
@@ -36,6 +38,14 @@ COMPRESSED = 2.0
 # (Pa): no sensor tells less.
 SMALLEST_MOTION = 1e-3
 SMALLEST_CHANGE = 1e-3
+
+# A pressure that is the same over so much travel (m), and was not by so much (Pa) beside it.
+FROZEN_TRAVEL = 20e-3
+SMALLEST_EDGE = 1.0
+
+# A position that is the same for so long (s), and then elsewhere faster (m/s) than any carriage.
+FROZEN_TIME = 0.1
+FASTEST = 10.0
 
 # Samples of a window that is looked at, at the least.
 FEWEST = 5
@@ -75,6 +85,7 @@ def check_run(
     for name in PRESSURES:
         _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
     _check_chambers(run)
+    _check_position(run)
 
 
 def from_gauge(run: MeasuredRun) -> MeasuredRun:
@@ -112,25 +123,54 @@ def _check_absolute(run: MeasuredRun) -> None:
 def _check_chambers(run: MeasuredRun) -> None:
     """Refuse pressures that were not read: their difference moves the carriage."""
     difference = run.pressure_a - run.pressure_b
-    if _moves(run) and float(np.ptp(difference)) < SMALLEST_CHANGE:
+    moves = float(np.ptp(run.position)) > SMALLEST_MOTION
+    if moves and float(np.ptp(difference)) < SMALLEST_CHANGE:
         raise RunError(
             f"pressure_a is {difference[0]:.6g} Pa above pressure_b in all samples, while the "
             "carriage moves: sensors that are frozen or not connected, or one read for both"
         )
 
 
-def _moves(run: MeasuredRun) -> bool:
-    return float(np.ptp(run.position)) > SMALLEST_MOTION
+def _check_position(run: MeasuredRun) -> None:
+    """Refuse a position that was not read for a while: it stands still, and jumps."""
+    for first, last in _constant(run.position)[:-1]:
+        jump = abs(float(run.position[last] - run.position[first]))
+        if (last - first) * run.period >= FROZEN_TIME and jump > FASTEST * run.period:
+            raise RunError(
+                f"position is {run.position[first]:.6g} m from {run.time[first]:.6g} s on, and at "
+                f"sample {last}, at {run.time[last]:.6g} s, jumps by {jump * 1e3:.3g} mm: its "
+                "sensor was frozen, or samples were lost"
+            )
 
 
 def frozen_sensors(run: MeasuredRun) -> list[str]:
-    """Say of which chamber the pressure never changes, while the carriage moves."""
-    return [
-        f"{name} is {getattr(run, name)[0]:.6g} Pa in all samples, while the carriage moves: "
-        "unless that is a stated value, the sensor is frozen, and the results do not hold"
-        for name in CHAMBERS
-        if _moves(run) and float(np.ptp(getattr(run, name))) < SMALLEST_CHANGE
-    ]
+    """Say of which chamber the pressure does not change while the carriage moves.
+
+    Of a part of the run only where that begins or ends at once, as no pressure does that settles.
+    """
+    found = []
+    for name in CHAMBERS:
+        values = getattr(run, name)
+        steps = np.abs(np.diff(values))
+        for first, last in _constant(values):
+            edges = (steps[first - 1 : first].tolist(), steps[last - 1 : last].tolist())
+            whole = last - first == len(values)
+            at_once = whole or max(map(sum, edges)) >= SMALLEST_EDGE
+            travel = SMALLEST_MOTION if whole else FROZEN_TRAVEL
+            if at_once and float(np.ptp(run.position[first:last])) >= travel:
+                when = f"from {run.time[first]:.6g} to {run.time[last - 1]:.6g} s"
+                found.append(
+                    f"{name} is {values[first]:.6g} Pa {'in all samples' if whole else when}, "
+                    "while the carriage moves: unless that is a stated value, the sensor is "
+                    "frozen, and the results do not hold"
+                )
+    return found
+
+
+def _constant(values: npt.NDArray[np.float64]) -> list[tuple[int, int]]:
+    """Return first and end of each stretch of equal ``values``, shape (n,)."""
+    ends = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
+    return list(pairwise(ends))
 
 
 def _check(run: MeasuredRun, name: str, limits: tuple[float, float], words: str) -> None:

@@ -40,6 +40,13 @@ class OwnCommands:
         if from_now:
             self._samples = Cursor(self._received)
 
+    @property
+    def silence(self) -> str:
+        """Say that the plant waits for commands that nothing sends, if so."""
+        if not self._waits or self._law is not None:
+            return ""
+        return "; the plant waits for a command to each sample: let drive() answer them"
+
     def send(self, voltage: float) -> None:
         """Send one command; it answers the sample that waits for one."""
         self._samples.next()
@@ -94,9 +101,16 @@ class RelayedCommands:
         while self._passed < len(answers) and (self._samples is None or self._samples.peek()):
             wanted = answers[self._passed].value
             altered = wanted if self.alter is None else self.alter(wanted)
-            voltage = None if altered is None else voltage_of(altered, "alter_commands: the result")
+            voltage = self._voltage(altered)
             self._passed += 1
             if self._samples is not None:
                 self._samples.skip()
             if voltage is not None:
                 self._send(voltage)
+
+    def _voltage(self, altered: object) -> float | None:
+        if altered is None and self._samples is not None:
+            raise HarnessError(
+                "alter_commands: the result is None, and a lock-step plant waits for a number of V"
+            )
+        return None if altered is None else voltage_of(altered, "alter_commands: the result")

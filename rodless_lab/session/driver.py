@@ -39,6 +39,11 @@ POLL_PERIOD = 0.02
 # Somebody else who commands for longer than this, in wall-clock s, is not on the way out.
 STAYS = 1.0
 
+# After how long without a sample, in wall-clock s, that is said.
+SILENCE = 5.0
+
+RECORD_ANEW = "what was recorded is of no use, record anew"
+
 # How long the last command may take to arrive.
 LAST_COMMAND_TIMEOUT = Duration(seconds=1.0)
 
@@ -57,8 +62,8 @@ class Driver:
         """Send ``voltages`` (V, shape (n,), ``period`` s apart), close the valve, call ``ended``.
 
         Listens to samples once the rig and ``recorders`` hear it, so that no command is lost. Calls
-        ``ended`` too where somebody else commands the valve: ``rivals`` names who, and where
-        nothing arrives of the plant that is there: ``unheard`` names its topic.
+        ``ended`` too where somebody else commands the valve: ``rivals`` names who, and where the
+        plant is of no use: ``trouble`` says why.
         ``show`` is told each whole second (s, plant time) of the run.
         """
         self.node = GuardedNode("driver")
@@ -71,7 +76,9 @@ class Driver:
         self._shown = -1
         self.done = False
         self.rivals: str | None = None
-        self.unheard: str | None = None
+        self.trouble: str | None = None
+        self._last_sample = 0.0  # s, of time.monotonic()
+        self._told_of_silence = False
         self._heard_since: float | None = None
         self._beside_since: float | None = None
         self._outbox = Outbox(self.node)
@@ -111,9 +118,28 @@ class Driver:
             self._ended()
 
     def _look_for_samples(self) -> None:
-        if not self.has_begun and self._silent.look([self._samples]):
-            self.unheard = self._samples
-            self._ended()
+        if self.has_begun:
+            self._look_for_silence()
+        elif self._silent.look([self._samples]):
+            self._end_because(unheard_text([self._samples]))
+
+    def _look_for_silence(self) -> None:
+        """Say once that no sample comes; end where nobody is left to send any."""
+        if time.monotonic() - self._last_sample < SILENCE:
+            self._told_of_silence = False
+        elif not self.node.count_publishers(self._samples):
+            self._end_because(f"{self._samples}: the plant has ended; {RECORD_ANEW}")
+        elif not self._told_of_silence:
+            self._told_of_silence = True
+            print(
+                f"\n{self._samples}: no sample for {SILENCE:g} s, the plant is paused, stopped or "
+                "was killed; going on once there is one",
+                file=sys.stderr,
+            )
+
+    def _end_because(self, trouble: str) -> None:
+        self.trouble = trouble
+        self._ended()
 
     @property
     def has_begun(self) -> bool:
@@ -131,8 +157,14 @@ class Driver:
 
     def _answer(self, sample: JointState) -> None:
         now = stamp_nanoseconds(sample.header.stamp)
-        if self._first is None or now < self._first:
+        self._last_sample = time.monotonic()
+        if self._first is None:
             self._first = now
+        if now < self._first:
+            self._end_because(
+                f"{self._samples}: the plant was reset or started again; {RECORD_ANEW}"
+            )
+            return
         elapsed = now - self._first
         due = elapsed // self._period
         self.done = due >= len(self._voltages)
@@ -156,7 +188,7 @@ def drive(
     """Run a :class:`Driver` to its end or to ``stop``; return exit code and whether it is done.
 
     After a line on standard error the code is 2 where somebody else commands the valve, and 1 where
-    somebody came to do so meanwhile, or where nothing arrives of the plant that is there.
+    somebody came to do so meanwhile, and where the plant is not heard, ends or begins anew.
     """
     drivers: list[Driver] = []
 
@@ -178,7 +210,7 @@ def drive(
             file=sys.stderr,
         )
         return 1 if driver.has_begun else 2, False
-    if driver is not None and driver.unheard is not None:
-        print(unheard_text([driver.unheard]), file=sys.stderr)
+    if driver is not None and driver.trouble is not None:
+        print(driver.trouble, file=sys.stderr)
         return 1, False
     return code, driver is not None and driver.done

@@ -142,7 +142,8 @@ class LiveSession:
         try:
             yield
         except WaitTimeoutError as error:
-            silence = "" if self._law_watch is None else self._law_watch.silence
+            watched = (self._law_watch, self._own)
+            silence = "".join(one.silence for one in watched if one is not None)
             raise WaitTimeoutError(self._processes.with_outputs(f"{error}{silence}")) from error
         finally:
             self._answering = before

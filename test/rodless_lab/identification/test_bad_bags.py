@@ -22,11 +22,16 @@ from quiet_stop import Quiet
 from rodless_lab.cli import compare, identify
 from rodless_lab.identification.bristles.fit import identify_bristles
 from rodless_lab.identification.friction.run import identify_friction
-from rodless_lab.identification.plausible import check_run
+from rodless_lab.identification.plausible import check_run, frozen_sensors
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.heat import identify_heat
-from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
-from rodless_sim import RigParameters
+from rodless_lab.runs.measured_run import (
+    MeasuredRun,
+    RunError,
+    UninformativeRunError,
+    run_of_trace,
+)
+from rodless_sim import RigParameters, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 
@@ -67,6 +72,45 @@ def test_one_pressure_that_never_changes_is_told(tmp_path: Path, write_bag, caps
     assert np.ptp(run.pressure_b) == 0.0
     identify.main(["friction", str(bag), "-o", str(tmp_path / "found.yaml")], Quiet())
     assert "pressure_b is 400000 Pa in all samples, while the carr" in capsys.readouterr().err
+
+
+def steady_run(noise: float) -> MeasuredRun:
+    """An ideal rig on four constant voltages, its pressures read with ``noise`` (Pa)."""
+    voltages = np.repeat([5.4, 5.5, 5.6, 5.7], 1500)
+    run = run_of_trace(simulate(RigParameters(), voltages, 1e-3, position=0.01), 621325.0)
+    read = np.random.default_rng(1).normal(0.0, noise, (2, len(run.time)))
+    return replace(run, pressure_a=run.pressure_a + read[0], pressure_b=run.pressure_b + read[1])
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 4000), (3000, 5000), (3000, 6001)])
+def test_a_pressure_that_is_frozen_for_a_while_is_told(first: int, last: int) -> None:
+    """Its noise ends at once, or begins; while an ideal rig settles to the last bit."""
+    assert frozen_sensors(steady_run(0.0)) == []
+    noisy = steady_run(200.0)
+    assert frozen_sensors(noisy) == []
+    frozen = noisy.pressure_b.copy()
+    frozen[first:last] = frozen[first]
+    (said,) = frozen_sensors(replace(noisy, pressure_b=frozen))
+    times = (
+        f"from {noisy.time[first]:.6g} to {noisy.time[last - 1]:.6g} s, while the carriage moves"
+    )
+    assert said.startswith(f"pressure_b is {frozen[first]:.6g} Pa {times}")
+
+
+def test_a_position_that_is_frozen_for_a_while_is_refused() -> None:
+    """It stands still, and is elsewhere within a sample; one that rests and starts is not."""
+    run = sliding_run()
+    check_run(run, RigParameters(), absolute=False)
+    resting = run.position.copy()
+    resting[1000:1500] = resting[1000]
+    resting[1500:] += resting[1000] - resting[1500]
+    check_run(replace(run, position=resting), RigParameters(), absolute=False)
+    frozen = run.position.copy()
+    frozen[1000:2500] = frozen[1000]
+    with pytest.raises(
+        RunError, match=r"at sample 2500, at 2\.5 s, jumps by 20 mm: its sensor was"
+    ):
+        check_run(replace(run, position=frozen), RigParameters(), absolute=False)
 
 
 def test_friction_that_would_push_is_not_found() -> None:

@@ -1,0 +1,93 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""`rodless drive` ends, or says so, where its plant stops, ends or begins anew under it."""
+
+import sys
+from collections.abc import Iterator
+
+import pytest
+from rclpy.node import Node
+from running import StartProcess, until_it_says
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from rodless_lab.session.node_process import NodeProcess
+from rodless_lab.session.observer import Observer
+
+TIMEOUT = 60.0
+DRIVE = [sys.executable, "-c", "from rodless_lab.cli.main import main; main()", "drive", "friction"]
+
+
+class Plant:
+    """Samples of a carriage, and ears for commands."""
+
+    def __init__(self, observer: Observer) -> None:
+        """Publish nothing yet."""
+        self._observer = observer
+        self._node = Node("plant", context=observer.context, use_global_arguments=False)
+        self._samples = self._node.create_publisher(JointState, "joint_states", 10)
+        self.commands: list[Float64] = []
+        self._node.create_subscription(Float64, "valve/voltage", self.commands.append, 10)
+        observer.add_node(self._node)
+
+    def send(self, second: int) -> None:
+        """Send the sample of that time until a command has come."""
+        sample = JointState(name=["carriage"], position=[0.06], velocity=[0.0], effort=[0.0])
+        sample.header.stamp.sec = second
+        before = len(self.commands)
+
+        def answered() -> bool:
+            if self._samples.get_subscription_count():
+                self._samples.publish(sample)
+            return len(self.commands) > before
+
+        self._observer.wait(answered, "a command", TIMEOUT)
+
+    def begin_anew(self) -> None:
+        """Send a sample of an earlier time."""
+        self._samples.publish(JointState(name=["carriage"], position=[0.06]))
+
+    def close(self) -> None:
+        """Leave."""
+        self._observer.remove_node(self._node)
+        self._node.destroy_node()
+
+
+@pytest.fixture
+def plant(observer: Observer) -> Plant:
+    """In the domain of the test."""
+    return Plant(observer)
+
+
+@pytest.fixture
+def driver(start_process: StartProcess, plant: Plant) -> Iterator[NodeProcess]:
+    """The command, which has begun."""
+    with start_process(DRIVE, "driver") as process:
+        plant.send(5)
+        yield process
+
+
+def test_a_plant_that_begins_anew_ends_it(driver: NodeProcess, plant: Plant) -> None:
+    """What comes after it would be no run of the same voltages."""
+    plant.begin_anew()
+    assert driver.wait(TIMEOUT) == 1
+    assert "/joint_states: the plant was reset or started again; what was rec" in driver.output
+    plant.close()
+
+
+def test_a_plant_that_is_silent_is_told_of_and_one_that_has_ended_ends_it(
+    driver: NodeProcess, plant: Plant, observer: Observer
+) -> None:
+    """Paused, it may go on."""
+    until_it_says(driver, "/joint_states: no sample for 5 s, the plant is paused", TIMEOUT)
+    plant.send(6)
+    plant.close()
+    observer.wait(lambda: driver.exit_code is not None, "the end of the driver", TIMEOUT)
+    assert driver.exit_code == 1
+    assert "/joint_states: the plant has ended; what was recorded is of no use" in driver.output
