@@ -184,6 +184,13 @@ def fit_points(points: FrictionPoints, parameters: RigParameters) -> FrictionFit
     nonlinearity = 0.5 * speed_stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
         raise UninformativeRunError(f"no uniform motion: {points.reason}")
+    least = bias_force(parameters)
+    if float(np.median(np.abs(points.forces))) < least:
+        raise UninformativeRunError(
+            f"the pressures push the moving carriage by {np.median(np.abs(points.forces)):.3g} N, "
+            f"less than the {least:.3g} N that a bias of their sensors makes: no friction is told "
+            "from that; are both sensors connected, each to its chamber?"
+        )
     events = points.events
     share = 0.0 if points.motion is None else BRISTLE_EVENT_ACCURACY
     fit = fit_friction(

@@ -78,6 +78,11 @@ EFFECTS = (
 )
 
 
+LAG = "sensors.pressure_lag"
+NO_LAG = (
+    f"readings with the stated lag of the sensors; without it (--sensors ideal, or {LAG} in the "
+    "base) the model fits"
+)
 GAUGE = "absolute pressures; with the atmosphere added to all, as to gauge readings, the model fits"
 
 
@@ -131,6 +136,9 @@ def with_cause(
         return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
     if fit_pressures(from_gauge(run), fit.solution.parameters, fit.solution.unknowns).verdict.fits:
         return replace(fit, verdict=fit.verdict.blaming(GAUGE))
+    prompt = fit.solution.parameters.with_values({LAG: 0.0})
+    if fit_pressures(run, prompt, fit.solution.unknowns).verdict.fits:
+        return replace(fit, verdict=fit.verdict.blaming(NO_LAG))
     tried = try_effects()
     significant = [trial for trial in tried if trial.p_value * len(tried) < FALSE_ALARM]
     best = min(significant, key=lambda trial: trial.solution.cost, default=None)

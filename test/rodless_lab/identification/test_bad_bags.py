@@ -113,6 +113,15 @@ def test_a_position_that_is_frozen_for_a_while_is_refused() -> None:
         check_run(replace(run, position=frozen), RigParameters(), absolute=False)
 
 
+def test_a_force_within_the_bias_is_no_friction() -> None:
+    """Both sensors at one chamber: what they differ by is their noise, whatever friction is."""
+    run, noise = sliding_run(), np.random.default_rng(1).normal(0.0, 60.0, (2, 3000))
+    both = replace(run, pressure_a=run.pressure_a + noise[0], pressure_b=run.pressure_a + noise[1])
+    with pytest.raises(UninformativeRunError, match=r"less than the 4\.21 N that a bias of their"):
+        identify_friction(both, RigParameters(DATA_SHEET))
+    assert identify_friction(run, RigParameters(DATA_SHEET)).forward.coulomb.informed
+
+
 def test_friction_that_would_push_is_not_found() -> None:
     """The force is against the motion: no interval reversed at the bound of the range."""
     run = sliding_run()

@@ -21,6 +21,7 @@ from rodless_lab.identification.pressures.causes import trials, with_cause
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_sim.instruments.instruments import DATA_SHEET
 
 pytestmark = pytest.mark.slow
 
@@ -84,6 +85,14 @@ def test_a_supply_that_droops_is_found_out() -> None:
     verdict = blamed(replace(run, supply_pressure=run.supply_pressure - sag)).verdict
     assert not verdict.fits
     assert "supply" in verdict.cause
+
+
+def test_readings_without_the_stated_lag_are_told_of() -> None:
+    """As of a rig with ideal sensors, beside those of the data sheet: no valve is blamed."""
+    ideal = measured("chambers", {name: 0.0 for name in DATA_SHEET if name != "sensors.seed"})
+    verdict = blamed(ideal).verdict
+    assert not verdict.fits
+    assert "without it (--sensors ideal, or sensors.pressure_lag in the base) the" in verdict.cause
 
 
 def test_noisier_sensors_than_stated_are_said_to_be() -> None:
