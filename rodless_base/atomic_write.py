@@ -15,6 +15,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+# Files beside the places that they are to take.
+_unfinished: set[Path] = set()
+
 
 def atomic_write(path: Path, content: str | bytes) -> None:
     """Write ``content`` to ``path`` whole or not at all; raises OSError, which names it.
@@ -46,7 +49,7 @@ def write_together(contents: Mapping[Path, str | bytes]) -> None:
                 unfinished.replace(target)
     finally:
         for unfinished, _ in beside:
-            unfinished.unlink(missing_ok=True)
+            _remove(unfinished)
         for remove in undo:
             remove()
 
@@ -78,6 +81,7 @@ def _written_beside(path: Path, content: str | bytes) -> Path:
     """Return a new file beside ``path`` with ``content``, on the disk."""
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
     unfinished = Path(name)
+    _unfinished.add(unfinished)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
@@ -86,9 +90,21 @@ def _written_beside(path: Path, content: str | bytes) -> Path:
             file.flush()
             os.fsync(file.fileno())
     except BaseException:
-        unfinished.unlink(missing_ok=True)
+        _remove(unfinished)
         raise
     return unfinished
+
+
+def _remove(unfinished: Path) -> None:
+    unfinished.unlink(missing_ok=True)
+    _unfinished.discard(unfinished)
+
+
+def remove_unfinished() -> None:
+    """Remove what is written at the moment: for a process that ends on the spot."""
+    for unfinished in tuple(_unfinished):
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
 
 
 def _refuse_other_than_a_file(path: Path) -> None:

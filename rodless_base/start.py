@@ -19,6 +19,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import NoReturn
 
+from rodless_base.atomic_write import remove_unfinished
 from rodless_base.output import Output
 from rodless_base.ros.shared_memory import prepare_shared_memory
 
@@ -91,6 +92,7 @@ class Stop:
     def _end(self) -> NoReturn:
         """End the process: an exception would get lost, or changed, in compiled code."""
         _say(self._line)
+        remove_unfinished()
         with suppress(OSError):
             self.undo()
         os._exit(self._code)

@@ -9,6 +9,7 @@
 """Many random rigs on every core, kept in a file from which an interrupted campaign goes on."""
 
 import csv
+import math
 import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
@@ -21,7 +22,7 @@ from threading import Thread
 from typing import TextIO
 
 from rodless_base.atomic_write import check_file_writable, naming
-from rodless_base.one_line import described, in_one_line
+from rodless_base.one_line import described, in_one_line, shown
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.accuracy.random_rigs import neighbourhood_and_drive
 from rodless_lab.results_folder import lock_or_refuse
@@ -150,7 +151,10 @@ def _verdict(row: list[str]) -> Verdict:
     verdict = Verdict._make((int(number), around, drive, *map(float, figures), failure))
     if verdict.number < 0 or (around, drive) != neighbourhood_and_drive(verdict.number):
         raise ValueError(f"there is no rig {', '.join(map(in_one_line, row[:3]))}")
-    negative = [value for value in verdict[3:-1] if value < 0.0]
-    if negative:
-        raise ValueError(f"{negative[0]:g} is no difference")
+    for text, value in zip(figures, verdict[3:-1], strict=True):
+        if value < 0.0 or math.isinf(value) or "_" in text:
+            raise ValueError(f"{shown(text)} is no difference")
+    # Radau's alone may be missing without a reason: it solves few.
+    if not failure and math.isnan(sum(map(float, figures[:-2]))):
+        raise ValueError("figures are missing, and nothing says why")
     return verdict

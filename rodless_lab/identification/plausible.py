@@ -39,9 +39,11 @@ COMPRESSED = 2.0
 SMALLEST_MOTION = 1e-3
 SMALLEST_CHANGE = 1e-3
 
-# A pressure that is the same over so much travel (m), and was not by so much (Pa) beside it.
+# A pressure that is the same over so much travel (m), and differs by so much (Pa) right beside it,
+# where it differs from most samples to the next.
 FROZEN_TRAVEL = 20e-3
 SMALLEST_EDGE = 1.0
+NOISY_SHARE = 0.5
 
 # A position that is the same for so long (s), and then elsewhere faster (m/s) than any carriage.
 FROZEN_TIME = 0.1
@@ -85,6 +87,7 @@ def check_run(
     for name in PRESSURES:
         _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
     _check_chambers(run)
+    _check_frozen(run)
     _check_position(run)
 
 
@@ -123,8 +126,7 @@ def _check_absolute(run: MeasuredRun) -> None:
 def _check_chambers(run: MeasuredRun) -> None:
     """Refuse pressures that were not read: their difference moves the carriage."""
     difference = run.pressure_a - run.pressure_b
-    moves = float(np.ptp(run.position)) > SMALLEST_MOTION
-    if moves and float(np.ptp(difference)) < SMALLEST_CHANGE:
+    if _moves(run) and float(np.ptp(difference)) < SMALLEST_CHANGE:
         raise RunError(
             f"pressure_a is {difference[0]:.6g} Pa above pressure_b in all samples, while the "
             "carriage moves: sensors that are frozen or not connected, or one read for both"
@@ -143,28 +145,42 @@ def _check_position(run: MeasuredRun) -> None:
             )
 
 
-def frozen_sensors(run: MeasuredRun) -> list[str]:
-    """Say of which chamber the pressure does not change while the carriage moves.
+def _check_frozen(run: MeasuredRun) -> None:
+    """Refuse the pressure of a chamber that was not read for a while: its noise ends at once.
 
-    Of a part of the run only where that begins or ends at once, as no pressure does that settles.
+    That of an ideal sensor ends by and by, where it settles, and one of coarse steps has little.
     """
-    found = []
     for name in CHAMBERS:
         values = getattr(run, name)
         steps = np.abs(np.diff(values))
         for first, last in _constant(values):
-            edges = (steps[first - 1 : first].tolist(), steps[last - 1 : last].tolist())
-            whole = last - first == len(values)
-            at_once = whole or max(map(sum, edges)) >= SMALLEST_EDGE
-            travel = SMALLEST_MOTION if whole else FROZEN_TRAVEL
-            if at_once and float(np.ptp(run.position[first:last])) >= travel:
-                when = f"from {run.time[first]:.6g} to {run.time[last - 1]:.6g} s"
-                found.append(
-                    f"{name} is {values[first]:.6g} Pa {'in all samples' if whole else when}, "
-                    "while the carriage moves: unless that is a stated value, the sensor is "
-                    "frozen, and the results do not hold"
+            beside = np.concatenate([steps[:first], steps[last - 1 :]])
+            edges = np.concatenate([steps[max(first - 1, 0) : first], steps[last - 1 : last]])
+            if (
+                len(beside)
+                and np.max(edges) >= SMALLEST_EDGE
+                and np.mean(beside > 0.0) > NOISY_SHARE
+                and float(np.ptp(run.position[first:last])) >= FROZEN_TRAVEL
+            ):
+                raise RunError(
+                    f"{name} is {values[first]:.6g} Pa from {run.time[first]:.6g} to "
+                    f"{run.time[last - 1]:.6g} s, while the carriage moves: its sensor was frozen, "
+                    "or samples were lost; cut the run there"
                 )
-    return found
+
+
+def frozen_sensors(run: MeasuredRun) -> list[str]:
+    """Say of which chamber the pressure never changes, while the carriage moves."""
+    return [
+        f"{name} is {getattr(run, name)[0]:.6g} Pa in all samples, while the carriage moves: "
+        "unless that is a stated value, the sensor is frozen, and the results do not hold"
+        for name in CHAMBERS
+        if _moves(run) and float(np.ptp(getattr(run, name))) < SMALLEST_CHANGE
+    ]
+
+
+def _moves(run: MeasuredRun) -> bool:
+    return float(np.ptp(run.position)) > SMALLEST_MOTION
 
 
 def _constant(values: npt.NDArray[np.float64]) -> list[tuple[int, int]]:

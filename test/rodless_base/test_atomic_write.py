@@ -10,6 +10,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -125,3 +127,27 @@ def test_what_cannot_be_written_is_found_by_looking(tmp_path: Path) -> None:
     for file in (tmp_path, tmp_path / "file" / "below", tmp_path / "link"):
         with pytest.raises(OSError, match=r"."):
             check_file_writable(file)
+
+
+ENDED = """
+import os, signal, sys
+from pathlib import Path
+from rodless_base import atomic_write
+from rodless_base.start import Stop
+
+stop, fsync = Stop(), os.fsync
+def end(handle):
+    fsync(handle)
+    os.kill(os.getpid(), signal.SIGTERM)
+os.fsync = end
+folder = Path(sys.argv[1])
+stop.undo = atomic_write.removal_of_new(folder)
+atomic_write.write_together({folder / "a.txt": "new", folder / "b.txt": "new"})
+"""
+
+
+def test_a_process_that_ends_while_it_writes_leaves_nothing_half(tmp_path: Path) -> None:
+    """Neither the file beside its place, nor the folder that was made for it."""
+    done = subprocess.run([sys.executable, "-c", ENDED, str(tmp_path / "new")], check=False)
+    assert done.returncode == 0
+    assert list(tmp_path.iterdir()) == []

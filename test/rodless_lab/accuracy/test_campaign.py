@@ -129,7 +129,10 @@ KNOWN = "7,paper,open loop,1,1,1,1,1,1,1,\n"
         (KNOWN.replace("7", "-5"), "row 1: there is no rig -5, paper, open loop"),
         (KNOWN.replace("paper", "lead"), "row 1: there is no rig 7, lead, open loop"),
         (KNOWN.replace("open", "closed"), "row 1: there is no rig 7, paper, closed loop"),
-        (KNOWN.replace(",1,", ",-1,", 1), "row 1: -1 is no difference"),
+        (KNOWN.replace(",1,", ",-1,", 1), "row 1: '-1' is no difference"),
+        (KNOWN.replace(",1,", ",inf,", 1), "row 1: 'inf' is no difference"),
+        (KNOWN.replace(",1,", ",1_0,", 1), "row 1: '1_0' is no difference"),
+        (KNOWN.replace(",1,", ",nan,", 1), "row 1: figures are missing, and nothing says why"),
         (KNOWN.replace(",1,", ",one,", 1), "row 1: could not convert string to float: 'one'"),
     ],
 )

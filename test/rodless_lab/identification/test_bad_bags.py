@@ -22,7 +22,7 @@ from quiet_stop import Quiet
 from rodless_lab.cli import compare, identify
 from rodless_lab.identification.bristles.fit import identify_bristles
 from rodless_lab.identification.friction.run import identify_friction
-from rodless_lab.identification.plausible import check_run, frozen_sensors
+from rodless_lab.identification.plausible import check_run
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.heat import identify_heat
 from rodless_lab.runs.measured_run import (
@@ -82,19 +82,21 @@ def steady_run(noise: float) -> MeasuredRun:
     return replace(run, pressure_a=run.pressure_a + read[0], pressure_b=run.pressure_b + read[1])
 
 
-@pytest.mark.parametrize(("first", "last"), [(0, 4000), (3000, 5000), (3000, 6001)])
-def test_a_pressure_that_is_frozen_for_a_while_is_told(first: int, last: int) -> None:
+@pytest.mark.parametrize(("first", "last"), [(0, 4000), (3000, 5000), (3000, 6001), (0, 6000)])
+@pytest.mark.parametrize("name", ["pressure_a", "pressure_b"])
+def test_a_pressure_that_is_frozen_for_a_while_is_refused(first: int, last: int, name: str) -> None:
     """Its noise ends at once, or begins; while an ideal rig settles to the last bit."""
-    assert frozen_sensors(steady_run(0.0)) == []
-    noisy = steady_run(200.0)
-    assert frozen_sensors(noisy) == []
-    frozen = noisy.pressure_b.copy()
+    known, noisy = RigParameters(), steady_run(200.0)
+    coarse = steady_run(20.0)
+    coarse = replace(coarse, **{name: 1220.0 * np.rint(getattr(coarse, name) / 1220.0)})
+    for sound in (noisy, steady_run(0.0), coarse):
+        check_run(sound, known, absolute=False)
+    frozen = getattr(noisy, name).copy()
     frozen[first:last] = frozen[first]
-    (said,) = frozen_sensors(replace(noisy, pressure_b=frozen))
-    times = (
-        f"from {noisy.time[first]:.6g} to {noisy.time[last - 1]:.6g} s, while the carriage moves"
-    )
-    assert said.startswith(f"pressure_b is {frozen[first]:.6g} Pa {times}")
+    begin, end = noisy.time[first], noisy.time[last - 1]
+    said = f"^{name} is {frozen[first]:.6g} Pa from {begin:.6g} to {end:.6g} s, while the carriage"
+    with pytest.raises(RunError, match=said):
+        check_run(replace(noisy, **{name: frozen}), known, absolute=False)
 
 
 def test_a_position_that_is_frozen_for_a_while_is_refused() -> None:

@@ -159,6 +159,9 @@ def test_the_laws_that_compete() -> None:
     switching = found[names.index("mode_switching")].law.parameters
     assert switching["controller.kp"] == found[0].law.parameters["controller.kp"]
     assert switching["cascade.mass"] != switching.DECLARATIONS["cascade.mass"].default
+    plant = preset_directory() / "sensors" / "data_sheet.yaml"
+    with pytest.raises(ParameterError, match="it has no parameters of a controller$"):
+        users([f"pid={plant}"])
     with pytest.raises(ParameterError, match="pid=: refused, no file after ="):
         users(["pid="])
     with pytest.raises(ParameterError, match="no_such_module"):
