@@ -160,7 +160,7 @@ def test_the_laws_that_compete() -> None:
     assert switching["controller.kp"] == found[0].law.parameters["controller.kp"]
     assert switching["cascade.mass"] != switching.DECLARATIONS["cascade.mass"].default
     plant = preset_directory() / "sensors" / "data_sheet.yaml"
-    with pytest.raises(ParameterError, match="it has no parameters of a controller$"):
+    with pytest.raises(ParameterError, match=r"it has no parameters of a controller$"):
         users([f"pid={plant}"])
     with pytest.raises(ParameterError, match="pid=: refused, no file after ="):
         users(["pid="])
