@@ -29,6 +29,9 @@ from rodless_lab.results_folder import lock_or_refuse
 
 _HEADER = ",".join(Verdict._fields)
 
+# Digits of the number of a rig: more have never been run.
+LONGEST_NUMBER = 9
+
 
 def leave_requests_to_parent() -> None:
     """Ignore what a terminal sends to the workers, too: it is their parent that ends them.
@@ -148,9 +151,10 @@ def _verdict(row: list[str]) -> Verdict:
     if len(row) != len(Verdict._fields):
         raise ValueError(f"{len(row)} columns, must be {len(Verdict._fields)}")
     number, around, drive, *figures, failure = row
-    verdict = Verdict._make((int(number), around, drive, *map(float, figures), failure))
-    if verdict.number < 0 or (around, drive) != neighbourhood_and_drive(verdict.number):
+    exists = number.isdecimal() and len(number) <= LONGEST_NUMBER
+    if not exists or (around, drive) != neighbourhood_and_drive(int(number)):
         raise ValueError(f"there is no rig {', '.join(map(in_one_line, row[:3]))}")
+    verdict = Verdict._make((int(number), around, drive, *map(float, figures), failure))
     for text, value in zip(figures, verdict[3:-1], strict=True):
         if value < 0.0 or math.isinf(value) or "_" in text:
             raise ValueError(f"{shown(text)} is no difference")

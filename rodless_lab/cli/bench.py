@@ -44,6 +44,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """
     parser = Parser(prog="rodless bench", description=DESCRIPTION)
     parser.add_argument(
+        "-o",
         "--output",
         type=named_path,
         help="all numbers (default: results/bench/metrics.json, PART.json with --only); tables "

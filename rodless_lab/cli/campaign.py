@@ -32,6 +32,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         "--count", type=positive_whole, default=10_000, help="rigs (default: %(default)s)"
     )
     parser.add_argument(
+        "-o",
         "--output",
         type=_csv,
         default=Path("results/accuracy/campaign.csv"),

@@ -57,7 +57,9 @@ def _parser() -> Parser:
     )
     parser.add_argument("first", metavar="BAG_OR_PRESET")
     parser.add_argument("bag", type=named_path, metavar="BAG")
-    parser.add_argument("--output", type=named_path, default=Path("results/compare"), help="folder")
+    parser.add_argument(
+        "-o", "--output", type=named_path, default=Path("results/compare"), help="folder"
+    )
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     parser.add_argument(
         "--drive",

@@ -36,7 +36,9 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """
     parser = Parser(prog="rodless demo", description=__doc__)
     parser.add_argument("--preset", default="paper", choices=preset_names())
-    parser.add_argument("--output", type=named_path, default=Path("results/demo"), help="folder")
+    parser.add_argument(
+        "-o", "--output", type=named_path, default=Path("results/demo"), help="folder"
+    )
     options = parser.parse_args(arguments)
     # Here, so that help works without ROS.
     from rodless_lab.demo import earlier_results  # noqa: PLC0415

@@ -161,6 +161,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--seed", type=int, help=f"of the sensors' noise ({default.seed})")
     parser.add_argument(
+        "-o",
         "--output",
         type=named_path,
         help="folder (results/experiments, or results/experiments/NAME)",

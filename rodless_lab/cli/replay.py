@@ -65,7 +65,9 @@ def _parser() -> Parser:
     parser.add_argument(
         "--parameters", type=named_path, metavar="FILE", help="on top of the preset"
     )
-    parser.add_argument("--output", type=named_path, default=Path("results/replay"), help="folder")
+    parser.add_argument(
+        "-o", "--output", type=named_path, default=Path("results/replay"), help="folder"
+    )
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     return parser
 

@@ -98,6 +98,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         "--steps", type=_steps, default=10_000_000, help="lock-step (default: %(default)d); 0: none"
     )
     parser.add_argument(
+        "-o",
         "--output",
         type=named_path,
         default=Path("results/soak/soak.md"),
