@@ -151,7 +151,7 @@ def _verdict(row: list[str]) -> Verdict:
     if len(row) != len(Verdict._fields):
         raise ValueError(f"{len(row)} columns, must be {len(Verdict._fields)}")
     number, around, drive, *figures, failure = row
-    exists = number.isdecimal() and len(number) <= LONGEST_NUMBER
+    exists = number.isascii() and number.isdecimal() and len(number) <= LONGEST_NUMBER
     if not exists or (around, drive) != neighbourhood_and_drive(int(number)):
         raise ValueError(f"there is no rig {', '.join(map(in_one_line, row[:3]))}")
     verdict = Verdict._make((int(number), around, drive, *map(float, figures), failure))

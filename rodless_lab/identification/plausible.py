@@ -39,11 +39,12 @@ COMPRESSED = 2.0
 SMALLEST_MOTION = 1e-3
 SMALLEST_CHANGE = 1e-3
 
-# A pressure that is the same over so much travel (m), and differs by so much (Pa) right beside it,
-# where it differs from most samples to the next.
+# A pressure that is the same over so much travel (m) and so many samples, and differs by so much
+# (Pa) right beside it, where it differs from nearly all samples to the next.
 FROZEN_TRAVEL = 20e-3
 SMALLEST_EDGE = 1.0
-NOISY_SHARE = 0.5
+NOISY_SHARE = 0.9
+FEWEST_FROZEN = 100
 
 # A position that is the same for so long (s), and then elsewhere faster (m/s) than any carriage.
 FROZEN_TIME = 0.1
@@ -87,8 +88,8 @@ def check_run(
     for name in PRESSURES:
         _check(run, name, (0.0, most), f"Pa, no rig has more than {most:g} Pa")
     _check_chambers(run)
-    _check_frozen(run)
     _check_position(run)
+    _check_frozen(run)
 
 
 def from_gauge(run: MeasuredRun) -> MeasuredRun:
@@ -157,7 +158,8 @@ def _check_frozen(run: MeasuredRun) -> None:
             beside = np.concatenate([steps[:first], steps[last - 1 :]])
             edges = np.concatenate([steps[max(first - 1, 0) : first], steps[last - 1 : last]])
             if (
-                len(beside)
+                last - first >= FEWEST_FROZEN
+                and len(beside)
                 and np.max(edges) >= SMALLEST_EDGE
                 and np.mean(beside > 0.0) > NOISY_SHARE
                 and float(np.ptp(run.position[first:last])) >= FROZEN_TRAVEL

@@ -13,6 +13,7 @@ from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
+from scipy import signal
 
 from rodless_base.columns import Columns
 from rodless_base.one_line import OneLineError, shown
@@ -25,7 +26,7 @@ FEWEST_SAMPLES = 20
 
 # A sample may be off an even grid by this share of the period: stamps are rounded, and timers
 # jitter. That does not add up, while one sample that is missing leaves half a period.
-TIME_TOLERANCE = 0.2
+TIME_TOLERANCE = 0.3
 
 
 class RunError(OneLineError):
@@ -41,6 +42,7 @@ def even_period(time: Array) -> float:
 
     Raises RunError where that does not increase, or unevenly, or has fewer than two samples.
     """
+    time = np.asarray(time, dtype=np.float64)
     steps = np.diff(time)
     if not len(steps):
         raise RunError(f"only {len(time)} samples, too few for a run")
@@ -48,8 +50,7 @@ def even_period(time: Array) -> float:
     if len(back):
         raise RunError(f"time does not increase at sample {back[0] + 1}")
     period = _period(time)
-    off = np.abs(time - np.linspace(time[0], time[-1], len(time)))
-    if float(np.max(off)) > TIME_TOLERANCE * period:
+    if float(np.max(np.abs(signal.detrend(time)))) > TIME_TOLERANCE * period:
         usual = float(np.median(steps))
         place = int(np.argmax(np.abs(steps - usual)))
         raise RunError(
@@ -104,6 +105,8 @@ class MeasuredRun(Columns):
                 raise RunError(f"{name}: {shown(values)} refused, must be an array of numbers")
             if np.ma.is_masked(values):
                 raise RunError(f"{name}: some samples are masked, fill or leave them out")
+            if kind in "iu":  # whole numbers without a sign have no differences below 0
+                object.__setattr__(self, name, values.astype(np.float64))
         if len(self.time) < FEWEST_SAMPLES:
             raise RunError(f"only {len(self.time)} samples, too few for a run")
         for name, values in self.columns().items():

@@ -55,8 +55,10 @@ class LagWatch:
             return  # of a plant that is paused or frozen the last sample grows old
         self._has_news = False
         self._waited += now - before
-        behind = self._lag_at_onset is not None and self._lag >= self._lag_at_onset
-        if self._told or not behind or self._waited < LAG_THRESHOLD:
+        if self._told or self._lag_at_onset is None or self._waited < LAG_THRESHOLD:
+            return
+        if self._lag < self._lag_at_onset:  # it catches up: is it at it still, a while later?
+            self._lag_at_onset, self._waited = self._lag, 0.0
             return
         self._told = True
         warnings.warn(

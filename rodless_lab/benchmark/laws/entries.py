@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rodless_base.parameter_file import preset_directory
+from rodless_base.parameter_file import preset_directory, read_parameter_file
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
 from rodless_control.controller import Law
 from rodless_control.laws import LAWS, make_law
-from rodless_lab.session.file_parameters import own_parameters
 
 # Of a law whose gains are not those of ``calibrated``, the file that has them.
 FILES = {name: f"laws/{name}.yaml" for name in ("cascade", "mode_switching")}
@@ -48,9 +47,9 @@ def entry(name: str, file: Path | None = None) -> Entry:
     ParameterError for a law or file that cannot be, and for a file of another law or of a plant.
     """
     kind = ControllerParameters.for_law(name)
-    if file is not None and not own_parameters(file, "")[kind.NODE]:
-        raise ParameterError(f"{file}: refused, it has no parameters of a controller")
     values = kind.preset("calibrated") if file is None else kind.from_file(file)
+    if file is not None and not read_parameter_file(file, kind.NODE, kind.foreign):
+        raise ParameterError(f"{file}: refused, it has no parameters of a controller")
     return Entry(name, make_law(values.LAW_CLASS, values.of_law()))
 
 

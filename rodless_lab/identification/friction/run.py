@@ -184,10 +184,10 @@ def fit_points(points: FrictionPoints, parameters: RigParameters) -> FrictionFit
     nonlinearity = 0.5 * speed_stretch(parameters) * np.abs(points.speeds)
     if not len(points.speeds):
         raise UninformativeRunError(f"no uniform motion: {points.reason}")
-    least = bias_force(parameters)
-    if float(np.median(np.abs(points.forces))) < least:
+    least, most = bias_force(parameters), float(np.quantile(np.abs(points.forces), 0.9))
+    if most < least:
         raise UninformativeRunError(
-            f"the pressures push the moving carriage by {np.median(np.abs(points.forces)):.3g} N, "
+            f"the pressures push the moving carriage by {most:.3g} N at most, "
             f"less than the {least:.3g} N that a bias of their sensors makes: no friction is told "
             "from that; are both sensors connected, each to its chamber?"
         )

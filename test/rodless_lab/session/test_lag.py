@@ -75,6 +75,11 @@ def test_many_short_waits_count_as_one(clocks: Clocks) -> None:
     assert turn == pytest.approx(150, abs=3)
 
 
+def test_who_has_been_further_behind_is_told_as_well(clocks: Clocks) -> None:
+    """2.5 s at first and 2.4 s from then on: that is no catching up."""
+    assert told(clocks, lambda since: 2.5 if since < 0.5 else 2.4) == [pytest.approx(2.0, abs=0.1)]
+
+
 @pytest.mark.parametrize(
     "lag", [lambda _: 0.9, lambda since: 4.0 - since, lambda since: 2.0 if since < 0.5 else 0.1]
 )

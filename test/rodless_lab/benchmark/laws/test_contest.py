@@ -150,7 +150,7 @@ def test_a_law_of_the_package_has_the_gains_that_the_table_shows() -> None:
         assert found.law.parameters == one.law.parameters
 
 
-def test_the_laws_that_compete() -> None:
+def test_the_laws_that_compete(tmp_path: Path) -> None:
     """All of the package; one's own by name and file, and refusals in one line."""
     found = of_package()
     names = [one.name for one in found]
@@ -159,6 +159,9 @@ def test_the_laws_that_compete() -> None:
     switching = found[names.index("mode_switching")].law.parameters
     assert switching["controller.kp"] == found[0].law.parameters["controller.kp"]
     assert switching["cascade.mass"] != switching.DECLARATIONS["cascade.mass"].default
+    named = tmp_path / "rig1.yaml"
+    named.write_text("/rig1/controller: {ros__parameters: {controller.kp: 321.0}}")
+    assert users([f"pid={named}"])[0].law.parameters["controller.kp"] == 321.0
     plant = preset_directory() / "sensors" / "data_sheet.yaml"
     with pytest.raises(ParameterError, match=r"it has no parameters of a controller$"):
         users([f"pid={plant}"])
