@@ -28,6 +28,7 @@ from rodless_lab.identification.coverage import (
     most,
     trials,
 )
+from rodless_lab.identification.excitation import friction_voltages
 from rodless_lab.identification.friction.run import identify_friction
 
 pytestmark = pytest.mark.slow
@@ -39,7 +40,7 @@ DRAWS = 30
 FRICTION_WIDTHS = {
     "static": 0.20,
     "coulomb": 0.45,
-    "stribeck_velocity": 0.03,
+    "stribeck_velocity": 0.06,
     "viscous": 0.01,
 }
 PRESSURE_WIDTHS = {
@@ -126,6 +127,20 @@ def test_intervals_of_bristles_hold() -> None:
     assert found["friction.bristle_stiffness"].informed == 10
     assert found["friction.bristle_stiffness"].half_width < 0.03
     assert found["friction.bristle_damping"].informed >= 2
+
+
+def test_a_small_stribeck_velocity_is_covered() -> None:
+    """That of ``paper`` forward, at the lower end of what rigs have: no run shows it quite evenly.
+
+    It is found 4 % too large, which the noise of a run does not explain.
+    """
+    found = []
+    for seed in range(20):
+        run = measured_run(KNOWN, friction_voltages(), np.random.default_rng(1000 + seed))
+        found.append(identify_friction(run, KNOWN).forward.stribeck_velocity)
+    truth = KNOWN.number("friction.forward.stribeck_velocity")
+    assert np.mean([one.value for one in found]) > 1.02 * truth
+    assert all(one.informed and one.covers(truth) for one in found)
 
 
 def test_a_bias_of_the_pressure_sensors_is_not_hidden() -> None:
