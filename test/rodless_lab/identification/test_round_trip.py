@@ -36,7 +36,8 @@ pytestmark = pytest.mark.slow
 DRAWS = 30
 
 # Median half width over the truth. F_s and F_c carry the bias of the pressure sensors: 0.5 % of
-# 1 MPa on each side of the piston is up to 4.9 N, however long one measures.
+# 1 MPa on each side of the piston is up to 4.9 N, however long one measures. v_s carries that slow
+# motion is never quite uniform.
 FRICTION_WIDTHS = {
     "static": 0.20,
     "coulomb": 0.45,
