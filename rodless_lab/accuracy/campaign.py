@@ -159,6 +159,6 @@ def _verdict(row: list[str]) -> Verdict:
         if value < 0.0 or math.isinf(value) or "_" in text:
             raise ValueError(f"{shown(text)} is no difference")
     # Radau's alone may be missing without a reason: it solves few.
-    if not failure and math.isnan(sum(map(float, figures[:-2]))):
+    if not failure and math.isnan(sum(verdict[3:-3])):
         raise ValueError("figures are missing, and nothing says why")
     return verdict

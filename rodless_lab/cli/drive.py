@@ -28,12 +28,11 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     """
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
-    from rodless_lab.session.domain import check_discovery, named_domain  # noqa: PLC0415
+    from rodless_lab.session.domain import domain_to_join  # noqa: PLC0415
     from rodless_lab.session.driver import drive  # noqa: PLC0415
 
     try:
-        named_domain()
-        check_discovery()
+        domain_to_join()
         voltages = excitation(options.subject, options.closed_voltage)
     except (HarnessError, ParameterError) as error:
         print(error, file=sys.stderr)

@@ -23,11 +23,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     options = _parser().parse_args(split_ros_arguments(arguments)[0])
     # Here, so that help works without ROS.
     from rodless_lab.bags.ros.record import record  # noqa: PLC0415
-    from rodless_lab.session.domain import check_discovery, named_domain  # noqa: PLC0415
+    from rodless_lab.session.domain import domain_to_join  # noqa: PLC0415
 
     try:
-        named_domain()
-        check_discovery()
+        domain_to_join()
     except HarnessError as error:
         print(error, file=sys.stderr)
         return 2

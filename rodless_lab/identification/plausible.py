@@ -9,7 +9,6 @@
 """Whether a run can be of the rig that is taken as known: its units and bounds."""
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -136,9 +135,11 @@ def _check_chambers(run: MeasuredRun) -> None:
 
 def _check_position(run: MeasuredRun) -> None:
     """Refuse a position that was not read for a while: it stands still, and jumps."""
-    for first, last in _constant(run.position)[:-1]:
+    for first, last in _constant(run.position, FROZEN_TIME / run.period):
+        if last == len(run.position):
+            continue
         jump = abs(float(run.position[last] - run.position[first]))
-        if (last - first) * run.period >= FROZEN_TIME and jump > FASTEST * run.period:
+        if jump > FASTEST * run.period:
             raise RunError(
                 f"position is {run.position[first]:.6g} m from {run.time[first]:.6g} s on, and at "
                 f"sample {last}, at {run.time[last]:.6g} s, jumps by {jump * 1e3:.3g} mm: its "
@@ -154,12 +155,11 @@ def _check_frozen(run: MeasuredRun) -> None:
     for name in CHAMBERS:
         values = getattr(run, name)
         steps = np.abs(np.diff(values))
-        for first, last in _constant(values):
+        for first, last in _constant(values, FEWEST_FROZEN):
             beside = np.concatenate([steps[:first], steps[last - 1 :]])
             edges = np.concatenate([steps[max(first - 1, 0) : first], steps[last - 1 : last]])
             if (
-                last - first >= FEWEST_FROZEN
-                and len(beside)
+                len(beside)
                 and np.max(edges) >= SMALLEST_EDGE
                 and np.mean(beside > 0.0) > NOISY_SHARE
                 and float(np.ptp(run.position[first:last])) >= FROZEN_TRAVEL
@@ -185,10 +185,11 @@ def _moves(run: MeasuredRun) -> bool:
     return float(np.ptp(run.position)) > SMALLEST_MOTION
 
 
-def _constant(values: npt.NDArray[np.float64]) -> list[tuple[int, int]]:
-    """Return first and end of each stretch of equal ``values``, shape (n,)."""
-    ends = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
-    return list(pairwise(ends))
+def _constant(values: npt.NDArray[np.float64], fewest: float) -> list[tuple[int, int]]:
+    """Return first and end of each stretch of ``fewest`` or more equal ``values``, shape (n,)."""
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1, [len(values)]])
+    long = np.flatnonzero(np.diff(ends) >= fewest)
+    return list(zip(ends[long].tolist(), ends[long + 1].tolist(), strict=True))
 
 
 def _check(run: MeasuredRun, name: str, limits: tuple[float, float], words: str) -> None:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from rodless_base.atomic_write import write_together
 from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Comparison, Result
-from rodless_lab.figures.files import figure_contents
+from rodless_lab.figures.files import figure_contents, files_of_figure
 from rodless_lab.reports.table import HEADINGS, cells, markdown_table, verdict
 
 TITLE = "The paper's experiments, reproduced"
@@ -51,7 +51,7 @@ def write_report(folder: Path, performed: Sequence[Performed]) -> tuple[Path, Pa
     pictures: dict[str, bytes] = {}
     for shown in (picture for _, result in performed for picture in result.pictures):
         files = figure_contents(folder, shown.name, shown.draw)
-        pictures[shown.name] = files[folder / f"{shown.name}.png"]
+        pictures[shown.name] = files[files_of_figure(folder, shown.name)[0]]
         contents |= files
     report, summary = report_files(folder)
     contents[report] = html_report(performed, pictures)

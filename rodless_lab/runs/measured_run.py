@@ -13,7 +13,6 @@ from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
-from scipy import signal
 
 from rodless_base.columns import Columns
 from rodless_base.one_line import OneLineError, shown
@@ -50,7 +49,7 @@ def even_period(time: Array) -> float:
     if len(back):
         raise RunError(f"time does not increase at sample {back[0] + 1}")
     period = _period(time)
-    if float(np.max(np.abs(signal.detrend(time)))) > TIME_TOLERANCE * period:
+    if float(np.max(np.abs(_off_the_line(time - time[0])))) > TIME_TOLERANCE * period:
         usual = float(np.median(steps))
         place = int(np.argmax(np.abs(steps - usual)))
         raise RunError(
@@ -58,6 +57,13 @@ def even_period(time: Array) -> float:
             f"mostly it is {usual:.6g} s; interpolate to an even time base"
         )
     return period
+
+
+def _off_the_line(time: Array) -> Array:
+    """Return ``time`` less the straight line that fits it best, shape (n,)."""
+    number = np.arange(len(time)) - 0.5 * (len(time) - 1)
+    slope = float(number @ time) / float(number @ number)
+    return np.asarray(time - np.mean(time) - slope * number)
 
 
 def _period(time: Array) -> float:

@@ -61,17 +61,12 @@ class OwnCommands:
         while self._law is not None and (found := self._samples.peek()) is not None:
             if not self._waits:
                 self._samples.skip()
-            voltage = self._voltage(self._law(found[1]), found[1].time)
+            law = f"drive: the law's answer to the sample at {found[1].time:g} s"
+            voltage = voltage_or_none(self._law(found[1]), law, self._waits)
             if self._waits:
                 self._samples.skip()
             if voltage is not None:
                 self._send(voltage)
-
-    def _voltage(self, answer: object, time: float) -> float | None:
-        law = f"drive: the law's answer to the sample at {time:g} s"
-        if answer is None and self._waits:
-            raise HarnessError(f"{law} is None, and a lock-step plant waits for a number of V")
-        return None if answer is None else voltage_of(answer, law)
 
 
 def voltage_of(value: object, what: str) -> float:
@@ -80,6 +75,15 @@ def voltage_of(value: object, what: str) -> float:
         return single_number(value, what, "V")
     except TypeError as error:
         raise HarnessError(str(error)) from error
+
+
+def voltage_or_none(value: object, what: str, waits: bool) -> float | None:
+    """Return :func:`voltage_of`; None for no command, refused where the plant ``waits``."""
+    if value is not None:
+        return voltage_of(value, what)
+    if waits:
+        raise HarnessError(f"{what} is None, and a lock-step plant waits for a number of V")
+    return None
 
 
 class RelayedCommands:
@@ -101,16 +105,10 @@ class RelayedCommands:
         while self._passed < len(answers) and (self._samples is None or self._samples.peek()):
             wanted = answers[self._passed].value
             altered = wanted if self.alter is None else self.alter(wanted)
-            voltage = self._voltage(altered)
+            waits = self._samples is not None
+            voltage = voltage_or_none(altered, "alter_commands: the result", waits)
             self._passed += 1
             if self._samples is not None:
                 self._samples.skip()
             if voltage is not None:
                 self._send(voltage)
-
-    def _voltage(self, altered: object) -> float | None:
-        if altered is None and self._samples is not None:
-            raise HarnessError(
-                "alter_commands: the result is None, and a lock-step plant waits for a number of V"
-            )
-        return None if altered is None else voltage_of(altered, "alter_commands: the result")

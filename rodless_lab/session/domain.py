@@ -62,10 +62,12 @@ def named_domain() -> int | None:
     return int(text)
 
 
-def check_discovery() -> None:
-    """Raise HarnessError where the environment keeps nodes from finding anybody."""
+def domain_to_join() -> int | None:
+    """Return :func:`named_domain`; raises HarnessError too where nodes find nobody in any."""
+    domain = named_domain()
     if os.environ.get(RANGE) == "OFF":
         raise HarnessError(f"{RANGE}=OFF: nodes find nobody, not even here; unset it")
+    return domain
 
 
 def full_namespace(namespace: str) -> str:

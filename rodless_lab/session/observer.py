@@ -35,7 +35,7 @@ from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_lab.session.diagnostic import Diagnostic
-from rodless_lab.session.domain import check_discovery, full_namespace, named_domain
+from rodless_lab.session.domain import domain_to_join, full_namespace
 from rodless_lab.session.errors import (
     HarnessError,
     NotYetError,
@@ -102,8 +102,7 @@ class Observer(Closing):
         self.context = Context()
         with _patched(environment or {}):
             make_room_for_nodes()
-            check_discovery()
-            self.context.init(args=[], initialize_logging=False, domain_id=named_domain())
+            self.context.init(args=[], initialize_logging=False, domain_id=domain_to_join())
             self.node = Node(
                 "observer",
                 context=self.context,

@@ -71,9 +71,9 @@ _FINEST_FORCE = 1e-6
 _SIGNIFICANCE = 0.1
 
 # How many times the allowance, a root mean square, the points on the drop are off together at most:
-# 0.1 N on this rig, 0.2 N with a bore of 15 mm. At so many Stribeck velocities the drop is over.
+# 0.1 N on this rig, 0.2 N with a bore of 15 mm. Those are slower than so many Stribeck velocities.
 _MOST_OF_ALLOWANCE = 3.5
-_FINISHED_DROP = 3.0
+_DROP_REACHES = 3.0
 
 # The drop is over at this many Stribeck velocities. If the runs end before, what the curve follows
 # is something else.
@@ -532,7 +532,7 @@ def _shift_of_velocity(points: _Observations, full: _Solution) -> float:
 
     As far as the allowance, at most: their errors are those of one motion, and do not average out.
     """
-    on_the_drop = points.speeds < _FINISHED_DROP * full.values[2]
+    on_the_drop = points.speeds < _DROP_REACHES * full.values[2]
     error = points.force_errors
     shift = np.zeros(len(full.residuals))
     shift[: len(error)] = np.where(on_the_drop, _MOST_OF_ALLOWANCE * points.allowance, 0.0) / error

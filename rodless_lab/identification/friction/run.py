@@ -241,11 +241,6 @@ def _with_accuracy(fit: DirectionFit, parameters: RigParameters, direction: str)
     return replace(fit, **widened)
 
 
-SWAPPED = (
-    "chambers A and B swapped, positions counted from the end of chamber B, or a pressure bias"
-)
-
-
 def _pushing(coulomb: Estimate, direction: str) -> Verdict:
     """Say that no friction was found, but a force that drives the carriage."""
     explained = max(coulomb.half_width, FINEST_FORCE)
