@@ -9,13 +9,18 @@
 """Records a session into a bag, from sample 0 on."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
+from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import LostSampleError
+
+# How long (wall-clock s) a session that ends waits for what its bag lacks: the two have a queue each.
+CATCH_UP_TIMEOUT = 1.0
 
 
 class SessionBag:
@@ -52,6 +57,13 @@ class SessionBag:
         """Number of commands recorded so far."""
         topic = self._recorder.node.resolve_topic_name(VALVE_VOLTAGE)
         return self._recorder.received[topic]
+
+    def catch_up(self, commands: int) -> None:
+        """Let the bag have as many commands as the session has heard, if they still come."""
+        with suppress(WaitTimeoutError):
+            self._observer.wait(
+                lambda: self.commands >= commands, "the bag to catch up", CATCH_UP_TIMEOUT
+            )
 
     def close(self) -> None:
         """Record what has arrived and close the bag."""

@@ -255,6 +255,8 @@ class RigSession(PlantTime, Controls, Faults):
         with self._stack:
             if error is None:
                 self._processes.check()
+                if self._inside and self._bag is not None:
+                    self._bag.catch_up(len(self._received.voltage))
         if error is not None:
             return
         if self._law_watch is not None:
