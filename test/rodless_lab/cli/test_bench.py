@@ -14,8 +14,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from quiet_stop import Quiet
 
-from rodless_base.start import Stop
 from rodless_lab.cli import bench as verb
 
 WITHOUT_PSUTIL = (
@@ -59,7 +59,7 @@ def test_one_part_leaves_the_figures_of_a_whole_run_alone(
     parts = {name: lambda *_, name=name: {name: measured[name]} for name in measured}
     monkeypatch.setattr(verb, "PARTS", parts)
     monkeypatch.chdir(tmp_path)
-    assert verb.main([], Stop()) == 0
-    assert verb.main(["--only", "nodes"], Stop()) == 0
+    assert verb.main([], Quiet()) == 0
+    assert verb.main(["--only", "nodes"], Quiet()) == 0
     found = {path.name: json.loads(path.read_text()) for path in Path("results/bench").iterdir()}
     assert found == {"metrics.json": measured, "nodes.json": {"nodes": 2.0}}

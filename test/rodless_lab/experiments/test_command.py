@@ -17,8 +17,8 @@ from pathlib import Path
 
 import pytest
 from no_room import fill_up
+from quiet_stop import Quiet
 
-from rodless_base.start import Stop
 from rodless_lab.cli.experiment import main
 from rodless_lab.experiments import catalogue
 from rodless_lab.experiments.experiment import Experiment, Options
@@ -58,7 +58,7 @@ def experiment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[flo
     def run(value: float) -> int:
         fake = Experiment("fake", "Fake", "Fig. 0", "Nothing.", lambda _: Fake(value))
         monkeypatch.setitem(catalogue.EXPERIMENTS, "fake", fake)
-        return main(["fake", "--output", str(tmp_path / "out")], Stop())
+        return main(["fake", "--output", str(tmp_path / "out")], Quiet())
 
     return run
 
@@ -102,7 +102,7 @@ def test_options_are_checked_before_anything_runs(
     ran: list[object] = []
     for name, one in catalogue.EXPERIMENTS.items():
         monkeypatch.setitem(catalogue.EXPERIMENTS, name, replace(one, run=ran.append))
-    assert main(["all", "--output", str(tmp_path / "out"), *options], Stop()) == 2
+    assert main(["all", "--output", str(tmp_path / "out"), *options], Quiet()) == 2
     printed = capsys.readouterr()
     assert said in printed.err
     assert (printed.out, printed.err.count("\n")) == ("", 1)
@@ -114,7 +114,7 @@ def test_options_are_checked_before_anything_runs(
 def test_a_length_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     """By its value and its option."""
     with pytest.raises(SystemExit, match="2"):
-        main(["sine", "--centre", text], Stop())
+        main(["sine", "--centre", text], Quiet())
     assert f"argument --centre: '{text}' is not a length in mm" in capsys.readouterr().err
 
 
@@ -142,7 +142,7 @@ def test_an_experiment_takes_the_options_that_it_looks_at(
     monkeypatch.setitem(catalogue.EXPERIMENTS, name, replace(one, run=run))
     for field, (option, text, value) in GIVEN.items():
         asked.clear()
-        code = main([name, "--output", str(tmp_path / "out"), option, text], Stop())
+        code = main([name, "--output", str(tmp_path / "out"), option, text], Quiet())
         said = capsys.readouterr().err
         if field in one.takes:
             assert (code, said) == (0, "")
@@ -160,7 +160,7 @@ def test_a_folder_that_cannot_be_is_found_out_before_anything_runs(
     fake = Experiment("fake", "Fake", "Fig. 0", "Nothing.", ran.append)
     monkeypatch.setitem(catalogue.EXPERIMENTS, "fake", fake)
     (tmp_path / "file").write_text("mine")
-    assert main(["fake", "--output", str(tmp_path / "file")], Stop()) == 2
+    assert main(["fake", "--output", str(tmp_path / "file")], Quiet()) == 2
     assert f"{tmp_path / 'file'}: cannot be written" in capsys.readouterr().err
     assert ran == []
     assert (tmp_path / "file").read_text() == "mine"
@@ -227,7 +227,7 @@ def test_a_sine_beyond_the_stroke_is_refused(
 ) -> None:
     """A sine of 120 mm about 100 mm leaves the cylinder: exit code 2, and no report."""
     out = tmp_path / "out"
-    assert main(["sine", "--amplitude", "120", "--output", str(out)], Stop()) == 2
+    assert main(["sine", "--amplitude", "120", "--output", str(out)], Quiet()) == 2
     assert "120 mm about 100 mm leaves the stroke" in capsys.readouterr().err
     assert not out.exists()
 
@@ -235,6 +235,6 @@ def test_a_sine_beyond_the_stroke_is_refused(
 def test_a_name_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     """An unknown experiment ends with exit code 2 and the names there are."""
     with pytest.raises(SystemExit) as ended:
-        main(["frictoin"], Stop())
+        main(["frictoin"], Quiet())
     assert ended.value.code == 2
     assert "fixed-chamber" in capsys.readouterr().err

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from quiet_stop import Quiet
 
-from rodless_base.start import Stop
 from rodless_control import PidParameters, references
 from rodless_lab.bare_rigs import IDEAL
 from rodless_lab.cli.experiment import main, parsed
@@ -109,7 +109,7 @@ def test_experiments_without_a_moving_rig_refuse_ros(
 ) -> None:
     """Exit code 2, the reason and the experiments that can; no report."""
     out = tmp_path / "out"
-    assert main([name, "--ros", "--output", str(out)], Stop()) == 2
+    assert main([name, "--ros", "--output", str(out)], Quiet()) == 2
     said = capsys.readouterr().err
     assert f"{name} has no moving rig to drive" in said
     assert "friction, fixed-chamber, step, sine" in said
@@ -130,9 +130,9 @@ def test_the_command_hands_the_bench_of_the_nodes_to_the_experiment(
 
     monkeypatch.setattr(ros_runner, "nodes_runner", stand_in)
     arguments = ["step", "--preset", "calibrated", "--output", str(tmp_path)]
-    assert main([*arguments, "--ros"], Stop()) == 0
+    assert main([*arguments, "--ros"], Quiet()) == 0
     assert "step ... ." in capsys.readouterr().out
-    assert main(arguments, Stop()) == 0
+    assert main(arguments, Quiet()) == 0
     assert "step ... ." not in capsys.readouterr().out
 
 
@@ -146,7 +146,7 @@ def test_nodes_that_fail_end_the_command_with_1(
 
     monkeypatch.setattr(ros_runner, "nodes_runner", lambda _: Runner(fail, fail))
     out = tmp_path / "out"
-    assert main(["fixed-chamber", "--ros", "--output", str(out)], Stop()) == 1
+    assert main(["fixed-chamber", "--ros", "--output", str(out)], Quiet()) == 1
     assert "the plant has ended with exit code 1" in capsys.readouterr().err
     assert not out.exists()
 
