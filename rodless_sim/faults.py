@@ -218,6 +218,11 @@ class ValveFault(NamedTuple):
         """Whether anything is."""
         return self.stuck or self.offset != 0.0
 
+    @property
+    def stays(self) -> bool:
+        """Whether the spool has stuck where it was."""
+        return self.stuck and self.stuck_voltage is None
+
     def voltage(self, command: float, before: float) -> float:
         """Return the voltage (V) that the valve follows at ``command``, after ``before``."""
         if self.stuck:

@@ -34,7 +34,14 @@ from rodless_sim.physics.motion import advance_at_voltage
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings, supply_flow
 from rodless_sim.physics.settled import settled_motion
-from rodless_sim.physics.spool import AnySpool, Memory, place_of, spool_in, with_spool
+from rodless_sim.physics.spool import (
+    AnySpool,
+    Memory,
+    place_of,
+    spool_in,
+    starting_spool,
+    with_spool,
+)
 from rodless_sim.physics.state import (
     TEMPERATURES,
     AnyMotion,
@@ -374,11 +381,13 @@ class Rig:
         """
         self._check_stroke(parameters)
         self._check_way_back(parameters)
-        before = self._plant
+        before, stayed = self._plant, self._valve_fault.stays
         with self._all_or_nothing():
             self._take(parameters)
             self._motion = with_states_of(self._plant, self._motion)
             self._remember_anew(before)
+            if self._valve_fault.stays and not stayed:
+                self._hold_spool()
             self._apply(self._voltage, self._motion, self._spool, self._commands, 0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
@@ -405,6 +414,13 @@ class Rig:
         else:
             self._commands = Commands(self._voltage)
         self._specialise()
+
+    def _hold_spool(self) -> None:
+        """Stop the spool where it is: what is under way to it moves it no more."""
+        place = place_of(self._spool)
+        if place is not None:
+            self._voltage, self._commands = place, Commands(place)
+            self._spool = with_spool(self._spool, starting_spool(self._plant.drive, place))
 
     def _check_way_back(self, parameters: RigParameters) -> None:
         """Raise ParameterError where a reset could not take back what the scenario changes."""

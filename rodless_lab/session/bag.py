@@ -19,7 +19,7 @@ from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import LostSampleError
 
-# How long (wall-clock s) a session that ends waits for what its bag lacks: the two have a queue each.
+# How long (wall-clock s) a session that ends waits for its bag, which has queues of its own.
 CATCH_UP_TIMEOUT = 1.0
 
 

@@ -49,15 +49,19 @@ class Transmitter(NamedTuple):
 
 @kernel
 def followed(behind: float, before: float, true: float, period: float, lag: float) -> float:
-    """Return the output of a first-order lag one ``period`` later.
+    """Return the output of a first-order lag one ``period`` (s) later.
 
-    ``behind`` was its output and ``before`` its input, which is constant between samples. Without a
-    lag the output is ``true`` at once.
+    ``behind`` was its output and ``before`` its input, which has gone to ``true`` on a straight
+    line: nothing is known of its course between samples. Without a lag the output is ``true`` at
+    once.
     """
     if lag <= 0.0:
         return true
-    keep = math.exp(-period / lag)
-    return keep * behind + (1.0 - keep) * before
+    if period <= 0.0:
+        return behind
+    ratio = period / lag
+    keep = math.exp(-ratio)
+    return true + keep * (behind - before) - (true - before) * (1.0 - keep) / ratio
 
 
 @kernel

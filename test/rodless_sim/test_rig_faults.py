@@ -88,6 +88,25 @@ def test_a_valve_that_sticks_stays_where_it_was() -> None:
     assert Rig(faulty(valve_spool="stuck")).advance(9.0, 0.1).voltage == CLOSED_VOLTAGE
 
 
+@pytest.mark.parametrize(
+    "further", [{}, {"valve.dead_time": 0.05}, {"supply.ripple_amplitude": 0.01}]
+)
+def test_a_spool_that_sticks_on_its_way_stays_there(further: dict[str, object]) -> None:
+    """Neither its own swing nor a command that is under way moves it on; free again, it follows."""
+    values = RigParameters.preset("calibrated").with_values(further)
+    rig = Rig(values)
+    rig.advance(5.08, 0.01)
+    rig.advance(8.0, 0.001 + values.number("valve.dead_time"))
+    there = rig.state.spool_voltage
+    assert 5.1 < there < 7.9
+    rig.configure(values.with_values({"fault.valve.spool": "stuck"}))
+    for command in (5.08, 0.0, 10.0):
+        state = rig.advance(command, 0.1)
+        assert (state.voltage, state.spool_voltage) == (there, there)
+    rig.configure(values)
+    assert rig.advance(5.08, 0.2).spool_voltage == pytest.approx(5.08, abs=0.03)
+
+
 @pytest.mark.parametrize("loss", [0.25, 1.0])
 def test_a_supply_that_has_lost_pressure_is_one_of_less(loss: float) -> None:
     """The run is that of a supply with the rest of the gauge pressure; at 1 nothing moves."""

@@ -109,12 +109,21 @@ def test_sensors_of_a_rig_differ_from_each_other() -> None:
 
 
 def test_lag_follows_a_ramp_one_time_constant_late() -> None:
-    """A first-order lag of 5 ms reads a ramp of 1 Pa/ms 5 Pa low (5.5 with a held sample)."""
-    ramp = np.arange(200.0)
-    late = ramp - lagged(ramp, 1e-3, 5e-3)
-    # Discrete: 1 / (1 - exp(-1/5)) = 5.517 samples.
-    assert late[-1] == pytest.approx(5.517, rel=1e-3)
-    assert late[0] == 0.0
+    """A first-order lag of 5 ms reads a ramp of 1 Pa/ms 5 Pa low, however often it is read."""
+    for period in (1e-4, 1e-3, 1e-2):
+        ramp = 1e3 * period * np.arange(200.0 * 1e-3 / period + 1.0)
+        late = ramp - lagged(ramp, period, 5e-3)
+        time = period * np.arange(ramp.size)
+        assert late == pytest.approx(5.0 * (1.0 - np.exp(-time / 5e-3)), abs=1e-9)
+
+
+def test_lag_follows_a_sine_as_the_transfer_function_has_it() -> None:
+    """At 10 Hz, read at 1 kHz: 1/(1 + iωτ) in amplitude and phase, to what straight lines make."""
+    time = 1e-3 * np.arange(1000)
+    omega, lag = 2.0 * np.pi * 10.0, 5e-3
+    late = lagged(np.sin(omega * time), 1e-3, lag)
+    due = np.imag(np.exp(1j * omega * time) / (1.0 + 1j * omega * lag))
+    assert np.abs(late - due)[100:].max() < omega**2 * 1e-3**2 / 8.0
 
 
 def test_same_seed_same_reading() -> None:

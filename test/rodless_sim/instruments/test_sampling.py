@@ -10,6 +10,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from rodless_base.measurement import Measurement
 from rodless_control import PidParameters, references
@@ -124,30 +125,47 @@ def test_noise_is_fresh_each_sample_and_of_the_stated_size() -> None:
 
 
 def test_pressures_come_late_by_the_lag() -> None:
-    """Readings obey lag · dp/dt + p = truth: the exact answer to a truth constant in between."""
+    """Readings obey lag · dp/dt + p = truth, as scipy has it for lines between the samples."""
     lag = 5e-3
     seen, true = run(rig_with(pressure_lag=lag))
-    keep = np.exp(-1e-3 / lag)
+    time = 1e-3 * np.arange(len(true))
     for column in (1, 2):
-        assert seen[0, column] == true[0, column]
-        due = true[:-1, column] + (seen[:-1, column] - true[:-1, column]) * keep
-        assert seen[1:, column] == pytest.approx(due, rel=1e-12)
+        start = true[0, column]
+        due = start + lsim(([1.0], [lag, 1.0]), true[:, column] - start, time)[1]
+        assert seen[:, column] == pytest.approx(due, rel=1e-9)
         assert np.abs(seen[:, column] - true[:, column]).max() > 500.0
     assert np.array_equal(seen[:, 0], true[:, 0])
 
 
+@pytest.mark.parametrize(("period", "error"), [(1e-3, 200.0), (5e-3, 4e3), (1e-2, 1e4)])
+def test_a_lag_hardly_depends_on_how_often_it_is_read(period: float, error: float) -> None:
+    """Against the filter of the true pressures in steps of 10 µs, in the midst of a start."""
+    lag, fine = 5e-3, 1e-5
+    often, seldom = rig_with(pressure_lag=0.0), rig_with(pressure_lag=lag)
+    true = [often.read().pressure_a]
+    for _ in range(round(0.1 / fine)):
+        often.advance(8.0, fine)
+        true.append(often.read().pressure_a)
+    time = fine * np.arange(len(true))
+    due = true[0] + lsim(([1.0], [lag, 1.0]), np.array(true) - true[0], time)[1]
+    seldom.read()
+    found = []
+    for _ in range(round(0.1 / period)):
+        seldom.advance(8.0, period)
+        found.append(seldom.read().pressure_a)
+    assert found == pytest.approx(due[:: round(period / fine)][1:], abs=error)
+
+
 def test_a_lag_follows_for_the_plant_time_between_readings() -> None:
-    """One reading 7 ms after the first has the lag of 7 ms, whatever time.period says."""
-    lag = 5e-3
-    rig = rig_with(pressure_lag=lag)
-    before = rig.read().pressure_a
-    rig.advance(8.0, 3e-3)
+    """One reading 6 lags after the first shows what has come since, whatever time.period says."""
+    rig = rig_with(pressure_lag=0.05)
+    rig.reset(0.05, pressures=(2e5, 2e5))
     rig.read()
-    at_3 = rig.state.pressure_a
-    rig.advance(8.0, 7e-3)
-    due = at_3 + (before - at_3) * np.exp(-7.0 / 5.0)
-    assert rig.read().pressure_a == pytest.approx(due, rel=1e-12)
-    assert abs(due - rig.state.pressure_a) > 1e3
+    true = rig.advance(7.0, 0.3).pressure_a
+    assert true > 6e5
+    assert rig.read().pressure_a == pytest.approx(
+        true - (true - 2e5) * (1.0 - np.exp(-6.0)) / 6.0, rel=1e-12
+    )
 
 
 def test_fixed_errors_are_fixed() -> None:
