@@ -33,6 +33,9 @@ Array = npt.NDArray[np.float64]
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
 
+# Stamps are whole nanoseconds: what is closer (s) to an even time differs by rounding alone.
+SAME_INSTANT = 5e-10
+
 # Beyond it, in m, Pa or V, nothing can be computed with or drawn.
 LARGEST_READING = 1e100
 
@@ -343,12 +346,21 @@ def _on_one_base(
         )
     time = inside[0] + period * np.arange(round((inside[-1] - inside[0]) / period) + 1)
     last = np.searchsorted(voltage[0], time + 1e-6, side="right") - 1
-    pressure_a, pressure_b, supply = (np.interp(time, *pressure) for pressure in pressures)
+    pressure_a, pressure_b, supply = (_readings_at(time, *pressure) for pressure in pressures)
     return MeasuredRun(
         time=time,
-        position=np.interp(time, *position),
+        position=_readings_at(time, *position),
         pressure_a=pressure_a,
         pressure_b=pressure_b,
         supply_pressure=supply,
         voltage=voltage[1][np.maximum(last, 0)],
     )
+
+
+def _readings_at(time: Array, stamps: Array, values: Array) -> Array:
+    """Interpolate readings; those of an instant itself stay as they are, to the last bit."""
+    found = np.interp(time, stamps, values)
+    nearest = np.clip(np.searchsorted(stamps, time - SAME_INSTANT), 0, len(stamps) - 1)
+    same = np.abs(stamps[nearest] - time) <= SAME_INSTANT
+    found[same] = values[nearest[same]]
+    return found

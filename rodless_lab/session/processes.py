@@ -20,8 +20,8 @@ from pathlib import Path
 import yaml
 
 from rodless_base.atomic_write import atomic_write, cannot_be_written
-from rodless_base.parameter_file import preset_file
-from rodless_base.topics import VALVE_VOLTAGE
+from rodless_base.parameter_file import preset_file, read_parameter_file
+from rodless_base.topics import RIG_CLOCK, ROS_CLOCK, VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 
@@ -126,7 +126,7 @@ class ProcessPlan:
         if self.one_process:
             record = [] if self.record is None else ["--record", str(self.record)]
             command = node_command("rig", files, self.namespace, record)
-            return {"rig": command + self._remapping("controller:")}
+            return {"rig": command + self._remapping("controller:") + self._clock(files)}
         commands = {"plant": node_command("plant", files, self.namespace)}
         if self.runs_controller_node:
             command = node_command("controller", files, self.namespace)
@@ -156,6 +156,17 @@ class ProcessPlan:
         if any(given.values()):
             files.append(write_parameters(folder / "parameters.yaml", given))
         return files
+
+    def _clock(self, files: Iterable[Path]) -> list[str]:
+        """Return what dates a bag by the clock of its own rig, where that is not ``/clock``."""
+        if self.record is None or not self.namespace.strip("/"):
+            return []
+        values: dict[str, object] = {}
+        for file in files:
+            values |= read_parameter_file(file, "plant")
+        if values.get("time.publish_clock", True):
+            return []
+        return ["-r", f"recorder:{ROS_CLOCK}:={RIG_CLOCK}"]
 
     def _remapping(self, node: str = "") -> list[str]:
         return ["-r", f"{node}{VALVE_VOLTAGE}:={WANTED_VOLTAGE}"] if self.relay_commands else []

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosgraph_msgs.msg import Clock
 from running import StartProcess
 from std_msgs.msg import Float64
 
@@ -77,6 +78,26 @@ def test_it_records_itself_until_ctrl_c(
         assert read[topic].log_time[0] == 0
         assert np.all(np.diff(read[topic].log_time) == 1_000_000)
     assert len(read["/taped/valve/voltage"]) > 0
+
+
+def test_a_rig_that_leaves_clock_to_another_dates_its_bag_by_its_own(
+    rodless: StartProcess, start_node: StartProcess, observer: Observer, tmp_path: Path
+) -> None:
+    """Each message has the time of its sample, although the neighbour's time is far ahead."""
+    bag = tmp_path / "bag"
+    with start_node("plant", {"time.speed": 10.0, "time.period": 5e-3}, namespace="ahead"):
+        clock = observer.collect(Clock, "/clock")
+        observer.wait(lambda: clock and clock[-1].clock.sec > 20, "a time that is far ahead")
+        with rodless("rig", "--namespace", "quiet", "--no-clock", "--record", str(bag)) as rig:
+            observer.more(observer.collect(Float64, "/quiet/valve/voltage"), 10)
+            rig.signal(signal.SIGINT)
+            assert rig.wait() == 0
+    read = read_bag(bag)
+    for topic in ("/quiet/joint_states", "/quiet/supply/pressure", "/quiet/clock"):
+        assert read[topic].log_time[0] == 0
+        assert np.all(np.diff(read[topic].log_time) == 1_000_000)
+    assert read["/quiet/valve/voltage"].log_time[-1] <= read["/quiet/clock"].log_time[-1]
+    assert "/clock" not in read
 
 
 def test_a_plant_alone_does_not_record_itself(rodless: StartProcess) -> None:

@@ -20,7 +20,7 @@ from running import StartSession
 from std_srvs.srv import Trigger
 
 from rodless_control import PidParameters, references
-from rodless_lab import closed_loop
+from rodless_lab import closed_loop, read_run
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.harness import (
@@ -490,6 +490,9 @@ def test_a_bag_holds_the_session_from_sample_0_on(
         assert recorded[topic].log_time.tolist() == [k * 1_000_000 for k in range(201)], topic
     assert np.array_equal(recorded["/joint_states"].fields["position"][:, 0], run.position)
     assert np.array_equal(recorded["/valve/voltage"].fields["data"], run.voltage)
+    read = read_run(bag)
+    for name in ("position", "pressure_a", "pressure_b", "supply_pressure"):
+        assert np.array_equal(getattr(read, name), getattr(run, name)), name
     assert recorded["/setpoint"].log_time.tolist() == [100 * 1_000_000]
     # Sample 100 was answered before; the set-point had arrived when the plant went on.
     reference = recorded["/controller/reference"].fields["data"]
