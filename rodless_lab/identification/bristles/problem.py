@@ -114,9 +114,12 @@ class Problem:
         """What the pressures push with (N), of what their late sensors show: no lag, less noise."""
         shown = smoothed(measured, self._period)
         keep = math.exp(-self._period / self._lag) if self._lag > 0.0 else 0.0
-        prompt = (shown[1:] - keep * shown[:-1]) / (1.0 - keep) if keep else shown[:-1]
-        last = prompt[-1:] if keep else shown[-1:]
-        return np.asarray(np.concatenate([prompt, last]))
+        if not keep:
+            return shown
+        # What the sensors have followed from one sample to the next is of the time between them.
+        between = (shown[1:] - keep * shown[:-1]) / (1.0 - keep)
+        at_samples = 0.5 * (between[1:] + between[:-1])
+        return np.concatenate([between[:1], at_samples, between[-1:]])
 
     def _quantities(self, parameters: RigParameters, position: float) -> list[Quantity]:
         found = [
