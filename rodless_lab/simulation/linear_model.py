@@ -33,7 +33,7 @@ class OperatingPoint(NamedTuple):
     """The steady motion that a linear model is about: all but the position stay as they are."""
 
     motion: Motion  # position, velocity and pressures
-    voltage: float  # V
+    voltage: float  # V, the command
     load: float  # N, on the carriage toward chamber B's end: what keeps the velocity as asked for
 
 

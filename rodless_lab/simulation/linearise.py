@@ -8,13 +8,21 @@
 
 """The rig near one steady motion, as a linear model."""
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Quantity, quantities
+from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE
 from rodless_base.one_line import shown
 from rodless_lab.simulation.linear_model import LinearModel, OperatingPoint
-from rodless_lab.simulation.steady_motion import steady_motion, steady_pressures
+from rodless_lab.simulation.steady_motion import (
+    NoSteadyMotionError,
+    steady_motion,
+    steady_pressures,
+)
+from rodless_sim.faults import ValveFault
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.equations import rates
 from rodless_sim.physics.plant import Plant
@@ -52,6 +60,9 @@ def linearise(
     constant. The derivatives are central differences of the equations of motion (eqs. (26) to
     (31)). At rest the rig is not linear, for friction: see ``velocity``.
 
+    Faults of valve, air and carriage are in the model as in the rig, or refused. Its outputs are
+    the true states: faults and errors of the sensors are not in it.
+
     Parameters
     ----------
     parameters
@@ -59,7 +70,8 @@ def linearise(
     position
         Where the carriage passes, m, within the stroke.
     voltage
-        At the valve, V, from 0 to 10.
+        Command to the valve, V, from 0 to 10. With ``fault.valve.offset`` the valve has that much
+        more, and these limits are those of the sum.
     velocity
         In m/s; by default that which the voltage gives the carriage. At another one, a constant
         load keeps the balance: ``model.point.load``. At 0 friction is taken as for a carriage
@@ -76,8 +88,8 @@ def linearise(
     ------
     ValueError
         For a position outside the stroke, values that are not finite, a voltage at which the
-        carriage sticks, a locked carriage, chambers with temperatures of their own, or a valve
-        with hysteresis or dead time.
+        carriage sticks, a carriage that is locked or seized, chambers with temperatures of their
+        own, friction that drifts, or a valve that is stuck, or has hysteresis or dead time.
     TypeError
         For what are no :class:`RigParameters`.
 
@@ -100,18 +112,25 @@ def linearise(
         if parameters.text(name) != without:
             raise ValueError(
                 f"{name} {parameters.text(name)} refused: linear models have no bristles, magnets "
-                f"that lag, tubes or compressor; set it to {without}"
+                f"that lag, tubes, compressor or stuck spool; set it to {without}"
             )
     for name in NOTHING:
         if parameters.number(name):
             raise ValueError(
-                f"{name}: {parameters.number(name):g} refused, a linear model has no play, delay "
-                "or unsteady supply; set it to 0"
+                f"{name}: {parameters.number(name):g} refused, a linear model has no play, delay, "
+                "unsteady supply or drift; set it to 0"
             )
-    point = _operating_point(plant, position, voltage, velocity)
+    if plant.cylinder.locked:
+        held = SEIZED if parameters[SEIZED] else "cylinder.locked"
+        raise ValueError(
+            f"{held} is set: a carriage that is held has no linear model; set it to false"
+        )
+    command = _command(voltage)
+    at_valve = _at_valve(parameters, command)
+    point = _operating_point(plant, position, command, at_valve, velocity)
     by_state, by_input, states = (
-        _by_state(plant, point),
-        _by_input(plant, point),
+        _by_state(plant, point, at_valve),
+        _by_input(plant, point, at_valve),
         quantities(Motion),
     )
     if plant.drive:
@@ -135,8 +154,18 @@ WITHOUT = {
     "coupling.kind": "rigid",
     "tubes.model": "none",
     "supply.kind": "regulated",
+    "fault.valve.spool": "free",
 }
-NOTHING = ("valve.hysteresis", "valve.dead_time", "supply.ripple_amplitude", "supply.droop")
+NOTHING = (
+    "valve.hysteresis",
+    "valve.dead_time",
+    "supply.ripple_amplitude",
+    "supply.droop",
+    "friction.drift",
+)
+
+OFFSET = "fault.valve.offset"
+SEIZED = "fault.carriage.seized"
 
 
 def _behind_the_spool(drive: Drive, by_state: Array, by_input: Array) -> tuple[Array, Array]:
@@ -155,71 +184,99 @@ def _behind_the_spool(drive: Drive, by_state: Array, by_input: Array) -> tuple[A
     )
 
 
-def _operating_point(
-    plant: Plant, position: float, voltage: float, velocity: float | None
-) -> OperatingPoint:
-    where = single_number(position, "position", "metres")
+def _command(voltage: float) -> float:
+    """Return the command in V; raises ValueError where the valve saturates."""
     applied = applied_voltage(voltage)
     if applied != single_number(voltage, "voltage", "volts"):
         raise ValueError(
             f"voltage {shown(voltage)} V refused: beyond 0 to 10 V the valve saturates"
         )
+    return applied
+
+
+def _at_valve(parameters: RigParameters, command: float) -> float:
+    """Return the voltage (V) that the valve follows; raises ValueError where it saturates."""
+    offset = parameters.number(OFFSET)
+    followed = ValveFault.of(parameters).voltage(command, command)
+    if abs(followed - (command + offset)) > STEPS["V"]:
+        least, most = MINIMUM_VOLTAGE - offset, MAXIMUM_VOLTAGE - offset
+        raise ValueError(
+            f"voltage {command:g} V refused: with {OFFSET} it is {command + offset:g} V, and "
+            f"beyond 0 to 10 V the valve saturates; give one from {max(least, MINIMUM_VOLTAGE):g} "
+            f"to {min(most, MAXIMUM_VOLTAGE):g} V"
+        )
+    return followed
+
+
+def _operating_point(
+    plant: Plant, position: float, command: float, at_valve: float, velocity: float | None
+) -> OperatingPoint:
+    """Return the steady motion at ``position`` (m) where ``command`` gives the valve ``at_valve``.
+
+    Both in V.
+    """
+    where = single_number(position, "position", "metres")
     if not 0.0 < where < plant.cylinder.stroke:
         raise ValueError(
             f"position {where:g} m refused: must be within the stroke, above 0 and below "
             f"{plant.cylinder.stroke:g} m"
         )
-    if plant.cylinder.locked:
-        raise ValueError("cylinder.locked is set: a carriage that is held has no linear model")
-    if velocity is None:
-        return OperatingPoint(steady_motion(plant, where, applied), applied, 0.0)
-    speed = single_number(velocity, "velocity", "m/s")
-    if not np.isfinite(speed):
-        raise ValueError(f"velocity {shown(velocity)} refused: not a finite number")
-    motion = steady_pressures(plant, where, applied, speed, _direction(speed))
-    found = rates(plant, openings(plant, applied), motion, _direction(speed))
-    return OperatingPoint(motion, applied, -plant.cylinder.moving_mass * found.velocity)
+    try:
+        if velocity is None:
+            return OperatingPoint(steady_motion(plant, where, at_valve), command, 0.0)
+        speed = single_number(velocity, "velocity", "m/s")
+        if not np.isfinite(speed):
+            raise ValueError(f"velocity {shown(velocity)} refused: not a finite number")
+        motion = steady_pressures(plant, where, at_valve, speed, _direction(speed))
+    except NoSteadyMotionError as error:
+        if at_valve == command:
+            raise
+        raise NoSteadyMotionError(
+            f"{error}; {at_valve:g} V is what {OFFSET} makes of {command:g} V"
+        ) from error
+    found = rates(plant, openings(plant, at_valve), motion, _direction(speed))
+    return OperatingPoint(motion, command, -plant.cylinder.moving_mass * found.velocity)
 
 
 def _direction(velocity: float) -> int:
     return -1 if velocity < 0.0 else 1
 
 
-def _by_state(plant: Plant, point: OperatingPoint) -> Array:
+def _central(of: Callable[[float], Array], step: float) -> Array:
+    """Return the derivative at 0, from both sides."""
+    return np.asarray((of(step) - of(-step)) / (2.0 * step))
+
+
+def _by_state(plant: Plant, point: OperatingPoint, at_valve: float) -> Array:
     """Return the derivatives of all rates with respect to each state, shape (n, n)."""
-    lands = openings(plant, point.voltage)
+    lands = openings(plant, at_valve)
     direction = _direction(point.motion.velocity)
 
-    def rate(name: str, change: float) -> Array:
-        state = point.motion._replace(**{name: getattr(point.motion, name) + change})
-        return np.array(rates(plant, lands, state, direction))
+    def by(name: str, unit: str) -> Array:
+        def rate(change: float) -> Array:
+            state = point.motion._replace(**{name: getattr(point.motion, name) + change})
+            return np.array(rates(plant, lands, state, direction))
 
-    columns = [
-        (rate(name, STEPS[unit]) - rate(name, -STEPS[unit])) / (2.0 * STEPS[unit])
-        for name, unit, _ in quantities(Motion)
-    ]
-    return np.column_stack(columns)
+        return _central(rate, STEPS[unit])
+
+    return np.column_stack([by(name, unit) for name, unit, _ in quantities(Motion)])
 
 
-def _by_input(plant: Plant, point: OperatingPoint) -> Array:
+def _by_input(plant: Plant, point: OperatingPoint, at_valve: float) -> Array:
     """Return the derivatives of all rates with respect to each of INPUTS, shape (n, 3)."""
     direction = _direction(point.motion.velocity)
 
     def at_voltage(change: float) -> Array:
-        lands = openings(plant, point.voltage + change)
+        lands = openings(plant, at_valve + change)
         return np.array(rates(plant, lands, point.motion, direction))
 
     def at_supply(change: float) -> Array:
         changed = plant._replace(supply_pressure=plant.supply_pressure + change)
-        lands = openings(changed, point.voltage)
+        lands = openings(changed, at_valve)
         return np.array(rates(changed, lands, point.motion, direction))
 
     load = np.zeros(len(Motion._fields))
     load[Motion._fields.index("velocity")] = 1.0 / plant.cylinder.moving_mass
     return np.column_stack(
-        [
-            (at_voltage(STEPS["V"]) - at_voltage(-STEPS["V"])) / (2.0 * STEPS["V"]),
-            load,
-            (at_supply(STEPS["Pa"]) - at_supply(-STEPS["Pa"])) / (2.0 * STEPS["Pa"]),
-        ]
+        [_central(at_voltage, STEPS["V"]), load, _central(at_supply, STEPS["Pa"])]
     )
