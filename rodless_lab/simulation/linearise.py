@@ -37,7 +37,7 @@ Array = npt.NDArray[np.float64]
 INPUTS = (
     Quantity("voltage", "V", "command to the valve"),
     Quantity("load", "N", "force on the carriage toward chamber B's end"),
-    Quantity("supply_pressure", "Pa", "absolute supply pressure"),
+    Quantity("supply_pressure", "Pa", "absolute supply pressure at the valve"),
 )
 
 # States of a spool that swings, behind those of the motion.
@@ -75,8 +75,10 @@ def linearise(
     position
         Where the carriage passes, m, within the stroke.
     voltage
-        Command to the valve, V, from 0 to 10. With ``fault.valve.offset`` the valve has that much
-        more, and these limits are those of the sum.
+        Command to the valve, V, from 0 to 10. At these limits, beyond which the valve saturates,
+        the model is that of voltages within; in the closed position the voltage's effect is the
+        mean of both sides. With ``fault.valve.offset`` the valve has that much more, and the
+        limits are those of the sum.
     velocity
         In m/s; by default that which the voltage gives the carriage. At another one, a constant
         load keeps the balance: ``model.point.load``. At 0 friction is taken as for a carriage
@@ -292,5 +294,15 @@ def _by_input(plant: Plant, point: OperatingPoint, at_valve: float) -> Array:
     load = np.zeros(len(Motion._fields))
     load[Motion._fields.index("velocity")] = 1.0 / plant.cylinder.moving_mass
     return np.column_stack(
-        [_central(at_voltage, STEPS["V"]), load, _central(at_supply, STEPS["Pa"])]
+        [_by_voltage(at_voltage, at_valve), load, _central(at_supply, STEPS["Pa"])]
     )
+
+
+def _by_voltage(of: Callable[[float], Array], at_valve: float) -> Array:
+    """Return the derivative with the voltage: at the valve's limits from within."""
+    step = STEPS["V"]
+    if at_valve + step > MAXIMUM_VOLTAGE:
+        return _one_sided(of, -step)
+    if at_valve - step < MINIMUM_VOLTAGE:
+        return _one_sided(of, step)
+    return _central(of, step)
