@@ -17,10 +17,14 @@ import numpy.typing as npt
 
 from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_lab.experiments.runner import IN_PROCESS, Runner
-from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction.fit import (
+    FINEST_FORCE,
+    DirectionFit,
+    FrictionFit,
+    fit_friction,
+)
 from rodless_lab.identification.friction.run import (
     EVENT_ACCURACY,
-    FINEST_FORCE,
     FrictionPoints,
     bias_force,
     friction_points,

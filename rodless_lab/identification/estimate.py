@@ -22,6 +22,8 @@ CONFIDENCE = 0.95
 # A value known no better than to this share of itself is not worth loading into a plant.
 LARGEST_RELATIVE_HALF_WIDTH = 0.5
 
+ENDLESS = "the points are as well met by any other value"
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -79,8 +81,13 @@ def unknown(unit: str, note: str) -> Estimate:
 
 
 def symmetric(value: float, error: float, freedom: float, unit: str) -> Estimate:
-    """Return an estimate from its standard error and the degrees of freedom behind that."""
+    """Return an estimate from its standard error and the degrees of freedom behind that.
+
+    One whose interval has no end is not informed.
+    """
     half = error * float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(freedom, 1.0)))
+    if not math.isfinite(half):
+        return Estimate(value, -math.inf, math.inf, unit, False, ENDLESS)
     return Estimate(value, value - half, value + half, unit)
 
 

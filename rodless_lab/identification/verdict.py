@@ -170,7 +170,7 @@ def whiteness(residuals: Array, jacobian: Array, size: float) -> Verdict:
     together are a curve of another shape. ``jacobian``, shape (n, p), is that of the fit, ``size``
     that of what was measured: what rounding leaves of it has patterns and says nothing.
     """
-    if len(residuals) < 2 * NEIGHBOURS or float(np.std(residuals)) < ROUNDING * abs(size):
+    if len(residuals) < 2 * NEIGHBOURS or float(np.std(residuals)) <= ROUNDING * abs(size):
         return Verdict(())
     directions, sizes, _ = linalg.svd(jacobian, full_matrices=False)
     seen = directions[:, sizes > 1e-10 * sizes[0]]

@@ -10,14 +10,15 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize, stats
 
-from rodless_base.number_rows import measured_numbers, number_rows
+from rodless_base.number_rows import LARGEST, measured_numbers, number_rows
+from rodless_base.one_line import shown
 from rodless_lab.identification.estimate import (
     Estimate,
     covariance,
@@ -36,6 +37,7 @@ from rodless_lab.identification.friction.curve import Stribeck
 from rodless_lab.identification.friction.form import PRINTED, FrictionForm
 from rodless_lab.identification.verdict import Check, Verdict, blocks, check_power, joined
 from rodless_sim import RigParameters
+from rodless_sim.single_number import single_number
 
 Array = npt.NDArray[np.float64]
 
@@ -64,7 +66,7 @@ GROUP = 3
 _ROBUST = 2.0
 
 # Parts this precise (N) are taken as no more precise: the equation itself is no better.
-_FINEST_FORCE = 1e-6
+_FINEST_ERROR = 1e-6
 
 # The curve is preferred to a straight line if chance would do as well in one case of ten: a drop
 # that is overlooked spoils F_c and B, one that is not there only widens their intervals.
@@ -78,6 +80,14 @@ _DROP_REACHES = 3.0
 # The drop is over at this many Stribeck velocities. If the runs end before, what the curve follows
 # is something else.
 _FINISHED = 2.0
+
+# How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
+FINEST_FORCE = 0.03
+
+# What a force that drives the carriage in place of friction comes from.
+SWAPPED = (
+    "chambers A and B swapped, positions counted from the end of chamber B, or a pressure bias"
+)
 
 UNSTABLE = (
     "uniform runs lie right of the Stribeck minimum, where F_s and v_s have no effect; "
@@ -195,6 +205,8 @@ def fit_friction(
     form: FrictionForm = PRINTED,
     allowance: float = 0.0,
     motion: BristleMotion | None = None,
+    force_bias: float = 0.0,
+    speed_stretch: float = 0.0,
 ) -> FrictionFit:
     """Fit a form of friction, by default eq. (29), to points of uniform motion, per direction.
 
@@ -202,6 +214,9 @@ def fit_friction(
 
     Standard errors, where given, weight the points; otherwise scatter about the curve is all that
     is known of them, and all are alike.
+
+    A value that the plant cannot have, such as a viscous coefficient below 0, is not informed; a
+    force that drives the carriage in place of friction does not fit.
 
     Parameters
     ----------
@@ -223,11 +238,14 @@ def fit_friction(
     motion
         The motion that bristles follow, its parts in the order of ``speeds``; None where there are
         no bristles.
+    force_bias, speed_stretch
+        How far (N) all forces may be off together, and all speeds as a share of themselves: bounds,
+        by which the intervals are wider.
 
     Raises
     ------
     ValueError
-        For shapes that differ, and what are no finite numbers, or errors below 0.
+        For shapes that differ, and what are no finite numbers, or errors or bounds below 0.
 
     Examples
     --------
@@ -246,6 +264,9 @@ def fit_friction(
     default = float(np.median(force_error)) if len(force_error) else 1.0
     away_error = _errors(breakaway_errors, "breakaway_errors", away, default)
     stop_error = _errors(stop_errors, "stop_errors", stop, default)
+    allowed = _bound(allowance, "allowance", "newtons")
+    bias = _bound(force_bias, "force_bias", "newtons")
+    stretch = _bound(speed_stretch, "speed_stretch", "the speeds' share")
     fits = []
     for sign, direction in ((1.0, "forward"), (-1.0, "reverse")):
         here, go, halt = sign * speed > 0.0, sign * away > 0.0, sign * stop > 0.0
@@ -253,20 +274,64 @@ def fit_friction(
             sign * speed[here],
             sign * force[here],
             speed_error[here],
-            np.maximum(force_error[here], _FINEST_FORCE),
+            np.maximum(force_error[here], _FINEST_ERROR),
             sign * away[go],
-            np.maximum(away_error[go], _FINEST_FORCE),
+            np.maximum(away_error[go], _FINEST_ERROR),
             sign * stop[halt],
-            np.maximum(stop_error[halt], _FINEST_FORCE),
+            np.maximum(stop_error[halt], _FINEST_ERROR),
             given,
             form,
-            allowance,
+            allowed,
             direction,
             None if motion is None else motion.along(sign, here),
         )
-        fits.append(_fit_direction(observations))
+        found = _fit_direction(observations)
+        fits.append(_with_accuracy(found, bias, stretch, direction))
     forward, reverse = fits
     return FrictionFit(forward, reverse)
+
+
+def _bound(value: float, name: str, unit: str) -> float:
+    """Return the size of an error that all points may share; raises ValueError, TypeError."""
+    number = single_number(value, name, unit)
+    if not 0.0 <= number <= LARGEST:
+        raise ValueError(f"{name} {shown(value)} refused: must be from 0 to {LARGEST:g}")
+    return number
+
+
+def _with_accuracy(fit: DirectionFit, force: float, stretch: float, direction: str) -> DirectionFit:
+    """Return ``fit`` wider by ``force`` (N) and ``stretch``, and within what the plant can have."""
+    of_force, of_scale = "bias of the pressure sensors", "nonlinearity of the scale"
+    widened: dict[str, Any] = {
+        name: _widened(getattr(fit, name), systematic, cause, LIMITS[name])
+        for name, systematic, cause in (
+            ("static", force, of_force),
+            ("coulomb", force, of_force),
+            ("stribeck_velocity", stretch * abs(fit.stribeck_velocity.value), of_scale),
+            ("viscous", stretch * abs(fit.viscous.value), of_scale),
+        )
+    }
+    if fit.coulomb.informed and widened["coulomb"].high < 0.0:
+        widened["verdict"] = joined([fit.verdict, _pushing(widened["coulomb"], direction)])
+    return replace(fit, **widened)
+
+
+def _pushing(coulomb: Estimate, direction: str) -> Verdict:
+    """Say that no friction was found, but a force that drives the carriage."""
+    explained = max(coulomb.half_width, FINEST_FORCE)
+    check = Check(
+        f"force that drives the carriage {direction}", -coulomb.value, explained, "N", 0.0
+    )
+    return Verdict((check,), SWAPPED)
+
+
+def _widened(
+    estimate: Estimate, systematic: float, cause: str, limits: tuple[float, float]
+) -> Estimate:
+    if not estimate.informed or systematic == 0.0:
+        return within(estimate, *limits)
+    note = f"includes ±{systematic:.3g} {estimate.unit} for {cause}"
+    return within(estimate.widened(systematic, note), *limits)
 
 
 def _row(values: npt.ArrayLike, name: str) -> Array:

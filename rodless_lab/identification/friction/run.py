@@ -10,14 +10,12 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from rodless_lab.identification.estimate import Estimate, within
 from rodless_lab.identification.friction.bristle_motion import BristleMotion
-from rodless_lab.identification.friction.fit import LIMITS, DirectionFit, FrictionFit, fit_friction
+from rodless_lab.identification.friction.fit import FINEST_FORCE, FrictionFit, fit_friction
 from rodless_lab.identification.friction.form import FrictionForm
 from rodless_lab.identification.friction.rest import Give, give_at_rest, verdict_of
 from rodless_lab.identification.friction.stick_slip import StickSlipEvents, stick_slip_events
@@ -27,7 +25,6 @@ from rodless_lab.identification.friction.uniform_motion import (
     uniform_parts,
 )
 from rodless_lab.identification.plausible import check_run
-from rodless_lab.identification.verdict import Check, Verdict, joined
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import DATA_SHEET, PRESSURE_RANGE
@@ -40,14 +37,6 @@ Array = npt.NDArray[np.float64]
 # Change of speed over a stretch, as a share, up to which it gives a point: the force of its own
 # acceleration is taken out.
 STEADY = 0.15
-
-# How far eq. (30) may be from the friction of an almost uniform part (N), whatever the sensors.
-FINEST_FORCE = 0.03
-
-# What a force that drives the carriage in place of friction comes from.
-SWAPPED = (
-    "chambers A and B swapped, positions counted from the end of chamber B, or a pressure bias"
-)
 
 # How far points are from the curve where no sensor has an error (N, root mean square of four rigs;
 # 0.19 at most): speed and force are means with different weights of a motion that STEADY lets vary.
@@ -205,13 +194,11 @@ def fit_points(points: FrictionPoints, parameters: RigParameters) -> FrictionFit
         form=FrictionForm.of(parameters),
         allowance=POINT_ACCURACY,
         motion=points.motion,
+        force_bias=least,
+        speed_stretch=speed_stretch(parameters),
     )
-    return FrictionFit(
-        _with_accuracy(fit.forward, parameters, "forward"),
-        _with_accuracy(fit.reverse, parameters, "reverse"),
-        # On bristles that are stated it is as it should be.
-        verdict_of(points.give) if points.motion is None else Verdict(()),
-    )
+    # On bristles that are stated it is as it should be.
+    return fit if points.motion is not None else replace(fit, rest=verdict_of(points.give))
 
 
 def _alike(forces: Array, errors: Array, share: float) -> Array:
@@ -222,32 +209,6 @@ def _alike(forces: Array, errors: Array, share: float) -> Array:
     number = np.where(forces > 0.0, np.sum(forces > 0.0), np.sum(forces < 0.0))
     common = np.hypot(EVENT_ACCURACY, share * forces)
     return np.asarray(np.hypot(errors, common * np.sqrt(number)))
-
-
-def _with_accuracy(fit: DirectionFit, parameters: RigParameters, direction: str) -> DirectionFit:
-    force, stretch = bias_force(parameters), speed_stretch(parameters)
-    of_force, of_scale = "bias of the pressure sensors", "nonlinearity of the scale"
-    widened: dict[str, Any] = {
-        name: _widened(getattr(fit, name), systematic, cause, LIMITS[name])
-        for name, systematic, cause in (
-            ("static", force, of_force),
-            ("coulomb", force, of_force),
-            ("stribeck_velocity", stretch * abs(fit.stribeck_velocity.value), of_scale),
-            ("viscous", stretch * abs(fit.viscous.value), of_scale),
-        )
-    }
-    if fit.coulomb.informed and widened["coulomb"].high < 0.0:
-        widened["verdict"] = joined([fit.verdict, _pushing(widened["coulomb"], direction)])
-    return replace(fit, **widened)
-
-
-def _pushing(coulomb: Estimate, direction: str) -> Verdict:
-    """Say that no friction was found, but a force that drives the carriage."""
-    explained = max(coulomb.half_width, FINEST_FORCE)
-    check = Check(
-        f"force that drives the carriage {direction}", -coulomb.value, explained, "N", 0.0
-    )
-    return Verdict((check,), SWAPPED)
 
 
 def bias_force(parameters: RigParameters) -> float:
@@ -269,12 +230,3 @@ def bias_note() -> str:
 def speed_stretch(parameters: RigParameters) -> float:
     """Largest relative error of a speed from a nonlinearity that makes one wave along the range."""
     return 2.0 * math.pi * parameters.number("sensors.position_linearity")
-
-
-def _widened(
-    estimate: Estimate, systematic: float, cause: str, limits: tuple[float, float]
-) -> Estimate:
-    if not estimate.informed or systematic == 0.0:
-        return within(estimate, *limits)
-    note = f"includes ±{systematic:.3g} {estimate.unit} for {cause}"
-    return within(estimate.widened(systematic, note), *limits)

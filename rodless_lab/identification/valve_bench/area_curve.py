@@ -22,7 +22,7 @@ from rodless_lab.identification.estimate import (
     judged,
     symmetric,
 )
-from rodless_lab.identification.valve_bench.points import checked_points
+from rodless_lab.identification.valve_bench.points import check_opened, check_points
 from rodless_lab.identification.verdict import Verdict, whiteness
 from rodless_sim.physics.valve import scaled_amplitudes
 
@@ -160,7 +160,8 @@ def fit_area_curve(
     Raises
     ------
     ValueError
-        For fewer than ten points, and for what are no finite numbers.
+        For fewer than ten points, or at fewer than nine voltages, for areas that are all 0, and
+        for what are no finite numbers.
 
     Examples
     --------
@@ -170,8 +171,9 @@ def fit_area_curve(
     >>> bool(np.allclose(fit_area_curve(voltages, three_sines(paper, voltages)).values, paper))
     True
     """
-    columns = {"voltages": voltages, "areas": areas}
-    voltage, area = checked_points(columns, 10, "a curve of three sines")
+    voltage, area = number_rows({"voltages": voltages, "areas": areas})
+    check_points("voltages", voltage, len(_UNITS), "a curve of three sines")
+    check_opened("areas", area)
     area = area * 1e6
     starts = _starts(voltage, area) if start is None else [_fitted(_nine("start", start))]
     found = min((_refined(begin, voltage, area) for begin in starts), key=lambda fit: fit[1])[0]

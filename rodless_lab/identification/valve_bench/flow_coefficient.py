@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.number_rows import number_rows
 from rodless_lab.identification.estimate import Estimate, covariance, symmetric
-from rodless_lab.identification.valve_bench.points import checked_points
+from rodless_lab.identification.valve_bench.points import check_opened, check_points
 from rodless_lab.identification.verdict import Verdict, whiteness
 from rodless_sim.physics.air import choked_nozzle_function
 
@@ -76,8 +77,9 @@ def fit_flow_coefficient(
 
     The argument is the distance from the closed position, the same to either side. ``weights``
     are reciprocal standard errors up to a common factor: near the closed position C_v divides two
-    small numbers. Raises ValueError for fewer points than coefficients, and for what are no finite
-    numbers.
+    small numbers. A point whose weight is 0 is left out. Raises ValueError for fewer than seven
+    points, or at fewer than six distances, for weights below 0, C_v that are all 0, and for what
+    are no finite numbers.
 
     Examples
     --------
@@ -88,11 +90,9 @@ def fit_flow_coefficient(
     """
     columns = {"deflections": deflections, "coefficients": coefficients}
     columns["weights"] = np.ones(np.size(deflections)) if weights is None else weights
-    curve = f"a polynomial of degree {DEGREE}"
-    distance, values, weight = checked_points(columns, DEGREE + 1, curve)
-    distance = np.abs(distance)
+    distance, values, weight = _weighed(*number_rows(columns))
     base = np.vander(distance, DEGREE + 1, increasing=True) * weight[:, None]
-    found, *_ = np.linalg.lstsq(base, values * weight, rcond=None)
+    found = _least_squares(base, values * weight)
     freedom = len(distance) - DEGREE - 1
     residual = values * weight - base @ found
     variance = float(residual @ residual) / max(freedom, 1)
@@ -106,3 +106,22 @@ def fit_flow_coefficient(
     size = float(np.max(np.abs(values * weight)))
     verdict = whiteness(residual[order], base[order], size)
     return FlowCoefficientCurve(estimates, variance**0.5, verdict)
+
+
+def _weighed(deflection: Array, values: Array, weight: Array) -> tuple[Array, Array, Array]:
+    """Return distance, C_v and weight of the points that have one; raises ValueError."""
+    if np.any(weight < 0.0):
+        raise ValueError(f"weights: {float(weight.min()):g} refused, must not be negative")
+    counts = weight > 0.0
+    distance = np.abs(deflection[counts])
+    check_points("deflections", distance, DEGREE + 1, f"a polynomial of degree {DEGREE}")
+    check_opened("coefficients", values[counts])
+    return distance, values[counts], weight[counts]
+
+
+def _least_squares(base: Array, wanted: Array) -> Array:
+    """Return the coefficients (p,) of the columns of ``base`` (n, p), whatever their sizes."""
+    scale = np.linalg.norm(base, axis=0)
+    scale[scale == 0.0] = 1.0
+    found, *_ = np.linalg.lstsq(base / scale, wanted, rcond=None)
+    return np.asarray(found / scale)

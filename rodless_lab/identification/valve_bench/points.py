@@ -8,22 +8,26 @@
 
 """Points that were measured at a valve, checked before a curve is laid through them."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import numpy.typing as npt
-
-from rodless_base.number_rows import number_rows
 
 Array = npt.NDArray[np.float64]
 
 
-def checked_points(columns: Mapping[str, npt.ArrayLike], fewest: int, curve: str) -> list[Array]:
-    """Return :func:`number_rows`; raises as it does.
+def check_points(name: str, places: Array, unknowns: int, curve: str) -> None:
+    """Raise ValueError where points at ``places``, shape (n,), do not determine ``curve``.
 
-    And for fewer than the ``fewest`` points that ``curve`` needs.
+    It has ``unknowns`` values. One point more than these tells how well it is met; and a point
+    beside another at the same place, by its ``name``, tells nothing new of the curve.
     """
-    found = number_rows(columns)
-    if len(found[0]) < fewest:
-        raise ValueError(f"{len(found[0])} points refused, {curve} needs {fewest} or more")
-    return found
+    if len(places) <= unknowns:
+        raise ValueError(f"{len(places)} points refused, {curve} needs {unknowns + 1} or more")
+    different = len(np.unique(places))
+    if different < unknowns:
+        raise ValueError(f"{name}: {different} different refused, {curve} needs {unknowns} or more")
+
+
+def check_opened(name: str, values: Array) -> None:
+    """Raise ValueError for ``values``, by their ``name``, of a valve that lets nothing through."""
+    if not np.any(values):
+        raise ValueError(f"{name}: all 0 refused, nothing flowed; check the flow meter")

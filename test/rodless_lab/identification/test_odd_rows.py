@@ -130,6 +130,28 @@ def test_one_error_stands_for_all_and_none_is_negative() -> None:
         fit_friction(SPEEDS, FORCES, force_errors=-0.1)
 
 
+@pytest.mark.parametrize("name", ["allowance", "force_bias", "speed_stretch"])
+@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
+def test_a_bound_that_is_none_is_named(name: str, value: float) -> None:
+    """What all points may be off together is a size."""
+    bounds: dict[str, Any] = {name: value}
+    with pytest.raises(ValueError, match=rf"^{name} .* refused: must be from 0 to 1e\+20$"):
+        fit_friction(SPEEDS, FORCES, **bounds)
+
+
+def test_weights_below_zero_are_refused() -> None:
+    """And a point whose weight is 0 is as good as none: the rest says what it says alone."""
+    good, values = VOLTS, 1.1 - 0.01 * VOLTS + 1e-3 * np.cos(40.0 * VOLTS)
+    with pytest.raises(ValueError, match=r"^weights: -1 refused, must not be negative$"):
+        fit_flow_coefficient(good, values, np.where(VOLTS > 4.0, -1.0, 1.0))
+    wild = np.where(VOLTS > 4.0, 100.0, values)
+    without = fit_flow_coefficient(good, wild, (VOLTS <= 4.0) * 2.0)
+    alone = fit_flow_coefficient(good[VOLTS <= 4.0], values[VOLTS <= 4.0])
+    for found, expected in zip(without.coefficients, alone.coefficients, strict=True):
+        assert found.value == pytest.approx(expected.value, rel=1e-6)
+        assert found.half_width == pytest.approx(expected.half_width, rel=1e-6)
+
+
 def test_points_of_one_speed_give_no_line() -> None:
     """The fit says that nothing is informed and why; the construction is refused."""
     fit = fit_friction(np.full(5, 0.01), np.linspace(50.0, 60.0, 5), force_errors=0.1)
