@@ -44,6 +44,9 @@ READINGS = {
     "reference": "m",
 }
 
+# Those that the controller sends; the plant sends the others.
+OF_CONTROLLER = {"voltage", "reference"}
+
 
 @dataclass(frozen=True)
 class NodeStatus:
@@ -102,10 +105,16 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     if stands:
         # It sends nothing more, but shows whoever comes where it stands.
         _listen(rig, readings, THROTTLED)
-    due = READINGS.keys() - ({"voltage"} if stands else set())
+    due = _due(status) - ({"voltage"} if stands else set())
     rest = READINGS_TIMEOUT if stands or status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: all(readings[one] is not None for one in due), min(timeout, rest))
     return status
+
+
+def _due(status: RigStatus) -> set[str]:
+    """Return the readings that may still come: of a node that has not reported none will."""
+    sent = {PLANT: READINGS.keys() - OF_CONTROLLER, CONTROLLER: OF_CONTROLLER}
+    return {one for node in NODES if status.nodes[node].level != "missing" for one in sent[node]}
 
 
 def _listen(rig: RunningRig, readings: dict[str, float | None], before: str = "") -> None:
