@@ -163,7 +163,7 @@ class Controls(LiveSession):
         """
         if not isinstance(values, Mapping):
             raise TypeError(f"{shown(values)} refused, must be values by name: {{name: value}}")
-        with self._waiting():
+        with self._asking(node):
             self._observer.once_ready(
                 lambda: self._observer.set_parameters(node, values), self._timeout
             )
@@ -172,7 +172,7 @@ class Controls(LiveSession):
         """Return the values of a node's parameters; raises RefusedError for unknown names."""
         if isinstance(names, str):
             raise TypeError(f"{names!r} refused, must be a list of names: [{names!r}]")
-        with self._waiting():
+        with self._asking(node):
             return self._observer.get_parameters(node, names)
 
     def diagnostics(self, node: str) -> dict[str, str]:

@@ -76,7 +76,3 @@ class LaunchedProcesses(SessionProcesses):
         for action in self._actions:
             if action.return_code is not None:
                 raise NodeDiedError(f"{action.name} has ended with exit code {action.return_code}")
-
-    def check_plant(self) -> None:
-        """The same: nothing is ended by the test."""
-        self.check()

@@ -144,7 +144,8 @@ class LiveSession:
         except WaitTimeoutError as error:
             watched = (self._law_watch, self._own)
             silence = "".join(one.silence for one in watched if one is not None)
-            raise WaitTimeoutError(self._processes.with_outputs(f"{error}{silence}")) from error
+            text = f"{error}{silence}{self._processes.ended}"
+            raise WaitTimeoutError(self._processes.with_outputs(text)) from error
         finally:
             self._answering = before
 
@@ -165,5 +166,12 @@ class LiveSession:
             raise RefusedError(f"{service}: {response.message}")
 
     def _call(self, kind: type, service: str, **fields: object) -> Any:
-        with self._waiting():
+        with self._asking(service.partition("/")[0]):
             return self._observer.call(kind, service, **fields)
+
+    @contextmanager
+    def _asking(self, node: str) -> Iterator[None]:
+        """Wait for an answer of ``node``; raises HarnessError where the test has ended that."""
+        with self._waiting():
+            self._processes.check_node(node, f"no answer of {node} will come")
+            yield

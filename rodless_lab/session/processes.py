@@ -246,10 +246,25 @@ class SessionProcesses:
 
     def check_plant(self) -> None:
         """Raise HarnessError if the plant does not run, for then no sample will come."""
+        self.check_node("plant", "no sample will come")
+
+    def check_node(self, node: str, lost: str) -> None:
+        """Raise HarnessError, which begins with ``lost``, where the test has ended ``node``."""
         self.check()
-        plant = self._processes.get("plant") or self._processes["rig"]
-        if plant.exit_code is not None:
-            raise HarnessError(f"no sample will come: the {plant.name} was ended by the test")
+        process = self._process_of(str(node).lstrip("/"))
+        if process is not None and process.exit_code is not None:
+            raise HarnessError(f"{lost}: the {process.name} was ended by the test")
+
+    def _process_of(self, node: str) -> NodeProcess | None:
+        """Return the process of a node of this rig, which may have another one in it, or None."""
+        own = node in ("plant", "controller")
+        return self._processes.get(node) or (self._processes.get("rig") if own else None)
+
+    @property
+    def ended(self) -> str:
+        """Say which the test has ended, to complete the text of a wait; empty where none is."""
+        names = [one.name for one in self._processes.values() if one.exit_code is not None]
+        return "".join(f"; the {name} was ended by the test" for name in names)
 
     def with_outputs(self, text: str) -> str:
         """Return ``text`` and below it the last lines of each output that is kept."""

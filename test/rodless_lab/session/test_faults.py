@@ -133,6 +133,40 @@ def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
     assert np.array_equal(rig.samples(0).position[:20], rig.samples(1).position[:20])
 
 
+def test_nobody_waits_for_the_answer_of_a_node_that_the_test_has_killed(
+    rig_session: StartSession,
+) -> None:
+    """Whatever is asked of it fails and names it; what needs the other node goes on."""
+    rig = rig_session(plant=SLOW)
+    rig.kill("plant")
+    asked: dict[str, Callable[[], object]] = {
+        "reset": rig.reset,
+        "pause": rig.pause,
+        "resume": rig.resume,
+        "set": lambda: rig.set_parameters("plant", {"supply.pressure": 5e5}),
+        "get": lambda: rig.parameters("/plant", ["supply.pressure"]),
+    }
+    for what, ask in asked.items():
+        with pytest.raises(HarnessError, match="plant will come: the plant was ended") as caught:
+            ask()
+        assert not isinstance(caught.value, TimeoutError), what
+    assert rig.parameters("controller", ["controller.kp"])
+    with pytest.raises(TimeoutError, match="waiting for rain; the plant was ended by the test\n"):
+        rig.wait_until(lambda: False, "rain", timeout=0.2)
+    rig.kill("controller")
+    with pytest.raises(HarnessError, match="no answer of controller will come: the controller"):
+        rig.reset_controller()
+
+
+def test_a_killed_process_of_both_nodes_is_named(rig_session: StartSession) -> None:
+    """Where they share one, it is that which was ended."""
+    rig = rig_session(plant=SLOW, one_process=True)
+    rig.kill("rig")
+    for ask in (rig.reset, rig.reset_controller):
+        with pytest.raises(HarnessError, match="will come: the rig was ended by the test"):
+            ask()
+
+
 def test_a_wait_ends_when_a_node_dies_by_itself(rig_session: StartSession) -> None:
     """The wait ends at once, whatever it was for."""
     rig = rig_session(plant=SLOW)
