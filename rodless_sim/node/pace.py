@@ -36,8 +36,9 @@ class PaceMeter:
     """Compares plant time with the wall clock.
 
     The lag is how far plant time is behind the wall clock times ``speed``, counted from when the
-    plant was started, resumed or reset; pauses do not count. Plant time advances in periods, so up
-    to one of them is no lag. With ``speed`` 0 the commands drive plant time, and nothing can lag.
+    plant was started, resumed or reset; pauses do not count, nor does what ``now`` leaves out.
+    Plant time advances in periods, so up to one of them is no lag. With ``speed`` 0 the commands
+    drive plant time, and nothing can lag.
     """
 
     def __init__(

@@ -22,6 +22,7 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.publish import LOST
+from rodless_sim.node.awake_clock import RunningClock, StopNews
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.fault_publisher import fault_status, faults_text
 from rodless_sim.node.pace import PaceMeter, PaceNews
@@ -51,8 +52,12 @@ class PlantDiagnostics:
         time: TimeKeeper,
         publishers: SamplePublishers,
         commands: str,
+        clock: RunningClock,
     ) -> None:
-        """Report of these from now on."""
+        """Report of these from now on; ``commands`` is the topic's full name.
+
+        ``clock`` is what ``time`` goes by, where it goes by one.
+        """
         self._node = node
         self._parameters = parameters
         self._engine = engine
@@ -64,7 +69,9 @@ class PlantDiagnostics:
         self._lockstep = values.in_lockstep
         self._period = values.number("time.period")  # s
         self._speed = values.number("time.speed")
-        self._meter = PaceMeter(0.0 if self._lockstep else self._speed, nanoseconds(self._period))
+        speed = 0.0 if self._lockstep else self._speed
+        self._meter = PaceMeter(speed, nanoseconds(self._period), clock)
+        self._stops = StopNews(clock)
         self._news = PaceNews(self._speed, self._period)
         self._pace = self._meter.report()
         self._announced: tuple[object, ...] = ()
@@ -101,6 +108,9 @@ class PlantDiagnostics:
 
     def _take_pace(self) -> None:
         self._pace = self._meter.report()
+        stop = self._stops.hear()
+        if stop is not None:
+            self._node.get_logger().warning(stop)
         news = self._news.hear(self._pace)
         if news is not None and self._news.behind:
             self._node.get_logger().warning(news)

@@ -26,7 +26,7 @@ from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.start import Stop, StoppedError
 from rodless_base.topics import VALVE_VOLTAGE
-from rodless_sim.node.awake_clock import AwakeClock
+from rodless_sim.node.awake_clock import AwakeClock, RunningClock
 from rodless_sim.node.command_publishers import CommandPublishers
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.equations import Equations
@@ -75,7 +75,8 @@ class PlantNode:
         self._commands = self.node.create_subscription(
             Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH, raw=True
         )
-        self._time = self._make_time_keeper(values)
+        clock = RunningClock()
+        self._time = self._make_time_keeper(values, clock)
         self._diagnostics = PlantDiagnostics(
             self.node,
             self._parameters,
@@ -83,6 +84,7 @@ class PlantNode:
             self._time,
             self._publishers,
             self._commands.topic_name,
+            clock,
         )
         PlantServices(self.node, self._time, self._diagnostics.clear, self._diagnostics.announce)
         self.node.make_safe = self._engine.fail
@@ -106,14 +108,14 @@ class PlantNode:
         self._equations.close()
         self.node.destroy_node()
 
-    def _make_time_keeper(self, values: RigParameters) -> TimeKeeper:
+    def _make_time_keeper(self, values: RigParameters, clock: RunningClock) -> TimeKeeper:
         outbox = self._publishers.outbox
         if values.in_lockstep:
             timeout = values.number("time.command_timeout")
             commanders = CommandPublishers(self.node, self._commands.topic_name)
             return Lockstep(self._engine, timeout, self._ready, commanders, outbox, AwakeClock())
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
-        return Realtime(self._engine, wall_period, self._ready, outbox)
+        return Realtime(self._engine, wall_period, self._ready, outbox, clock)
 
     def _ready(self) -> bool:
         """Whether everybody listens whom the run must not start without."""

@@ -9,6 +9,7 @@
 """Plant time paced by the wall clock."""
 
 import threading
+import time
 from collections.abc import Callable
 
 from rodless_base.one_line import traced
@@ -26,16 +27,21 @@ class Realtime(TimeKeeper):
     steps_by_itself = True
 
     def __init__(
-        self, engine: Engine, wall_period: int, ready: Callable[[], bool], outgoing: Outgoing
+        self,
+        engine: Engine,
+        wall_period: int,
+        ready: Callable[[], bool],
+        outgoing: Outgoing,
+        now: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """Step every ``wall_period`` ns of wall clock as soon as ``ready`` says so.
+        """Step every ``wall_period`` ns of ``now`` as soon as ``ready`` says so.
 
         What is ``outgoing`` still is sent before the next sample.
         """
         super().__init__(engine)
         self._ready = ready
         self._outgoing = outgoing
-        self._pacer = Pacer(wall_period)
+        self._pacer = Pacer(wall_period, now)
         self._stepping = threading.Lock()
         self._failure: Exception | None = None
         self._closing = threading.Event()

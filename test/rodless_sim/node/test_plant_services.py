@@ -133,7 +133,7 @@ def test_nothing_is_late_while_nothing_is_due(
 
     monkeypatch.setattr(
         "rodless_sim.node.realtime.Pacer",
-        lambda period: Pacer(period, lambda: 10 * period * len(slept), sleep),
+        lambda period, _: Pacer(period, lambda: 10 * period * len(slept), sleep),
     )
     engine = Steps(lambda: steps.append(0))
     engine.ended = not paused
