@@ -89,8 +89,12 @@ def fit_flow_coefficient(
     (1.1, -0.01)
     """
     columns = {"deflections": deflections, "coefficients": coefficients}
-    columns["weights"] = np.ones(np.size(deflections)) if weights is None else weights
-    distance, values, weight = _weighed(*number_rows(columns))
+    if weights is not None:
+        columns["weights"] = weights
+    rows = number_rows(columns)
+    if weights is None:
+        rows.append(np.ones_like(rows[0]))
+    distance, values, weight = _weighed(*rows)
     base = np.vander(distance, DEGREE + 1, increasing=True) * weight[:, None]
     found = _least_squares(base, values * weight)
     freedom = len(distance) - DEGREE - 1

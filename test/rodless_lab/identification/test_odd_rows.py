@@ -52,6 +52,7 @@ GOOD: list[tuple[Callable[..., object], Rows]] = [
         fit_flow_coefficient,
         {"deflections": VOLTS, "coefficients": 1.1 - 0.01 * VOLTS, "weights": np.ones(30)},
     ),
+    (fit_flow_coefficient, {"deflections": VOLTS, "coefficients": 1.1 - 0.01 * VOLTS}),
     (
         fit_friction,
         {
@@ -84,6 +85,7 @@ def odd(row: Any) -> Iterator[tuple[object, str]]:
     yield row > 0.0, none
     yield [True, *row[1:]], none
     yield [object(), *row[1:]], none
+    yield [[9, 5.08], *row[1:]], none
 
 
 @pytest.mark.parametrize(
