@@ -51,8 +51,9 @@ SPOOL_STATES = (
 # Stribeck velocity.
 STEPS = {"m": 1e-6, "m/s": 1e-7, "Pa": 1.0, "V": 1e-5}
 
-# Of the values 0 to 4 steps to one side, in a derivative that is exact up to the fourth power.
-ONE_SIDED = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -1.0 / 4.0)
+# Of what the values 1 to 4 steps to one side have more, in a derivative that is exact up to the
+# fourth power.
+ONE_SIDED = (4.0, -3.0, 4.0 / 3.0, -1.0 / 4.0)
 
 
 def linearise(
@@ -256,8 +257,9 @@ def _central(of: Callable[[float], Array], step: float) -> Array:
 
 def _one_sided(of: Callable[[float], Array], step: float) -> Array:
     """Return the derivative at 0, from the side that ``step`` leads to."""
-    values = np.array([of(place * step) for place in range(len(ONE_SIDED))])
-    return np.asarray(ONE_SIDED @ values / step)
+    here = of(0.0)
+    more = [of((place + 1) * step) - here for place in range(len(ONE_SIDED))]
+    return np.asarray(ONE_SIDED @ np.array(more) / step)
 
 
 def _by_state(plant: Plant, point: OperatingPoint, at_valve: float) -> Array:
