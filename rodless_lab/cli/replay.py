@@ -57,8 +57,8 @@ def _replay(options: argparse.Namespace) -> None:
 def _parser() -> Parser:
     parser = Parser(
         prog="rodless replay",
-        description="Feed a bag's voltages to the plant, from the recorded start on, and report "
-        "how far it departs from the recording.",
+        description="Feed a bag's voltages and supply pressure to the plant, from the recorded "
+        "start on, and report how far it departs from the recording.",
     )
     parser.add_argument("bag", type=named_path, metavar="BAG")
     parser.add_argument("--preset", default="paper", choices=preset_names())

@@ -134,10 +134,11 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
         own = stamps_of(messages)
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
     sent = SampleTimes(joint, time)
-    voltage, doubt = _voltage(bag, namespace, sent)
+    held = _held(bag, namespace)
+    voltage, doubt = (held, "") if held is not None else _commanded(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
     begin = float(run.time[0])
-    run = replace(run, time=run.time - begin, doubt=doubt)
+    run = replace(run, time=run.time - begin, doubt=doubt, commanded=held is None)
     setpoint = _setpoint(bag, namespace, sent, begin)
     remarks = [*bag.notes, setpoint.doubt if setpoint else ""]
     if strange := off_any_rig(run):
@@ -256,11 +257,8 @@ def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
     return time[:-1], voltage[1:]
 
 
-def _voltage(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, Array], str]:
-    """Times (s) from which the valve held which voltage (V), and why to doubt them, if so."""
-    held = _held(bag, namespace)
-    if held is not None:
-        return held, ""
+def _commanded(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, Array], str]:
+    """Times (s) from which which voltage (V) was asked for, and why to doubt them, if so."""
     commands = _recorded(bag, namespace, VALVE_VOLTAGE)
     doubt = sent.doubt(commands)
     if doubt:

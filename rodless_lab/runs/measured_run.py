@@ -76,8 +76,10 @@ class MeasuredRun(Columns):
 
     ``voltage[k]`` is held from sample k to sample k+1; ``doubt`` says why that is not known sample
     by sample, if so, and ``missing`` which samples the recording lacks, whose values are those of
-    their neighbours; ``remarks`` say what else is odd about it, one line each. Saved and made a
-    data frame by :class:`~rodless_base.columns.Columns`.
+    their neighbours; ``remarks`` say what else is odd about it, one line each. The voltage is what
+    the valve followed, behind its faults; where it is ``commanded``, as in a bag without
+    ``valve/state``, it is what was asked of the valve. Saved and made a data frame by
+    :class:`~rodless_base.columns.Columns`.
 
     Examples
     --------
@@ -99,6 +101,7 @@ class MeasuredRun(Columns):
     doubt: str = ""
     missing: str = ""
     remarks: tuple[str, ...] = ()
+    commanded: bool = False
 
     def __post_init__(self) -> None:
         """Raise :class:`RunError` for a run too short or not finite, and for uneven time.

@@ -18,6 +18,7 @@ from rodless_base.one_line import described
 from rodless_control import PidParameters
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint, run_of_trace
 from rodless_lab.runs.off_any_rig import off_any_rig
+from rodless_lab.runs.recorded_drive import RecordedDrive, recorded_drive
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters, SimulationError, simulate
 
@@ -25,14 +26,9 @@ from rodless_sim import RigParameters, SimulationError, simulate
 FARTHEST_OFF = 1e-3
 
 
-def rig_of(parameters: RigParameters, recorded: MeasuredRun) -> tuple[RigParameters, float]:
-    """Return ``parameters`` at the recorded mean supply, and where the carriage starts (m).
-
-    Raises ParameterError for a supply pressure that no rig has.
-    """
-    rig = parameters.with_values({"supply.pressure": float(recorded.supply_pressure.mean())})
-    stroke = rig.number("cylinder.stroke")
-    return rig, float(np.clip(recorded.position[0], 0.0, stroke))
+def start_of(rig: RigParameters, recorded: MeasuredRun) -> float:
+    """Return where the carriage starts (m): as recorded, on the stroke of the rig."""
+    return float(np.clip(recorded.position[0], 0.0, rig.number("cylinder.stroke")))
 
 
 def resimulate(
@@ -42,16 +38,26 @@ def resimulate(
 ) -> MeasuredRun:
     """Feed the recorded voltages to a rig at rest where the recorded one starts.
 
+    Its supply is the recorded one. What of ``parameters`` acts on the supply before it is read, or
+    on the command before the recorded voltage, is off, and a remark says so.
+
     ``pressures`` (Pa) are what the chambers start with, as :func:`rodless_sim.simulate` takes them.
     Raises RunError where the recorded voltages are in doubt or no simulated rig can repeat the run.
     """
     recorded.check_voltage()
     with _refusing():
-        rig, start = rig_of(parameters, recorded)
-        trace = simulate(rig, recorded.voltage[:-1], recorded.period, start, pressures)
-    run = run_of_trace(trace, rig.number("supply.pressure"))
+        drive = recorded_drive(parameters, recorded)
+        start = start_of(drive.rig, recorded)
+        voltages, period = recorded.voltage[:-1], recorded.period
+        trace = simulate(drive.rig, voltages, period, start, pressures, scenario=drive.scenario)
+    run = run_of_trace(trace, drive.rig.number("supply.pressure"))
     # The last voltage acts on nothing in the run, and is the recorded one all the same.
-    return replace(run, voltage=recorded.voltage, remarks=_remarks(recorded, start))
+    return replace(
+        run,
+        supply_pressure=drive.supply,
+        voltage=recorded.voltage,
+        remarks=_remarks(recorded, start, drive),
+    )
 
 
 def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
@@ -63,21 +69,23 @@ def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
 def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRun:
     """Give the recorded set-points to rig and controller of ``preset``.
 
-    The rig is at rest where the recorded one starts. Raises RunError where no simulated rig can
-    follow them.
+    The rig is at rest where the recorded one starts, and has the recorded supply. Raises RunError
+    where no simulated rig can follow them.
     """
     with _refusing():
-        parameters, start = rig_of(RigParameters.preset(preset), recorded)
+        drive = recorded_drive(RigParameters.preset(preset), recorded)
+        start = start_of(drive.rig, recorded)
         trace = closed_loop(
-            parameters,
+            drive.rig,
             PidParameters.preset(preset),
             _Steps(setpoint, start),
             duration=float(recorded.time[-1]),
             period=recorded.period,
             position=start,
+            scenario=drive.scenario,
         )
-    run = run_of_trace(trace, parameters.number("supply.pressure"))
-    return replace(run, remarks=_remarks(recorded, start))
+    run = run_of_trace(trace, drive.rig.number("supply.pressure"))
+    return replace(run, remarks=_remarks(recorded, start, drive))
 
 
 @contextmanager
@@ -89,16 +97,21 @@ def _refusing() -> Iterator[None]:
         raise RunError(f"no simulated rig can repeat it: {described(error)}") from error
 
 
-def _remarks(recorded: MeasuredRun, start: float) -> tuple[str, ...]:
+def _remarks(recorded: MeasuredRun, start: float, drive: RecordedDrive) -> tuple[str, ...]:
+    """Say what of the simulated rig is not as its parameters, or as the recording, have it."""
+    return tuple(filter(None, (drive.remark, _start_remark(recorded, start))))
+
+
+def _start_remark(recorded: MeasuredRun, start: float) -> str:
     """Say where the simulated carriage had to start elsewhere than the recorded one."""
     first = float(recorded.position[0])
     if abs(first - start) <= FARTHEST_OFF or off_any_rig(recorded):
-        return ()  # where no rig has such positions, that is said already
+        return ""  # where no rig has such positions, that is said already
     longer = "the rig may have a longer cylinder.stroke"
     return (
         f"the simulated carriage starts at {1e3 * start:g} mm, the end of its stroke, the recorded "
         f"one at {1e3 * first:g} mm: "
-        f"{longer if first > start else 'positions count from the end of chamber A'}",
+        f"{longer if first > start else 'positions count from the end of chamber A'}"
     )
 
 
