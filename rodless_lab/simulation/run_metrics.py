@@ -15,7 +15,8 @@ run from ``since`` on, or about its last second:
     mean error      mean of e over the last second
     limit cycle     (max e - min e)/2 over the last second
     settling        from where r last begins to move until |e| <= 0.2 mm for good
-    overshoot       how far y passes the last r, in the direction of the last change
+    overshoot       how far y passes the last r, in the direction of the last motion of r, or of
+                    the carriage's way there if r has always been the same
     peak, RMS       max |e|, sqrt(mean e^2)
     air             what has flowed into both chambers
     valve travel    sum of |u[k+1] - u[k]|
@@ -190,8 +191,11 @@ def settled(reference: Array, position: Array, period: float) -> tuple[float, fl
     start = end
     while start > 1 and reference[start - 1] != reference[start - 2]:
         start -= 1
+    # Two equal samples on the way are no rest: a sine has them about a crest.
+    if start < end == count - 2:
+        return math.nan, math.nan
     target = reference[-1]
-    before = reference[max(start - 1, 0)]
+    before = reference[start - 1] if end > 0 else position[0]
     direction = math.copysign(1.0, target - before) if target != before else 0.0
     beyond = 0.0
     inside = count

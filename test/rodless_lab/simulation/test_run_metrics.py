@@ -15,8 +15,9 @@ import numpy.typing as npt
 import pytest
 
 from rodless_control import PidParameters, references
-from rodless_lab import ClosedLoopTrace, RunMetrics, closed_loop, run_metrics
+from rodless_lab import ClosedLoopTrace, RunMetrics, closed_loop, ensemble, run_metrics
 from rodless_lab.runs.step_metrics import step_metrics
+from rodless_lab.simulation.run_metrics import settled
 from rodless_sim import RigParameters, simulate
 
 Array = npt.NDArray[np.float64]
@@ -73,6 +74,76 @@ def test_overshoot_is_in_the_direction_of_the_step(height: float) -> None:
     position = reference.copy()
     position[150], position[160] = height * 1.04, height * 0.94
     assert run_metrics(made(reference, position)).overshoot == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize("begin", [0.02, 0.14, 0.08])
+def test_overshoot_of_a_reference_that_never_changes(begin: float) -> None:
+    """The carriage comes from one side: what is past the reference counts, 3 mm before it does not.
+
+    From the reference itself no side is the far one, and there is no overshoot.
+    """
+    reference = np.full(401, 0.08)
+    position = reference.copy()
+    position[:100] = begin
+    side = np.sign(0.08 - begin)
+    position[150], position[160] = 0.08 + 2e-3 * side, 0.08 - 3e-3 * side
+    found = run_metrics(made(reference, position))
+    assert found.overshoot == pytest.approx(2e-3 * abs(side), abs=1e-15)
+    assert found.settling_time == pytest.approx(1.61 if side else 0.0)
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.15])
+def test_a_step_at_the_start_overshoots_as_its_carriage_does(begin: float) -> None:
+    """`references.step(a, b)` begins at 0: the overshoot is the farthest place past b, less b.
+
+    A single run, an ensemble, the compiled function and the same function in plain Python agree.
+    """
+    step, rig = references.step(begin, 0.058), RigParameters({"cylinder.initial_position": begin})
+    law = PidParameters({"controller.kp": 2000.0, "controller.kd": 0.0})
+    run = closed_loop(rig, law, step, 2.0, 1e-3)
+    assert np.ptp(run.reference) == 0.0
+    side = np.sign(0.058 - begin)
+    past = float((side * (run.true_position - 0.058)).max())
+    assert past > 1e-3
+    assert run_metrics(run).overshoot == past
+    rows = ensemble([rig, rig], law, step, 2.0, 1e-3)
+    assert rows["overshoot"].tolist() == [past, past]
+    plain = getattr(settled, "py_func", settled)(run.reference, run.true_position, 1e-3)
+    assert plain == pytest.approx(settled(run.reference, run.true_position, 1e-3), nan_ok=True)
+    assert plain[1] == past
+    later = closed_loop(rig, law, references.step(begin, 0.058, at=0.1), 2.1, 1e-3)
+    assert run_metrics(later).overshoot == pytest.approx(past, rel=0.05)
+
+
+def test_two_equal_samples_of_a_sine_are_no_rest() -> None:
+    """A crest between the last two samples, which are equal to the last bit: it still moves."""
+    sine = references.sine(0.1, 0.02, 0.5, 0.1005)
+    run = closed_loop(RigParameters(), PidParameters(), sine, 0.601, 1e-3)
+    assert run.reference[-1] == run.reference[-2]
+    found = run_metrics(run)
+    assert math.isnan(found.settling_time)
+    assert math.isnan(found.overshoot)
+
+
+@pytest.mark.parametrize(
+    ("reference", "settling"),
+    [
+        ([0.0, 0.0, 0.05, 0.05], 0.0),  # a step one interval ago
+        ([0.0, 0.05, 0.05], 0.0),
+        ([0.05, 0.05], 0.0),
+        ([0.0, 0.02, 0.05, 0.05, 0.05], 0.0),  # a move that has ended
+        ([0.0, 0.02, 0.05, 0.05], math.nan),  # one that may turn
+        ([0.0, 0.0, 0.05], math.nan),
+    ],
+)
+def test_a_short_run_rests_where_its_reference_does(
+    reference: list[float], settling: float
+) -> None:
+    """A carriage that is always on the reference has settled at once, if that is at rest."""
+    wanted = np.array(reference)
+    found = run_metrics(made(wanted, wanted))
+    assert found.settling_time == pytest.approx(settling, nan_ok=True)
+    assert math.isnan(found.overshoot) == math.isnan(settling)
 
 
 def test_what_still_moves_neither_settles_nor_overshoots() -> None:
