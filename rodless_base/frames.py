@@ -20,6 +20,7 @@ PARAMETERS = declare(
         "put before every frame_id and joint name, as robot_state_publisher does: left/",
         "interface",
         fixed=True,
+        in_runs=False,
     )
 )
 

@@ -73,6 +73,7 @@ NODE_PARAMETERS = declare(
         "judgement",
         0.0,
         60.0,
+        in_runs=False,
     ),
     Parameter(
         "controller.recorders",
@@ -84,6 +85,7 @@ NODE_PARAMETERS = declare(
         0,
         100,
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "controller.joint",
@@ -91,6 +93,7 @@ NODE_PARAMETERS = declare(
         "",
         "name of the joint to control in joint_states, without frame_prefix",
         "interface",
+        in_runs=False,
     ),
     *frames.PARAMETERS.values(),
 )

@@ -25,6 +25,7 @@ PARAMETERS = declare(
         "interface",
         choices=("realtime", "lockstep"),
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.period",
@@ -35,6 +36,7 @@ PARAMETERS = declare(
         1e-4,
         1.0,
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.tolerance",
@@ -55,6 +57,7 @@ PARAMETERS = declare(
         1e-3,
         10.0,
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.duration",
@@ -65,6 +68,7 @@ PARAMETERS = declare(
         0.0,
         1e6,
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.command_timeout",
@@ -76,6 +80,7 @@ PARAMETERS = declare(
         1e-2,
         1e3,
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.recorders",
@@ -87,6 +92,7 @@ PARAMETERS = declare(
         0,
         100,
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.scenario",
@@ -96,6 +102,7 @@ PARAMETERS = declare(
         "(docs/faults.md); empty for none. Functions in Python take theirs as scenario=",
         "interface",
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "time.publish_clock",
@@ -105,6 +112,7 @@ PARAMETERS = declare(
         "namespace publishes its own on clock there, too)",
         "interface",
         fixed=True,
+        in_runs=False,
     ),
 )
 

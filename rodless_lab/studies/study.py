@@ -35,6 +35,7 @@ from rodless_lab.simulation.design import (
 from rodless_lab.studies.base import EACH_ITS_SEED, SEED, Base, read_base, refuse_of_both
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
+from rodless_lab.studies.idle import idle, idle_parameters
 from rodless_lab.studies.sensitivity import SALTELLI, saltelli
 from rodless_lab.studies.shipped import find_file
 from rodless_sim.physics.state import State
@@ -198,6 +199,7 @@ def _traces(fields: Fields) -> tuple[tuple[str, ...], int]:
 def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
     found: list[Dimension] = []
     owners: dict[str, str] = {}
+    unused = idle_parameters(base)
     for name in fields.values:
         one = read_dimension(fields, name)
         names = one.names(base.names)
@@ -207,6 +209,8 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
             raise fields.error(name, f"{SEED} {EACH_ITS_SEED}")
         if "reference.type" in names:
             raise fields.error(name, "cannot vary within a study; make one study for each")
+        if unused.issuperset(names):
+            raise fields.error(name, idle(names[0]))
         if LAW in names and name != LAW:
             raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
         for parameter in names:

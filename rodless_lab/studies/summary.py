@@ -60,8 +60,9 @@ def summary(results: Results) -> str:
     failed = [f"Row {row} failed: {why}" for row, why in list(results.failures.items())[:10]]
     more = len(results.failures) - len(failed)
     if more > 0:
-        failed.append(f"{more} more rows failed.")
-    return "\n".join([*lines, "", f"{len(results)} rows.", *failed]) + "\n"
+        failed.append(f"{more} more row{'s' * (more > 1)} failed.")
+    count = "1 row." if len(results) == 1 else f"{len(results)} rows."
+    return "\n".join([*lines, "", count, *failed]) + "\n"
 
 
 def _line(results: Results, name: str) -> str:

@@ -45,6 +45,7 @@ PARAMETERS = declare(
         "publish what is true beside what is read, on truth/joint_states and truth/.../pressure",
         "interface",
         fixed=True,
+        in_runs=False,
     ),
     Parameter(
         "sensors.publish_raw",
@@ -53,6 +54,7 @@ PARAMETERS = declare(
         "publish the voltages that the converter reads of the instruments, on raw/voltages",
         "interface",
         fixed=True,
+        in_runs=False,
     ),
 )
 

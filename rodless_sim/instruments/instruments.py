@@ -105,6 +105,7 @@ PARAMETERS = declare(
         f"{JUDGEMENT}: 0.1 L/min",
         0.0,
         1e-3,
+        in_runs=False,
     ),
     Parameter(
         "sensors.flow_gain_error",
@@ -114,6 +115,7 @@ PARAMETERS = declare(
         f"{JUDGEMENT}: 1 %",
         0.0,
         0.1,
+        in_runs=False,
     ),
     Parameter(
         "sensors.converter_bits",

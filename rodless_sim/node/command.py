@@ -23,6 +23,7 @@ PARAMETERS = declare(
         JUDGEMENT,
         1e-3,
         60.0,
+        in_runs=False,
     )
 )
 
