@@ -109,7 +109,7 @@ class PlantDiagnostics:
     def _take_pace(self) -> None:
         self._pace = self._meter.report()
         stop = self._stops.hear()
-        if stop is not None:
+        if stop is not None and self._time.running:
             self._node.get_logger().warning(stop)
         news = self._news.hear(self._pace)
         if news is not None and self._news.behind:
