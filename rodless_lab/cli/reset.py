@@ -14,6 +14,7 @@ from rodless_lab.session.reset import RESET
 main = ServiceVerb(
     "reset",
     "Return the plant to its start, plant time 0, and let the controller forget the "
-    "run so far, a failed control law too. The carriage holds where it is until a new set-point.",
+    "run so far, a failed control law too. The carriage holds where it is until a new set-point. "
+    "Refused where the plant knows a controller that does not answer, as one that is frozen.",
     RESET,
 )

@@ -15,7 +15,7 @@ from time import monotonic
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from rodless_base.closing import Closing
-from rodless_base.ros.diagnostics import NAMESAKES
+from rodless_base.ros.diagnostics import COMMANDED_BY, NAMESAKES
 from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.ros.unheard import WAY_OUT, has_unheard_publisher
 from rodless_base.start import Stop
@@ -201,6 +201,24 @@ class RunningRig(Closing):
         if not self.is_known(node):
             return self.missing(node, timeout)
         return f"the {node} is there but has published nothing on /diagnostics within {timeout:g} s"
+
+    def hides(self, node: str) -> bool:
+        """Whether ``node`` is not known here, and the plant says that it commands the valve.
+
+        Who joins a domain learns nothing of a node that is frozen; who has met it before knows it
+        on, for 20 s. It is no use to ask before the plant has reported.
+        """
+        said = self.diagnostic(PLANT)
+        commanders = said.values.get(COMMANDED_BY, "").split(", ") if said is not None else []
+        return self.name(node) in commanders and not self.is_known(node)
+
+    def hidden(self, node: str) -> str:
+        """Say that ``node`` is there and does not show itself, and what to do about it."""
+        return (
+            f"the plant knows {self.name(node)}, which does not show itself here: it is frozen, "
+            "was killed in the last 20 s, or its machine is too busy; let it go on, or end it, and "
+            "ask again"
+        )
 
     def _nodes(self) -> list[tuple[str, str]]:
         return list(self.observer.node.get_node_names_and_namespaces())

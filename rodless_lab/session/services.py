@@ -8,12 +8,18 @@
 
 """Ask the nodes of a running rig for what they offer as services."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_lab.session.running_rig import OTHER_NODE_TIMEOUT, PLANT, RigError, RunningRig
+from rodless_lab.session.running_rig import (
+    OTHER_NODE_TIMEOUT,
+    PLANT,
+    SILENCE,
+    RigError,
+    RunningRig,
+)
 
 
 def ask_each(
@@ -23,17 +29,31 @@ def ask_each(
 
     A value is what the service is told, None for one that is told nothing. The plant, or where it
     is told nothing the controller, has ``timeout`` (wall-clock s) to be found; the other is left
-    out where it is not there. Raises :class:`RigError` where the first is not there, a node has a
-    namesake or refuses, and WaitTimeoutError where one does not answer.
+    out where it is not there. Raises :class:`RigError` where the first is not there, the other is
+    and does not show itself, a node has a namesake or refuses, and WaitTimeoutError where one does
+    not answer.
     """
     nodes = [service.partition("/")[0] for service in services]
     rig.wait_for_node(PLANT if PLANT in nodes else nodes[0], timeout)
     rig.wait_for(lambda: all(map(rig.is_known, nodes)), OTHER_NODE_TIMEOUT)
     rig.check_alone()
+    _check_shown(rig, services)
     for service, value in services.items():
         node = service.partition("/")[0]
         found = rig.is_known(node)
         yield service, _answer(rig, service, value) if found else f"left out, no {node} was found"
+
+
+def _check_shown(rig: RunningRig, services: Iterable[str]) -> None:
+    """Raise RigError where a node is to be left out that is there: it would drive on later."""
+    left_out = {
+        service: node for service in services if not rig.is_known(node := service.partition("/")[0])
+    }
+    if left_out:
+        rig.wait_for(lambda: rig.diagnostic(PLANT), SILENCE)
+    for service, node in left_out.items():
+        if rig.hides(node):
+            raise RigError(f"{service}: refused, nothing has changed: {rig.hidden(node)}")
 
 
 def _answer(rig: RunningRig, service: str, value: bool | None) -> str:

@@ -11,6 +11,7 @@
 from rodless_base.fault_counts import WINDOW, lately_text
 from rodless_base.ros.diagnostics import (
     ACTUAL_RATE,
+    COMMANDED_BY,
     MODE,
     PERIOD,
     PRESET,
@@ -133,6 +134,7 @@ class PlantDiagnostics:
                 "speed factor": f"{self._pace.speed_factor:.3f}",
                 "lag (s)": f"{self._pace.lag:.3f}",
                 "commands received": self._engine.command.received,
+                COMMANDED_BY: self._rivals.everybody,
                 **faults,
                 "free-air supply flow (L/min)": f"{flow:.2f}",
                 "faults": faults_text(self._engine.rig.parameters),

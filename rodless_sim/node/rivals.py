@@ -39,6 +39,12 @@ class Rivals:
             self.problem = None
         self._was_there = found is not None
 
+    @property
+    def everybody(self) -> str:
+        """The nodes that publish commands, by their full names; "nobody" where none does."""
+        found = set(nodes(self._node.get_publishers_info_by_topic(self._topic)).values())
+        return ", ".join(sorted(found)) or "nobody"
+
 
 def publishers_of(node: Node, topic: str) -> set[str]:
     """Return the nodes that publish on ``topic``, where there is more than one publisher."""

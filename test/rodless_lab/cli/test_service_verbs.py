@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -104,6 +105,33 @@ def test_a_reset_leaves_the_carriage_where_it_starts(
         start = observer.wait(partial(start_of, samples), "the start")
         observer.more(samples, round(0.5 / PERIOD))
         assert max(abs(sample.position[0]) for sample in samples[start:]) < 1e-4
+
+
+def test_a_reset_beside_a_frozen_controller_is_refused(
+    rodless: StartProcess, rig: SessionProcesses, observer: Observer
+) -> None:
+    """Code 2, one line, and the plant's run goes on: thawed, the controller would drive by itself.
+
+    With the controller back, the same reset is done.
+    """
+    assert run(rodless, "move", "40")[0] == 0
+    samples = observer.collect(JointState, "/rig/joint_states")
+    observer.more(samples, 1)
+    rig["controller"].freeze()
+    try:
+        code, output = run(rodless, "reset")
+    finally:
+        rig["controller"].thaw()
+    assert code == 2, output
+    assert output.startswith(
+        "controller/reset: refused, nothing has changed: the plant knows /rig/controller, which "
+        "does not show itself here: it is frozen"
+    )
+    assert output.count("\n") == 1
+    observer.diagnostic("/rig/plant", fresh=True)
+    assert start_of(samples) is None
+    until_it_reports(observer, "controller", lambda said: said.level != DiagnosticStatus.ERROR)
+    assert run(rodless, "reset") == (0, f"controller/reset: {HOLDS}\nplant/reset: done\n")
 
 
 def start_of(samples: list[JointState]) -> int | None:
