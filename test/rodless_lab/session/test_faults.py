@@ -151,7 +151,7 @@ def test_nobody_waits_for_the_answer_of_a_node_that_the_test_has_killed(
             ask()
         assert not isinstance(caught.value, TimeoutError), what
     assert rig.parameters("controller", ["controller.kp"])
-    with pytest.raises(TimeoutError, match="waiting for rain; the plant was ended by the test\n"):
+    with pytest.raises(TimeoutError, match=r"waiting for rain.*; the plant was ended"):
         rig.wait_until(lambda: False, "rain", timeout=0.2)
     rig.kill("controller")
     with pytest.raises(HarnessError, match="no answer of controller will come: the controller"):
