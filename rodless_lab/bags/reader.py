@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.file_path import file_path
 from rodless_base.one_line import listed
 from rodless_lab.bags.description_check import (
@@ -110,12 +111,18 @@ class TopicMessages(Columns):
         return f"<{self.topic.name}: {len(self)} of {self.topic.type_name or 'no type'}>"
 
     @cached_property
-    def stamp(self) -> npt.NDArray[np.float64]:
-        """Stamps of the headers in seconds; raises :class:`BagError` for a type without."""
+    def stamp_time(self) -> npt.NDArray[np.int64]:
+        """Stamps of the headers in ns; raises :class:`BagError` for a type without."""
         if self.messages and not hasattr(self.messages[0], "header"):
             raise BagError(f"{self.topic.name}: {self.topic.type_name} has no header")
         stamps = [message.header.stamp for message in self.messages]
-        return np.array([stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps])
+        times = [stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec for stamp in stamps]
+        return np.array(times, dtype=np.int64)
+
+    @property
+    def stamp(self) -> npt.NDArray[np.float64]:
+        """Stamps of the headers in seconds, which of the wall clock resolve 0.2 µs; raises so."""
+        return self.stamp_time.astype(np.float64) * 1e-9
 
     @cached_property
     def fields(self) -> Mapping[str, Array]:

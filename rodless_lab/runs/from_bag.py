@@ -16,7 +16,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.constants import CARRIAGE, MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SPOOL
+from rodless_base.constants import (
+    CARRIAGE,
+    MAXIMUM_VOLTAGE,
+    MINIMUM_VOLTAGE,
+    NANOSECONDS_PER_SECOND,
+    SPOOL,
+)
 from rodless_base.one_line import shown
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
@@ -30,8 +36,14 @@ from rodless_lab.runs.off_any_rig import off_any_rig
 Array = npt.NDArray[np.float64]
 
 
+# In ns, a day: what is later than that counts from its first stamp.
+LONG_TIME = 86_400 * NANOSECONDS_PER_SECOND
+
 # A gap between position samples longer than this many periods is a hole in the recording.
 LONGEST_GAP = 20.0
+
+# By how many times each span is longer, over which the period is measured, than the one before.
+LONGER = 4
 
 # Stamps are whole nanoseconds: what is closer (s) to an even time differs by rounding alone.
 SAME_INSTANT = 5e-10
@@ -111,48 +123,64 @@ def naming(path: str | Path) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Recording:
-    """A run in a bag; its times count from ``begin`` (s), a time as the bag's stamps have it.
+    """A run in a bag, which begins ``start`` (s) after ``origin`` (ns, by the bag's stamps).
 
-    ``sent`` tells when what has no stamp was sent.
+    ``sent`` tells when, after ``origin``, what has no stamp was sent.
     """
 
     run: MeasuredRun
     setpoint: Setpoint | None
-    begin: float
+    origin: int
+    start: float
     sent: SampleTimes
+
+    @property
+    def begin(self) -> float:
+        """Where the run begins, s, as the bag's stamps have it."""
+        return self.origin * 1e-9 + self.start
+
+    def stamps_of(self, messages: TopicMessages) -> Array:
+        """Return the stamps of ``messages`` in s of the run."""
+        return stamps_of(messages, self.origin) - self.start
+
+    def numbers_of(self, messages: TopicMessages) -> tuple[Array, Array]:
+        """Return times in s of the run, and values, of a topic of plain numbers."""
+        when, values = plain_numbers(messages, self.sent)
+        return when - self.start, values
 
 
 def recording_in(bag: Bag, namespace: str) -> Recording:
     """Return what :func:`read_run_and_setpoint` reads; raises RunError and BagError."""
     carriage = _carriage(bag, namespace)
     joint = carriage.messages
-    time = stamps_of(joint)
+    origin = _origin(joint)
+    time = stamps_of(joint, origin)
     position = _checked(joint, joint_values(carriage, "position"), time)
     pressures = []
     for topic in PRESSURES.values():
         messages = _recorded(bag, namespace, topic)
-        own = stamps_of(messages)
+        own = stamps_of(messages, origin)
         pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
     sent = SampleTimes(joint, time)
-    held = _held(bag, namespace)
+    held = _held(bag, namespace, origin)
     voltage, doubt = (held, "") if held is not None else _commanded(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
-    begin = float(run.time[0])
-    run = replace(run, time=run.time - begin, doubt=doubt, commanded=held is None)
-    setpoint = _setpoint(bag, namespace, sent, begin)
+    start = float(run.time[0])
+    run = replace(run, time=run.time - start, doubt=doubt, commanded=held is None)
+    setpoint = _setpoint(bag, namespace, sent, start)
     remarks = [*bag.notes, setpoint.doubt if setpoint else ""]
     if strange := off_any_rig(run):
         remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
     run = replace(
         run,
-        missing=_missing(bag, namespace, joint, begin, sent),
+        missing=_missing(bag, namespace, joint, origin * 1e-9 + start, sent),
         remarks=tuple(filter(None, remarks)),
     )
-    return Recording(run, setpoint, begin, sent)
+    return Recording(run, setpoint, origin, start, sent)
 
 
-def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, begin: float) -> Setpoint | None:
-    """Set-points by times from ``begin`` (s) on, if they were recorded."""
+def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, start: float) -> Setpoint | None:
+    """Set-points by times from ``start`` (s) on, if they were recorded."""
     name = f"{namespace}/{SETPOINT}"
     if name not in bag or not len(bag[name]):
         return None
@@ -163,7 +191,7 @@ def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, begin: float) -> Setp
             f"{bag.path}: {name}: {sent.why_useless}, so it is not known when set-points were "
             "given; record with `rodless record`"
         )
-    return Setpoint(when - begin, wanted, doubt)
+    return Setpoint(when - start, wanted, doubt)
 
 
 def _carriage(bag: Bag, namespace: str) -> JointMessages:
@@ -241,7 +269,7 @@ def _commands(bag: Bag, namespace: str) -> Commands:
     )
 
 
-def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
+def _held(bag: Bag, namespace: str, origin: int = 0) -> tuple[Array, Array] | None:
     """Times (s) and the voltage (V) that the valve held from each on, if that was recorded.
 
     A message tells what was held up to its stamp, since that of the message before.
@@ -252,7 +280,7 @@ def _held(bag: Bag, namespace: str) -> tuple[Array, Array] | None:
     spool = joint_messages(bag[name], SPOOL)
     if len(spool.messages) < 2:
         return None
-    time = stamps_of(spool.messages)
+    time = stamps_of(spool.messages, origin)
     voltage = _checked(spool.messages, joint_values(spool, "effort"), time)
     return time[:-1], voltage[1:]
 
@@ -285,11 +313,24 @@ def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
     return messages
 
 
-def stamps_of(messages: TopicMessages) -> Array:
-    """Stamps in s; log times where the publisher left the stamps at zero."""
-    stamps = messages.stamp if messages.stamp.any() else messages.time
+def stamps_of(messages: TopicMessages, origin: int = 0) -> Array:
+    """Stamps in s after ``origin`` (ns); log times where the publisher left the stamps at zero."""
+    stamps: Array = (_stamp_times(messages) - origin).astype(np.float64) * 1e-9
     _refuse_backwards(messages, stamps)
     return stamps
+
+
+def _stamp_times(messages: TopicMessages) -> npt.NDArray[np.int64]:
+    return messages.stamp_time if messages.stamp_time.any() else messages.log_time
+
+
+def _origin(messages: TopicMessages) -> int:
+    """Return the instant (ns) from which on a run's times resolve nanoseconds as seconds.
+
+    Those of a wall clock do not: after half a century a number of seconds has steps of 0.2 µs.
+    """
+    first = int(_stamp_times(messages)[0])
+    return first if first > LONG_TIME else 0
 
 
 def _refuse_backwards(messages: TopicMessages, time: Array) -> None:
@@ -333,7 +374,7 @@ def _on_one_base(
     inside = position[0][(position[0] >= start) & (position[0] <= end)]
     if len(inside) < 2:
         raise RunError("its topics were not recorded at the same time")
-    period = float(np.median(np.diff(inside)))
+    period = _period(inside)
     if period <= 0.0:
         raise RunError("most of the positions share one time")
     gaps = np.diff(inside)
@@ -342,7 +383,7 @@ def _on_one_base(
             f"no position for {gaps.max():.3f} s after {inside[np.argmax(gaps)]:.3f} s, "
             f"which come every {period:.4f} s otherwise"
         )
-    time = inside[0] + period * np.arange(round((inside[-1] - inside[0]) / period) + 1)
+    time = np.linspace(inside[0], inside[-1], round((inside[-1] - inside[0]) / period) + 1)
     last = np.searchsorted(voltage[0], time + 1e-6, side="right") - 1
     pressure_a, pressure_b, supply = (_readings_at(time, *pressure) for pressure in pressures)
     return MeasuredRun(
@@ -353,6 +394,20 @@ def _on_one_base(
         supply_pressure=supply,
         voltage=voltage[1][np.maximum(last, 0)],
     )
+
+
+def _period(time: Array) -> float:
+    """Return the time (s) from one sample to the next, of most; 0 where most share one.
+
+    Stamps jitter: over many samples that counts less, and how many periods there are to a span is
+    known from shorter ones. What was lost here and there does not change the median of them.
+    """
+    period, span = float(np.median(np.diff(time))), LONGER
+    while period > 0.0 and span < len(time):
+        apart = float(np.median(time[span:] - time[:-span]))
+        period = apart / max(round(apart / period), 1)
+        span *= LONGER
+    return period
 
 
 def _readings_at(time: Array, stamps: Array, values: Array) -> Array:

@@ -22,7 +22,7 @@ from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
-from rodless_lab.runs.from_bag import Recording, plain_numbers, recording_in, stamps_of
+from rodless_lab.runs.from_bag import Recording, recording_in
 from rodless_lab.runs.joints import messages_of
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.view.errors import ViewError
@@ -123,8 +123,7 @@ def _of_joint(
     if carried is None:
         return np.full(found.run.time.shape, np.nan)
     # Of the sample before: between stuck and slipping there is no velocity in the middle.
-    when = stamps_of(carried.messages) - found.begin
-    return _held(when, carried.values(field), found.run.time)
+    return _held(found.stamps_of(carried.messages), carried.values(field), found.run.time)
 
 
 def _reference(bag: Bag, namespace: str, found: Recording) -> Array:
@@ -136,8 +135,7 @@ def _reference(bag: Bag, namespace: str, found: Recording) -> Array:
         return np.full(found.run.time.shape, np.nan)
     topic = f"{namespace}/{REFERENCE}"
     if topic in bag and len(bag[topic]):
-        when, wanted = plain_numbers(bag[topic], found.sent)
-        return _held(when - found.begin, wanted, found.run.time)
+        return _held(*found.numbers_of(bag[topic]), found.run.time)
     if found.setpoint is not None and len(found.setpoint.time):
         return _held(found.setpoint.time, found.setpoint.position, found.run.time)
     return np.full(found.run.time.shape, np.nan)

@@ -40,8 +40,8 @@ def untouched(_topic: str, _sample: int, time: float, value: float) -> Message |
     return time, value
 
 
-def payload(topic: str, time: float, value: float) -> bytes:
-    nanoseconds = round(time * 1e9)
+def payload(topic: str, time: float, value: float, origin: int = 0) -> bytes:
+    nanoseconds = origin + round(time * 1e9)
     header = Header(stamp=Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9))
     if topic == "/joint_states":
         return serialize_message(JointState(header=header, name=["carriage"], position=[value]))
@@ -60,10 +60,11 @@ def write(
     setpoint: tuple[float, float] | None = None,
     clock: Callable[[float], float] = lambda time: time,
     held: bool = False,
+    origin: int = 0,
 ) -> Path:
     """Write ``run`` as a bag; a set-point is (time in s, m), ``clock`` the log time of a time.
 
-    ``held`` adds what the valve held.
+    ``held`` adds what the valve held. Times are from ``origin`` (ns) on.
     """
     columns = {"/joint_states": run.position, "/valve/voltage": run.voltage}
     columns |= {topic: getattr(run, name) for topic, name in PRESSURES.items()}
@@ -81,10 +82,10 @@ def write(
             for topic, values in columns.items():
                 message = spoil(topic, k, time, float(values[k]))
                 if topic != without and message is not None:
-                    log_time = round(clock(message[0]) * 1e9)
-                    writer.write(topic, payload(topic, *message), log_time, log_time)
+                    log_time = origin + round(clock(message[0]) * 1e9)
+                    writer.write(topic, payload(topic, *message, origin), log_time, log_time)
         if setpoint is not None:
-            log_time = round(clock(setpoint[0]) * 1e9)
+            log_time = origin + round(clock(setpoint[0]) * 1e9)
             writer.write("/setpoint", payload("/setpoint", *setpoint), log_time, log_time)
     return path
 
