@@ -80,7 +80,7 @@ class Parameter:
     maximum: float = math.inf
     choices: tuple[str, ...] = ()  # what a text may be
     fixed: bool = False  # cannot change while a node runs
-    in_runs: bool = True  # whether rig and law depend on it where no node runs them
+    in_runs: bool = True  # False for what only nodes or the valve stand read
     # Puts numbers that are in a former unit, as older files have them, into ``unit``.
     from_former: Callable[[tuple[float, ...]], tuple[float, ...]] | None = None
 

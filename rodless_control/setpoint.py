@@ -16,8 +16,11 @@ from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.references import Constant, Move, Moving, Ramp, Reference, Sine, Step
 from rodless_control.trajectory import LARGEST, SHORTEST, Trajectory, Waypoint
 
-# The values of reference.type that take no set-points.
-FROM_PARAMETERS = ("step", "sine")
+# The values of reference.type that take no set-points, and what each is made of.
+FROM_PARAMETERS = {
+    "step": ("reference.start", "reference.target", "reference.at"),
+    "sine": ("reference.centre", "reference.amplitude", "reference.frequency", "reference.at"),
+}
 
 
 def reference_from(parameters: ControllerParameters, time: float = 0.0) -> Reference | None:

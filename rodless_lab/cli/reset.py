@@ -15,6 +15,6 @@ main = ServiceVerb(
     "reset",
     "Return the plant to its start, plant time 0, and let the controller forget the "
     "run so far, a failed control law too. The carriage holds where it is until a new set-point. "
-    "Refused where the plant knows a controller that does not answer, as one that is frozen.",
+    "Refused beside a controller that does not answer, such as one frozen in the last 20 s.",
     RESET,
 )

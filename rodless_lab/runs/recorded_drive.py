@@ -12,6 +12,7 @@ The supply was read at the valve, behind all that makes it sink or fail, and the
 valve followed, behind its faults. Parameters that would do either once more are off in that rig.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +28,9 @@ Array = npt.NDArray[np.float64]
 
 PRESSURE = "supply.pressure"
 SENSOR_OFFSET = "fault.supply_pressure.offset"
+NOISE = ("sensors.pressure_noise", "fault.supply_pressure.noise")
 
-# What acts on the supply before it is read at the valve; off where it is as declared.
+# What acts on the supply before it is read at the valve. The default of each switches it off.
 BEFORE_THE_READING = (
     "supply.kind",
     "supply.droop",
@@ -39,9 +41,12 @@ BEFORE_THE_READING = (
 # What acts on the command before valve/state has it.
 BEFORE_THE_VALVE = ("fault.valve.spool", "fault.valve.offset")
 
-# Readings within this of each other (±Pa) are of one supply pressure, and so is the atmosphere's: a
-# sensor has noise of some hundred Pa.
+# Readings within this (±Pa) are of one supply pressure, and so is the atmosphere's, beyond what the
+# noise of the sensor makes.
 STEADY = 2e3
+
+# Of a normal noise one reading in a million is farther off, in standard deviations.
+FARTHEST_NOISE = 5.0
 
 
 class RecordedDrive(NamedTuple):
@@ -59,9 +64,9 @@ def recorded_drive(parameters: RigParameters, recorded: MeasuredRun) -> Recorded
     Raises ParameterError for a supply pressure that no rig has.
     """
     readings = recorded.supply_pressure - parameters.number(SENSOR_OFFSET)
-    pieces = [
-        (start, _no_vacuum(pressure, parameters)) for start, pressure in steady_pieces(readings)
-    ]
+    steady = _steady(parameters)
+    found = steady_pieces(readings, steady)
+    pieces = [(start, _no_vacuum(pressure, parameters)) for start, pressure in found]
     off = [*BEFORE_THE_READING, *(() if recorded.commanded else BEFORE_THE_VALVE)]
     rig = parameters.with_values(
         {name: parameters.DECLARATIONS[name].default for name in off} | {PRESSURE: pieces[0][1]}
@@ -69,16 +74,23 @@ def recorded_drive(parameters: RigParameters, recorded: MeasuredRun) -> Recorded
     starts = [start for start, _ in pieces]
     lengths = np.diff([*starts, len(readings)])
     supply = np.repeat([pressure for _, pressure in pieces], lengths)
-    remark = _remark(parameters, rig, supply)
+    remark = _remark(parameters, rig, supply, steady)
     return RecordedDrive(rig, _scenario(pieces, recorded.period), supply, remark)
 
 
-def steady_pieces(pressure: Array) -> list[tuple[int, float]]:
+def _steady(parameters: RigParameters) -> float:
+    """Return within what (±Pa) readings are of one supply pressure."""
+    noise = (parameters.number(name) for name in NOISE)
+    return STEADY + FARTHEST_NOISE * math.hypot(*noise)
+
+
+def steady_pieces(pressure: Array, steady: float = STEADY) -> list[tuple[int, float]]:
     """Return where each stretch of one supply pressure begins, and its mean (Pa).
 
-    There are no more than a scenario has entries: where that takes wider stretches, they are.
+    A stretch spans no more than twice ``steady`` (Pa). There are no more than a scenario has
+    entries: where that takes wider stretches, they are.
     """
-    width = 2.0 * STEADY
+    width = 2.0 * steady
     while len(starts := _starts(pressure, width)) > MOST_ENTRIES:
         width *= 2.0
     ends = [*starts[1:], len(pressure)]
@@ -117,25 +129,25 @@ def _scenario(pieces: list[tuple[int, float]], period: float) -> Scenario | None
     )
 
 
-def _remark(parameters: RigParameters, rig: RigParameters, supply: Array) -> str:
+def _remark(parameters: RigParameters, rig: RigParameters, supply: Array, steady: float) -> str:
     """Say which ``parameters`` the recording stands in for, if they are others than in ``rig``."""
     replaced = [name for name in BEFORE_THE_READING if rig[name] != parameters[name]]
-    if np.max(np.abs(supply - parameters.number(PRESSURE))) > STEADY:
+    if np.max(np.abs(supply - parameters.number(PRESSURE))) > steady:
         replaced.insert(0, PRESSURE)
     of_valve = [name for name in BEFORE_THE_VALVE if rig[name] != parameters[name]]
     clauses = []
     if replaced:
-        clauses.append(f"{_read(parameters, supply)} for {_list(parameters, replaced)}")
+        clauses.append(f"{_read(parameters, supply)} in place of {_list(parameters, replaced)}")
     if of_valve:
-        clauses.append(f"the recorded voltage of the valve for {_list(parameters, of_valve)}")
+        clauses.append(f"the valve's voltage in place of {_list(parameters, of_valve)}")
     return f"taken from the recording: {'; '.join(clauses)}" if clauses else ""
 
 
 def _read(parameters: RigParameters, supply: Array) -> str:
     less = f" less {_list(parameters, [SENSOR_OFFSET])}" if parameters[SENSOR_OFFSET] else ""
     low, high = float(supply.min()), float(supply.max())
-    course = f"{low:.0f} Pa" if low == high else f"from {low:.0f} to {high:.0f} Pa"
-    return f"the recorded supply pressure{less}, {course},"
+    course = f"{low:.0f} Pa" if low == high else f"{low:.0f} to {high:.0f} Pa"
+    return f"a supply of {course}{less}"
 
 
 def _list(parameters: RigParameters, names: list[str]) -> str:

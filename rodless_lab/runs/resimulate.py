@@ -85,7 +85,8 @@ def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRu
             scenario=drive.scenario,
         )
     run = run_of_trace(trace, drive.rig.number("supply.pressure"))
-    return replace(run, remarks=_remarks(recorded, start, drive))
+    remarks = _remarks(recorded, start, drive)
+    return replace(run, supply_pressure=drive.supply, remarks=remarks)
 
 
 @contextmanager

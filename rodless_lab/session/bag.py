@@ -9,7 +9,6 @@
 """Records a session into a bag, from sample 0 on."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
@@ -20,7 +19,7 @@ from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import LostSampleError
 
 # How long (wall-clock s) a session that ends waits for its bag, which has queues of its own.
-CATCH_UP_TIMEOUT = 1.0
+CATCH_UP_TIMEOUT = 5.0
 
 
 class SessionBag:
@@ -52,18 +51,23 @@ class SessionBag:
         own = map(self._recorder.node.resolve_topic_name, RIG_TOPICS)
         return [] if set(own).intersection(missing) else missing
 
-    @property
-    def commands(self) -> int:
-        """Number of commands recorded so far."""
+    def has(self, commands: int) -> bool:
+        """Whether so many commands have been recorded."""
         topic = self._recorder.node.resolve_topic_name(VALVE_VOLTAGE)
-        return self._recorder.received[topic]
+        return self._recorder.received[topic] >= commands
 
     def catch_up(self, commands: int) -> None:
-        """Let the bag have as many commands as the session has heard, if they still come."""
-        with suppress(WaitTimeoutError):
-            self._observer.wait(
-                lambda: self.commands >= commands, "the bag to catch up", CATCH_UP_TIMEOUT
-            )
+        """Wait until the bag has the commands that the session has heard.
+
+        Raises LostSampleError where they do not come.
+        """
+        try:
+            self._observer.wait(lambda: self.has(commands), "the bag's commands", CATCH_UP_TIMEOUT)
+        except WaitTimeoutError as error:
+            self.check()
+            raise LostSampleError(
+                f"the bag lacks commands that the session has heard: {error}"
+            ) from error
 
     def close(self) -> None:
         """Record what has arrived and close the bag."""

@@ -129,7 +129,7 @@ class PlantTime(LiveSession):
         bag = self._bag
         if bag is not None:
             commands = len(self._received.voltage)
-            self._wait(lambda: bag.commands >= commands, "the bag to have every command")
+            self._wait(lambda: bag.has(commands), "the bag to have every command")
 
     def samples(self, run: int = -1) -> Samples:
         """Return what has come of a run of the plant: 0 the first, -1 the last; resets part runs.

@@ -216,8 +216,8 @@ class RunningRig(Closing):
         """Say that ``node`` is there and does not show itself, and what to do about it."""
         return (
             f"the plant knows {self.name(node)}, which does not show itself here: it is frozen, "
-            "was killed in the last 20 s, or its machine is too busy; let it go on, or end it, and "
-            "ask again"
+            "was killed in the last 20 s, or its machine is too busy; let it go on, or end it and "
+            "ask again after 20 s"
         )
 
     def _nodes(self) -> list[tuple[str, str]]:

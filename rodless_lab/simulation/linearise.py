@@ -51,8 +51,8 @@ SPOOL_STATES = (
 # Stribeck velocity.
 STEPS = {"m": 1e-6, "m/s": 1e-7, "Pa": 1.0, "V": 1e-5}
 
-# Of what the values 1 to 4 steps to one side have more, in a derivative that is exact up to the
-# fourth power.
+# Weights of f(h) - f(0) to f(4 h) - f(0) in h f'(0): the one-sided difference of fourth order
+# (Fornberg, Mathematics of Computation 51 (1988), 699-706).
 ONE_SIDED = (4.0, -3.0, 4.0 / 3.0, -1.0 / 4.0)
 
 

@@ -16,7 +16,8 @@ run from ``since`` on, or about its last second:
     limit cycle     (max e - min e)/2 over the last second
     settling        from where r last begins to move until |e| <= 0.2 mm for good
     overshoot       how far y passes the last r, in the direction of the last motion of r, or of
-                    the carriage's way there if r has always been the same
+                    the carriage's way there if r has always been the same; 0 if that began within
+                    0.2 mm
     peak, RMS       max |e|, sqrt(mean e^2)
     air             what has flowed into both chambers
     valve travel    sum of |u[k+1] - u[k]|
@@ -189,14 +190,18 @@ def settled(reference: Array, position: Array, period: float) -> tuple[float, fl
         return math.nan, math.nan
     # The reference rests from ``end`` on, and has moved without a rest since ``start``.
     start = end
-    while start > 1 and reference[start - 1] != reference[start - 2]:
-        start -= 1
     # Two equal samples on the way are no rest: a sine has them about a crest.
+    while start > 1 and not (
+        reference[start - 1] == reference[start - 2]
+        and (start == 2 or reference[start - 2] == reference[start - 3])
+    ):
+        start -= 1
     if start < end == count - 2:
         return math.nan, math.nan
     target = reference[-1]
-    before = reference[start - 1] if end > 0 else position[0]
-    direction = math.copysign(1.0, target - before) if target != before else 0.0
+    # A carriage that begins within the band comes from no side.
+    way = target - (reference[start - 1] if end > 0 else position[0])
+    direction = math.copysign(1.0, way) if abs(way) > (0.0 if end > 0 else SETTLING_BAND) else 0.0
     beyond = 0.0
     inside = count
     for k in range(count - 1, start - 1, -1):

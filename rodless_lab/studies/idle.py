@@ -6,12 +6,13 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Parameters that no run of a study depends on: as an axis they would give columns of nothing."""
+"""Parameters that only nodes or another reference read: as an axis they give columns of nothing."""
 
-from rodless_base.parameters import Value
-from rodless_control import ControllerParameters
+from collections.abc import Sequence
+
+from rodless_base.one_line import listed
 from rodless_control.parameters import REFERENCE
-from rodless_control.setpoint import reference_from
+from rodless_control.setpoint import FROM_PARAMETERS
 from rodless_lab.studies.base import Base
 
 # What a study has in their place.
@@ -22,25 +23,14 @@ def idle_parameters(base: Base) -> set[str]:
     """Return the names of those that are for nodes alone, and of other references' parameters."""
     declared = [*base.rig.DECLARATIONS.values(), *base.controller.DECLARATIONS.values()]
     of_nodes = {one.name for one in declared if not one.in_runs}
-    return of_nodes | (REFERENCE.keys() - _read_by_the_reference(base.controller))
+    used = FROM_PARAMETERS[base.controller.text("reference.type")]
+    return of_nodes | (REFERENCE.keys() - {"reference.type", *used})
 
 
-def idle(name: str) -> str:
-    """Say why ``name`` cannot vary within a study, and what to do."""
-    way_out = INSTEAD.get(name, "leave it out")
-    return f"{name} refused: no run of this study depends on it; {way_out}"
-
-
-def _read_by_the_reference(controller: ControllerParameters) -> set[str]:
-    """Return the names of what makes the step or sine that ``controller`` follows."""
-    read: set[str] = set()
-
-    class Noting(ControllerParameters):
-        def __getitem__(self, name: str) -> Value:
-            read.add(name)
-            return super().__getitem__(name)
-
-    noting = object.__new__(Noting)
-    vars(noting).update(vars(controller))
-    reference_from(noting)
-    return read
+def idle(names: Sequence[str]) -> str:
+    """Say why ``names`` cannot vary within a study, and what to do."""
+    ways_out = [INSTEAD[name] for name in names if name in INSTEAD]
+    return (
+        f"refused: no run of this study depends on {listed(names)}; "
+        f"{' and '.join(ways_out) or 'leave it out'}"
+    )

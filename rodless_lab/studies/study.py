@@ -210,7 +210,7 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
         if "reference.type" in names:
             raise fields.error(name, "cannot vary within a study; make one study for each")
         if unused.issuperset(names):
-            raise fields.error(name, idle(names[0]))
+            raise fields.error(name, idle(names))
         if LAW in names and name != LAW:
             raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
         for parameter in names:

@@ -57,11 +57,11 @@ def followed(behind: float, before: float, true: float, period: float, lag: floa
     """
     if lag <= 0.0:
         return true
-    if period <= 0.0:
+    if period <= 0.0:  # at the first sample
         return behind
     ratio = period / lag
-    keep = math.exp(-ratio)
-    return true + keep * (behind - before) - (true - before) * (1.0 - keep) / ratio
+    gone = -math.expm1(-ratio)
+    return true + (1.0 - gone) * (behind - before) - (true - before) * gone / ratio
 
 
 @kernel

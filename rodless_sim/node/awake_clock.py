@@ -96,6 +96,6 @@ class StopNews:
         if not untold:
             return None
         return (
-            f"this process was stopped, or had no processor, for {untold / 1e9:.2f} s: that counts "
+            f"this process was stopped, or had no processor, for {untold / NANOSECONDS_PER_SECOND:.2f} s: that counts "
             "neither as lag nor as overruns"
         )

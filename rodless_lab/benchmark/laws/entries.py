@@ -49,17 +49,21 @@ def entry(name: str, file: Path | None = None) -> Entry:
     kind = ControllerParameters.for_law(name)
     values = kind.preset("calibrated") if file is None else kind.from_file(file)
     if file is not None:
-        _check_that_it_tells(name, file, kind)
+        _check_file_of(name, file, kind)
     return Entry(name, make_law(values.LAW_CLASS, values.of_law()))
 
 
-def _check_that_it_tells(name: str, file: Path, kind: type[ControllerParameters]) -> None:
+def _check_file_of(name: str, file: Path, kind: type[ControllerParameters]) -> None:
     """Raise ParameterError where nothing in ``file`` is for this law, which would run untuned."""
     given = read_parameter_file(file, kind.NODE, kind.foreign)
     if not given:
         raise ParameterError(f"{file}: refused, it has no parameters of a controller")
-    if not kind.LAW_CLASS.PARAMETERS.keys() & given and kind.own(given) != given:
-        raise ParameterError(f"{file}: refused, it has parameters of other laws, none of {name}")
+    own = kind.LAW_CLASS.PARAMETERS.keys()
+    if own and not own & given and kind.own(given) != given:
+        raise ParameterError(
+            f"{file}: refused, it tunes other laws and has none of the parameters of {name}; "
+            f"without =FILE {name} has those of its preset"
+        )
 
 
 def users(texts: Sequence[str]) -> list[Entry]:

@@ -112,14 +112,7 @@ class Problem:
 
     def _pushing(self, measured: Array) -> Array:
         """What the pressures push with (N), of what their late sensors show: no lag, less noise."""
-        shown = smoothed(measured, self._period)
-        keep = math.exp(-self._period / self._lag) if self._lag > 0.0 else 0.0
-        if not keep:
-            return shown
-        # What the sensors have followed from one sample to the next is of the time between them.
-        between = (shown[1:] - keep * shown[:-1]) / (1.0 - keep)
-        at_samples = 0.5 * (between[1:] + between[:-1])
-        return np.concatenate([between[:1], at_samples, between[-1:]])
+        return without_lag(smoothed(measured, self._period), self._period, self._lag)
 
     def _quantities(self, parameters: RigParameters, position: float) -> list[Quantity]:
         found = [
@@ -189,6 +182,17 @@ class Problem:
             float(values[START_FORCE] - values[BIAS]) / stiffness,
             self._period,
         )
+
+
+def without_lag(shown: Array, period: float, lag: float) -> Array:
+    """Return what a first-order lag (s) shows as ``shown``, samples a ``period`` (s) apart, (n,)."""
+    keep = math.exp(-period / lag) if lag > 0.0 else 0.0
+    if not keep:
+        return shown
+    # Along a straight line this is the value at that share of the way to the next sample.
+    share = 1.0 / (1.0 - keep) - lag / period
+    at = np.arange(len(shown))
+    return np.interp(at, at[:-1] + share, (shown[1:] - keep * shown[:-1]) / (1.0 - keep))
 
 
 def _side(values: Array) -> Direction:

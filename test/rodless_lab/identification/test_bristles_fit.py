@@ -24,6 +24,7 @@ from rodless_lab.identification.bristles.fit import (
     bristle_findings,
     identify_bristles,
 )
+from rodless_lab.identification.bristles.problem import without_lag
 from rodless_lab.identification.coverage import KNOWN, MASS, hidden_bristles, measured_run
 from rodless_lab.identification.excitation import PERIOD, bristle_voltages
 from rodless_lab.runs.measured_run import MeasuredRun, UninformativeRunError, run_of_trace
@@ -58,6 +59,15 @@ def test_the_carriage_goes_where_the_plants_goes() -> None:
     path = carriage_path(Bristles.of(rig), Friction.of(rig), rig.number(MASS), force, 0.0, PERIOD)
     assert np.ptp(trace.position) > 5e-3
     assert path == pytest.approx(trace.position - 0.06, abs=2e-7)
+
+
+@pytest.mark.parametrize("lag", [0.0, 1e-4, 1e-3, 5e-3, 1e-2])
+def test_the_force_is_what_late_sensors_have_seen(lag: float) -> None:
+    """Of the course that 1/(1 + iωτ) makes of a sine of 5 Hz, the sine itself, at its instants."""
+    time, omega = 1e-3 * np.arange(1000), 2.0 * np.pi * 5.0
+    shown = np.imag(np.exp(1j * omega * time) / (1.0 + 1j * omega * lag))
+    found = without_lag(shown, 1e-3, lag)
+    assert np.abs(found - np.sin(omega * time))[1:-1].max() < 0.5 * (omega * 1e-3) ** 2
 
 
 def test_most_of_the_voltages_push_below_breakaway() -> None:

@@ -17,6 +17,7 @@ from every_option import RIGS
 
 from rodless_base.parameters import Parameter, Value
 from rodless_control import ControllerParameters, references
+from rodless_control.setpoint import FROM_PARAMETERS
 from rodless_lab import closed_loop
 from rodless_lab.simulation.stepped_loop import needs_steps
 from rodless_lab.studies.errors import StudyError
@@ -67,7 +68,7 @@ def test_the_period_of_the_nodes_is_no_axis(tmp_path: Path) -> None:
     with pytest.raises(StudyError) as refused:
         read_study(study)
     assert str(refused.value) == (
-        f"{study}: vary: time.period: time.period refused: no run of this study depends on it; "
+        f"{study}: vary: time.period: refused: no run of this study depends on time.period; "
         "set run.period"
     )
 
@@ -78,7 +79,7 @@ def test_what_is_for_nodes_alone_changes_no_run_and_is_refused(tmp_path: Path, n
     (parameter, *_) = [one for one in OF_NODES if one.name == name]
     changed = {name: other(parameter)}
     study = study_in(tmp_path, f"vary: {{{name}: [{str(changed[name]).lower()}]}}\n")
-    with pytest.raises(StudyError, match=f"{name} refused: no run of this study depends on it"):
+    with pytest.raises(StudyError, match=f"refused: no run of this study depends on {name}"):
         read_study(study)
     rig, law = RigParameters.preset("paper"), ControllerParameters.preset("paper")
     for noise in (0.0, 200.0):
@@ -145,14 +146,17 @@ def test_a_reference_varies_in_its_own_parameters(
     """A step has no amplitude and a sine no target; neither moves with a jerk limit."""
     start = f"set: {{reference.type: {kind}}}\nvary: {{reference."
     assert len(read_study(study_in(tmp_path, f"{start}{own}: [0.01, 0.02]}}\n"))) == 2
+    reads = FROM_PARAMETERS[kind]
+    assert f"reference.{own}" in reads
+    assert f"reference.{others}" not in reads
     for name in (others, "jerk", "maximum"):
-        with pytest.raises(StudyError, match=f"reference.{name} refused: no run of this study"):
+        with pytest.raises(StudyError, match=f"no run of this study depends on reference.{name}"):
             read_study(study_in(tmp_path, f"{start}{name}: [0.15, 0.16]}}\n"))
 
 
 def test_a_pattern_of_nothing_that_acts_is_refused(tmp_path: Path) -> None:
     """Period and speed are of the nodes alone; the tolerance of an integration step acts."""
-    with pytest.raises(StudyError, match=r"no run of this study depends on it; set run\.period"):
+    with pytest.raises(StudyError, match=r"depends on time\.period, time\.speed; set run\.period"):
         read_study(study_in(tmp_path, "vary: {time.*d: [0.5, 1.0]}\n"))
     assert len(read_study(study_in(tmp_path, "vary: {time.tolerance: [0.5, 1.0]}\n"))) == 2
 
