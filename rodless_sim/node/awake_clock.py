@@ -95,7 +95,8 @@ class StopNews:
         untold, self._told = stopped - self._told, stopped
         if not untold:
             return None
+        seconds = untold / NANOSECONDS_PER_SECOND
         return (
-            f"this process was stopped, or had no processor, for {untold / NANOSECONDS_PER_SECOND:.2f} s: that counts "
+            f"this process was stopped, or had no processor, for {seconds:.2f} s: that counts "
             "neither as lag nor as overruns"
         )

@@ -185,7 +185,7 @@ class Problem:
 
 
 def without_lag(shown: Array, period: float, lag: float) -> Array:
-    """Return what a first-order lag (s) shows as ``shown``, samples a ``period`` (s) apart, (n,)."""
+    """Return what a first-order ``lag`` (s) shows as ``shown``, shape (n,), every ``period`` s."""
     keep = math.exp(-period / lag) if lag > 0.0 else 0.0
     if not keep:
         return shown
