@@ -14,7 +14,7 @@ from rodless_base.parameters import ParameterError
 from rodless_control.controller import ReferencePoint
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.references import Constant, Move, Moving, Ramp, Reference, Sine, Step
-from rodless_control.trajectory import LARGEST, SHORTEST, Trajectory, Waypoint
+from rodless_control.trajectory import LARGEST, Trajectory, Waypoint
 
 # The values of reference.type that take no set-points, and what each is made of.
 FROM_PARAMETERS = {
@@ -131,12 +131,14 @@ class SetpointFollower:
     def receive_trajectory(self, points: Sequence[Waypoint], start: float | None = None) -> None:
         """Follow ``points``, whose times count from ``start`` (s), or from the next sample on.
 
-        The way to the first point begins where the reference is. Raises ParameterError for points
-        that are no trajectory, leave the travel or are over, and as :meth:`receive`.
+        The way to the first point that is still ahead begins where the reference is. Raises
+        ParameterError for points that are no trajectory, leave the travel or are over, and as
+        :meth:`receive`.
         """
         self._check_type("trajectory")
         try:
-            low, high = Trajectory(points).extremes()
+            given = Trajectory(points)
+            low, high = given.extremes()
         except ValueError as error:
             raise ParameterError(f"trajectory: refused, {error}") from error
         for position in (low, high):
@@ -153,8 +155,7 @@ class SetpointFollower:
             raise ParameterError(
                 f"trajectory: refused, point 1: time {points[0].time:g} s is before its start"
             )
-        given = tuple(points)
-        self._take_over(lambda time, now: _joined(now, time, given, start))
+        self._take_over(lambda time, now: given.joined(now, time, time if start is None else start))
 
     def _take_over(self, successor: Callable[[float, Reference], Reference]) -> None:
         self._target = self._pending = None
@@ -203,22 +204,3 @@ class SetpointFollower:
                     time,
                 )
         return Constant(target)
-
-
-def _joined(
-    now: Reference, time: float, points: Sequence[Waypoint], start: float | None
-) -> Trajectory:
-    """Return the trajectory of ``points`` from ``start`` on, joined to ``now`` at ``time``."""
-    begin = time if start is None else start
-    first, here = points[0], time - begin
-    if first.time - here < SHORTEST:
-        return Trajectory(points, begin)
-    position, velocity = now.sample(time)
-    fastest = LARGEST["velocity"]
-    joint = Waypoint(
-        here,
-        position,
-        None if first.velocity is None else min(max(velocity, -fastest), fastest),
-        None if first.acceleration is None else 0.0,
-    )
-    return Trajectory([joint, *points], begin)

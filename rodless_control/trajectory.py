@@ -17,6 +17,8 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial.polynomial import polyval
 
+from rodless_control.references import Reference
+
 Array = npt.NDArray[np.float64]
 
 # Speed (m/s) up to which a trajectory counts as ending at rest; that of the standard controller.
@@ -82,11 +84,13 @@ class Trajectory:
         bad point, counted from 1.
         """
         check_waypoints(points)
-        self._origin = origin
-        self._times = [point.time for point in points]
-        self._first, self._last = points[0].position, points[-1].position
+        self._go_through(_table(points), origin)
+
+    def _go_through(self, table: Array, origin: float) -> None:
+        self._origin, self._table = origin, table
+        self._times = table[:, 0].tolist()
+        self._first, self._last = float(table[0, 1]), float(table[-1, 1])
         # All segments at once: a long trajectory must not keep a controller from its next sample.
-        table = _table(points)
         self._durations = np.diff(table[:, 0])
         start = table[:-1, 1, np.newaxis]
         offsets = _control_points(table, self._durations)
@@ -98,16 +102,50 @@ class Trajectory:
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return position (m) and velocity (m/s) at ``time`` (s)."""
-        elapsed = time - self._origin
-        place = bisect_right(self._times, elapsed) - 1
+        place, passed = self._where(time)
         if place < 0:
             return self._first, 0.0
         if place == len(self._segments):
             return self._last, 0.0
-        duration = float(self._durations[place])
-        passed = (elapsed - self._times[place]) / duration
         position = float(polyval(passed, self._segments[place]))
-        return position, float(polyval(passed, self._slopes[place])) / duration
+        return position, float(polyval(passed, self._slopes[place])) / float(self._durations[place])
+
+    def acceleration(self, time: float) -> float:
+        """Return the acceleration (m/s²) at ``time`` (s)."""
+        place, passed = self._where(time)
+        if not 0 <= place < len(self._segments):
+            return 0.0
+        bends = self._slopes[place, 1:] * np.arange(1, 5)
+        return float(polyval(passed, bends)) / float(self._durations[place]) ** 2
+
+    def _where(self, time: float) -> tuple[int, float]:
+        """Return which segment ``time`` (s) lies in, and how much of that has passed then."""
+        elapsed = time - self._origin
+        place = bisect_right(self._times, elapsed) - 1
+        if not 0 <= place < len(self._segments):
+            return place, 0.0
+        return place, (elapsed - self._times[place]) / float(self._durations[place])
+
+    def joined(self, now: Reference, time: float, origin: float) -> "Trajectory":
+        """Return the way from ``now`` at ``time`` (s) to the first point still ahead, and on.
+
+        Times count from ``origin`` (s). Points that lie behind are left out: on the way to the
+        next one, where ``now`` is stands for the last of them. With none ahead, the last position
+        is held.
+        """
+        here = time - origin
+        ahead = int(np.searchsorted(self._table[:, 0] - here, SHORTEST))
+        way = Trajectory.__new__(Trajectory)
+        if ahead == len(self._table):
+            way._go_through(self._table, origin)
+            return way
+        position, *motion = _motion(now, time)
+        # What the last point behind does not ask for is not asked for here: on a way that is
+        # followed already, as one that is sent again, the segment stays what it is.
+        asked = np.isfinite(self._table[ahead - 1, 2:]) if ahead else np.full(2, True)
+        joint = [here, position, *np.where(asked, motion, np.nan).tolist()]
+        way._go_through(np.vstack([joint, self._table[ahead:]]), origin)
+        return way
 
     def extremes(self) -> tuple[float, float]:
         """Return the least and the greatest position on the way, in m.
@@ -148,6 +186,18 @@ def check_waypoints(points: Sequence[Waypoint]) -> None:
     velocity = points[-1].velocity or 0.0
     if abs(velocity) > REST:
         raise ValueError(f"the last point has velocity {velocity:g} m/s, must be 0")
+
+
+def _motion(reference: Reference, time: float) -> tuple[float, float, float]:
+    """Return position, velocity and acceleration, these no larger than a point's may be."""
+    position, velocity = reference.sample(time)
+    acceleration = reference.acceleration(time) if isinstance(reference, Trajectory) else 0.0
+    fastest, hardest = LARGEST["velocity"], LARGEST["acceleration"]
+    return (
+        position,
+        min(max(velocity, -fastest), fastest),
+        min(max(acceleration, -hardest), hardest),
+    )
 
 
 def _table(points: Sequence[Waypoint]) -> Array:

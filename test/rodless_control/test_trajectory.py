@@ -215,17 +215,72 @@ def test_a_trajectory_begins_where_the_reference_is() -> None:
 
 
 def test_a_stamp_says_when_it_starts() -> None:
-    """Times count from it; what lies behind is left out; what is over is refused."""
+    """Times count from it; what lies behind is left out; what is over is refused.
+
+    The reference goes from where it is, 0.1 m, to the point ahead. It does not jump onto the line
+    from the point that is left out: a carriage would be driven there at full air.
+    """
     found = moving_follower()
     found.sample(2.0, 0.0)
     found.receive_trajectory([Waypoint(0.0, 0.0), Waypoint(2.0, 0.04)], start=1.5)
-    assert found.sample(2.5, 0.0) == (pytest.approx(0.02), pytest.approx(0.02))
+    assert found.sample(2.5, 0.0) == (pytest.approx(0.1), pytest.approx(-0.06))
     found.receive_trajectory([Waypoint(1.0, 0.1)], start=4.0)
-    assert found.sample(3.0, 0.0)[0] == pytest.approx(0.03)
-    assert found.sample(4.0, 0.0)[0] == pytest.approx(0.065)
+    assert found.sample(3.0, 0.0)[0] == pytest.approx(0.07)
+    assert found.sample(4.0, 0.0)[0] == pytest.approx(0.085)
     assert found.sample(5.0, 0.0) == (0.1, 0.0)
     with pytest.raises(ParameterError, match=r"it ended at 4\.9 s, now it is 5 s"):
         found.receive_trajectory([Waypoint(0.9, 0.1)], start=4.0)
+
+
+def test_a_stamp_in_the_past_makes_no_jump() -> None:
+    """A reference at 195 mm goes to the point ahead, in 3 s, and not over the one 1 s behind."""
+    found = SetpointFollower(ControllerParameters({}))
+    found.receive(0.195)
+    found.sample(10.0, 0.0)
+    found.receive_trajectory([Waypoint(1.0, 0.02), Waypoint(5.0, 0.1)], start=8.0)
+    times = np.linspace(10.0, 13.5, 351)
+    positions = [found.sample(time, 0.0)[0] for time in times.tolist()]
+    np.testing.assert_allclose(positions, np.interp(times, [10.0, 13.0], [0.195, 0.1]), atol=1e-12)
+
+
+@pytest.mark.parametrize("motion", [(), (0.04,), (0.04, -0.1), None], ids=str)
+def test_a_trajectory_that_is_sent_again_stays_the_same(motion: tuple[float, ...] | None) -> None:
+    """Whatever its segments are, and wherever on the way: the path is that of one sent once.
+
+    None stands for points of which every second has a velocity: the way between is straight.
+    """
+    places = [0.05, 0.08, 0.1, 0.06]
+    given = [
+        Waypoint(0.7 * k, place, *(motion if motion is not None else (0.03, 0.0)[: k % 2]))
+        for k, place in enumerate(places, 1)
+    ]
+    given.append(Waypoint(4.0, 0.1, *(0.0 for _ in motion or ())))
+    once, often = (SetpointFollower(ControllerParameters({})) for _ in range(2))
+    for each in (once, often):
+        each.receive(0.02)
+        each.sample(8.9, 0.0)
+        each.receive_trajectory(given, start=9.1)
+    for k in range(450):
+        time = 9.0 + 0.01 * k
+        if k % 7 == 1 and k < 400:
+            often.receive_trajectory(given, start=9.1)
+        assert often.sample(time, 0.0) == pytest.approx(once.sample(time, 0.0), abs=1e-9)
+
+
+def test_a_motion_goes_on_where_a_trajectory_with_accelerations_takes_over() -> None:
+    """Position, velocity and acceleration are those of the way before: no step in any of them."""
+    found = SetpointFollower(ControllerParameters({}))
+    found.sample(0.0, 0.02)
+    way = [Waypoint(0.0, 0.02, 0.0, 0.0), Waypoint(1.0, 0.1, 0.0, 0.0)]
+    found.receive_trajectory(way)
+    found.sample(0.0, 0.0)
+    found.receive_trajectory([Waypoint(1.0, 0.12, 0.0, 0.0)])
+    step = 1e-4
+    velocities = [found.sample(0.3 + step * k, 0.0).velocity for k in range(3)]
+    old = hermite(way, 3)
+    assert velocities[0] == pytest.approx(float(old.derivative()(0.3)))
+    slope = (-3.0 * velocities[0] + 4.0 * velocities[1] - velocities[2]) / (2.0 * step)
+    assert slope == pytest.approx(float(old.derivative(2)(0.3)), rel=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
