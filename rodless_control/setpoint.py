@@ -132,8 +132,9 @@ class SetpointFollower:
         """Follow ``points``, whose times count from ``start`` (s), or from the next sample on.
 
         The way to the first point that is still ahead begins where the reference is. Raises
-        ParameterError for points that are no trajectory, leave the travel or are over, and as
-        :meth:`receive`.
+        ParameterError for points that are no trajectory, leave the travel, on the way to the first
+        too, or are over, and as :meth:`receive`. Where the reference has moved on before the next
+        sample, or is not known before it, the way to the first point waits at an end of the travel.
         """
         self._check_type("trajectory")
         try:
@@ -155,7 +156,31 @@ class SetpointFollower:
             raise ParameterError(
                 f"trajectory: refused, point 1: time {points[0].time:g} s is before its start"
             )
-        self._take_over(lambda time, now: given.joined(now, time, time if start is None else start))
+
+        def joined(time: float, now: Reference) -> Trajectory:
+            return given.joined(now, time, time if start is None else start, self._travel())
+
+        self._check_way(joined)
+        self._take_over(joined)
+
+    def _check_way(self, joined: Callable[[float, Reference], Trajectory]) -> None:
+        """Refuse what would leave the travel if it began now; what has moved since may not."""
+        if self._reference is None or self._time is None:
+            return
+        reached = joined(self._time, self._reference).excess()
+        if reached is not None:
+            here = self._reference.sample(self._time)[0]
+            low, high = self._travel()
+            limit, value = ("minimum", low) if reached < low else ("maximum", high)
+            raise ParameterError(
+                f"trajectory: refused, from {here:g} m, where the reference is, it would reach "
+                f"{reached:g} m before its first point ahead, beyond reference.{limit} "
+                f"({value:g} m); give that point another time or velocity"
+            )
+
+    def _travel(self) -> tuple[float, float]:
+        number = self._parameters.number
+        return number("reference.minimum"), number("reference.maximum")
 
     def _take_over(self, successor: Callable[[float, Reference], Reference]) -> None:
         self._target = self._pending = None

@@ -47,6 +47,9 @@ SECOND_HALF = FIRST_HALF[::-1, ::-1]
 FINEST = 1e-12
 HALVINGS = 40
 
+# m, by which a way may be off: no carriage knows it.
+UNSEEN = 1e-9
+
 # s, by which waypoints are apart at the least: what messages count in.
 SHORTEST = 1e-9
 
@@ -86,8 +89,10 @@ class Trajectory:
         check_waypoints(points)
         self._go_through(_table(points), origin)
 
-    def _go_through(self, table: Array, origin: float) -> None:
-        self._origin, self._table = origin, table
+    def _go_through(
+        self, table: Array, origin: float, travel: tuple[float, float] = (-math.inf, math.inf)
+    ) -> None:
+        self._origin, self._table, self._travel = origin, table, travel
         self._times = table[:, 0].tolist()
         self._first, self._last = float(table[0, 1]), float(table[-1, 1])
         # All segments at once: a long trajectory must not keep a controller from its next sample.
@@ -102,6 +107,13 @@ class Trajectory:
 
     def sample(self, time: float) -> tuple[float, float]:
         """Return position (m) and velocity (m/s) at ``time`` (s)."""
+        position, velocity = self._course(time)
+        low, high = self._travel
+        if low <= position <= high:
+            return position, velocity
+        return min(max(position, low), high), 0.0
+
+    def _course(self, time: float) -> tuple[float, float]:
         place, passed = self._where(time)
         if place < 0:
             return self._first, 0.0
@@ -113,7 +125,8 @@ class Trajectory:
     def acceleration(self, time: float) -> float:
         """Return the acceleration (m/s²) at ``time`` (s)."""
         place, passed = self._where(time)
-        if not 0 <= place < len(self._segments):
+        low, high = self._travel
+        if not (0 <= place < len(self._segments) and low <= self._course(time)[0] <= high):
             return 0.0
         bends = self._slopes[place, 1:] * np.arange(1, 5)
         return float(polyval(passed, bends)) / float(self._durations[place]) ** 2
@@ -126,12 +139,15 @@ class Trajectory:
             return place, 0.0
         return place, (elapsed - self._times[place]) / float(self._durations[place])
 
-    def joined(self, now: Reference, time: float, origin: float) -> "Trajectory":
+    def joined(
+        self, now: Reference, time: float, origin: float, travel: tuple[float, float]
+    ) -> "Trajectory":
         """Return the way from ``now`` at ``time`` (s) to the first point still ahead, and on.
 
         Times count from ``origin`` (s). Points that lie behind are left out: on the way to the
         next one, where ``now`` is stands for the last of them. With none ahead, the last position
-        is held.
+        is held. Where the way to the next point leaves ``travel`` (m, m), it waits at its end; it
+        may begin outside.
         """
         here = time - origin
         ahead = int(np.searchsorted(self._table[:, 0] - here, SHORTEST))
@@ -144,8 +160,17 @@ class Trajectory:
         # followed already, as one that is sent again, the segment stays what it is.
         asked = np.isfinite(self._table[ahead - 1, 2:]) if ahead else np.full(2, True)
         joint = [here, position, *np.where(asked, motion, np.nan).tolist()]
-        way._go_through(np.vstack([joint, self._table[ahead:]]), origin)
+        low, high = travel
+        within = (min(low, position), max(high, position))
+        way._go_through(np.vstack([joint, self._table[ahead:]]), origin, within)
         return way
+
+    def excess(self) -> float | None:
+        """Return the position (m) furthest beyond what a joined way keeps to, None within it."""
+        low, high = self._travel
+        least, greatest = self.extremes()
+        furthest = least if low - least > greatest - high else greatest
+        return furthest if max(low - least, greatest - high) > UNSEEN else None
 
     def extremes(self) -> tuple[float, float]:
         """Return the least and the greatest position on the way, in m.

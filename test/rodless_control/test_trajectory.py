@@ -10,6 +10,7 @@
 
 import math
 import time
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,10 +19,12 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import BPoly, PPoly
 
 from rodless_control import ControllerParameters, ParameterError
+from rodless_control.references import Moving, Reference
 from rodless_control.setpoint import SetpointFollower
 from rodless_control.trajectory import Trajectory, Waypoint
 
 TIMES = np.linspace(0.0, 3.0, 601)[:-1]
+NO_LIMITS = (-math.inf, math.inf)
 
 
 def derivatives(point: Waypoint, order: int) -> list[float]:
@@ -71,19 +74,24 @@ def test_a_hold_is_at_rest(order: int) -> None:
             assert way.sample(1.7e9 + later + 1e-6) == (position, 0.0)
 
 
-def test_what_was_taken_can_be_sampled_whatever_it_is_joined_to() -> None:
+@pytest.mark.parametrize("start", [None, 1.7e9])
+def test_what_was_taken_can_be_sampled_whatever_it_is_joined_to(start: float | None) -> None:
     """The way to its first point is made later, from wherever the reference is, and how fast."""
     quick = [Waypoint(1e-9, 0.2), Waypoint(2e-9, 0.0), Waypoint(1.0, 0.1, 0.0, 1e9)]
     hard = [Waypoint(9.0, 0.1, 0.0, 1e-3), Waypoint(10.0, 0.1, 0.0)]
-    found = SetpointFollower(ControllerParameters({}))
-    found.receive_command(0.1, 1e6)
-    for start in (None, 1.7e9):
-        for k in range(40):
-            assert all(map(math.isfinite, found.sample(1.7e9 + 0.25e-6 * k, 0.1)))
-            found.receive_trajectory(quick if k % 2 else hard, start)
-    for start in (math.nan, math.inf, 1e300):
-        with pytest.raises(ParameterError, match=r"its start, .* s, is no time"):
-            found.receive_trajectory(quick, start)
+    found: Reference = Moving(0.1, 1e6, 1e12)
+    for k in range(40):
+        time = 1.7e9 + 0.25e-6 * k
+        assert all(map(math.isfinite, found.sample(time)))
+        given = Trajectory(quick if k % 2 else hard)
+        found = given.joined(found, time, time if start is None else start, NO_LIMITS)
+
+
+@pytest.mark.parametrize("start", [math.nan, math.inf, 1e300])
+def test_a_start_that_is_no_time_is_refused(start: float) -> None:
+    """Nothing could be joined to it."""
+    with pytest.raises(ParameterError, match=r"its start, .* s, is no time"):
+        moving_follower().receive_trajectory([Waypoint(1.0, 0.1)], start)
 
 
 def test_it_rests_before_its_first_and_after_its_last_point() -> None:
@@ -241,6 +249,66 @@ def test_a_stamp_in_the_past_makes_no_jump() -> None:
     times = np.linspace(10.0, 13.5, 351)
     positions = [found.sample(time, 0.0)[0] for time in times.tolist()]
     np.testing.assert_allclose(positions, np.interp(times, [10.0, 13.0], [0.195, 0.1]), atol=1e-12)
+
+
+SWINGING = [Waypoint(1.0, 0.19, 1.0), Waypoint(1.02, 0.195, 0.0)]
+
+
+def test_the_way_to_the_first_point_keeps_within_the_travel() -> None:
+    """To arrive so fast the reference would swing back to -30 mm: refused in one line."""
+    found = SetpointFollower(ControllerParameters({}))
+    found.sample(0.0, 0.0)
+    found.receive(0.001)
+    before = found.sample(0.1, 0.0)
+    way = hermite([Waypoint(0.0, 0.001, 0.0), *SWINGING[:1]], 2)
+    least = float(way(np.linspace(0.0, 1.0, 10_001)).min())
+    with pytest.raises(ParameterError) as refusal:
+        found.receive_trajectory(SWINGING)
+    assert str(refusal.value) == (
+        f"trajectory: refused, from 0.001 m, where the reference is, it would reach {least:g} m "
+        "before its first point ahead, beyond reference.minimum (0 m); give that point another "
+        "time or velocity"
+    )
+    assert found.sample(0.2, 0.0) == before
+    assert found.target == 0.001
+    # With less time there is no swing.
+    found.receive_trajectory([replace(each, time=each.time - 0.6) for each in SWINGING])
+
+
+@pytest.mark.parametrize("velocity", [0.3, -0.3])
+def test_a_moving_reference_must_find_room_to_turn(velocity: float) -> None:
+    """A reference that comes in at 0.3 m/s close to an end would swing over it before it turns."""
+    found = SetpointFollower(ControllerParameters({}))
+    found.receive_command(0.1 + velocity * 0.3, velocity)
+    found.sample(0.0, 0.0)
+    limit = "maximum" if velocity > 0.0 else "minimum"
+    with pytest.raises(ParameterError, match=rf"before its first .* reference\.{limit}"):
+        found.receive_trajectory([Waypoint(1.0, 0.1, 0.0)])
+    found.receive_trajectory([Waypoint(0.1, 0.1, 0.0)])
+
+
+def test_what_is_not_known_yet_waits_at_the_end_of_the_travel() -> None:
+    """Before the first sample nobody knows where the carriage is: the reference keeps within."""
+    found = SetpointFollower(ControllerParameters({}))
+    found.receive_trajectory(SWINGING)
+    times = np.linspace(0.0, 1.2, 1201)
+    track = [found.sample(time, 0.001) for time in times.tolist()]
+    way = hermite([Waypoint(0.0, 0.001, 0.0), *SWINGING], 2)
+    expected = np.where(times < 1.02, way(times), 0.195).clip(0.0, 0.2)
+    np.testing.assert_allclose([point.position for point in track], expected, atol=1e-12)
+    assert {point.velocity for point in track if point.position == 0.0} == {0.0}
+
+
+def test_a_trajectory_leads_back_from_outside_the_travel() -> None:
+    """A carriage that is found beyond its end is led in, and never further out."""
+    found = SetpointFollower(ControllerParameters({}))
+    assert found.sample(0.0, -0.0011).position == -0.0011
+    with pytest.raises(ParameterError, match="before its first point ahead"):
+        found.receive_trajectory([Waypoint(1.0, 0.19, 1.0), Waypoint(1.02, 0.195, 0.0)])
+    found.receive_trajectory([Waypoint(1.0, 0.05, 0.0)])
+    track = [found.sample(0.01 * k, 0.0).position for k in range(120)]
+    assert track == sorted(track)
+    assert (track[0], track[-1]) == (-0.0011, 0.05)
 
 
 @pytest.mark.parametrize("motion", [(), (0.04,), (0.04, -0.1), None], ids=str)
