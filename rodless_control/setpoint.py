@@ -8,7 +8,8 @@
 
 """From set-points, as they arrive, to the reference the controller follows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from rodless_base.parameters import ParameterError
 from rodless_control.controller import ReferencePoint
@@ -43,6 +44,16 @@ def reference_from(parameters: ControllerParameters, time: float = 0.0) -> Refer
     return None
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """What a change of the limits must leave within."""
+
+    what: str
+    least: float  # m
+    greatest: float  # m
+    way_out: str = "send another set-point"
+
+
 class SetpointFollower:
     """The reference in force, by ``reference.type``.
 
@@ -69,7 +80,8 @@ class SetpointFollower:
         self._reference: Reference | None = None
         self._pending = self._target
         self._time: float | None = None
-        self._successor: Callable[[float, Reference], Reference] | None = None
+        # What takes over at the next sample, from a time and a reference, and what it asks for.
+        self._successor: tuple[Callable[[float, Reference], Reference], _Asked] | None = None
 
     def forget(self) -> None:
         """Find the carriage anew, and hold it there until a new set-point comes."""
@@ -87,20 +99,44 @@ class SetpointFollower:
             self.reset()
 
     def check(self, parameters: ControllerParameters) -> None:
-        """Raise ParameterError where the set-point in force is outside the travel of a change."""
-        target = self._target
-        if target is None or parameters.text("reference.type") in FROM_PARAMETERS:
+        """Raise ParameterError for a limit that what is in force, or waits, would leave."""
+        if parameters.text("reference.type") in FROM_PARAMETERS:
             return
         low, high = parameters.number("reference.minimum"), parameters.number("reference.maximum")
-        for name, limit, excludes in (
-            ("reference.minimum", low, target < low),
-            ("reference.maximum", high, target > high),
-        ):
-            if excludes:
-                raise ParameterError(
-                    f"{name}: {limit:g} m refused, the set-point in force is "
-                    f"{target:g} m; send another set-point first"
-                )
+        # A new type finds the carriage anew: of all that is asked for only the set-point stays.
+        stays = parameters.text("reference.type") == self._parameters.text("reference.type")
+        for asked in self._asked() if stays else self._set_points():
+            for name, limit, reached, excludes in (
+                ("reference.minimum", low, asked.least, asked.least < low),
+                ("reference.maximum", high, asked.greatest, asked.greatest > high),
+            ):
+                # A limit that stays is kept already; a way in from outside it may be under way.
+                if excludes and limit != self._parameters.number(name):
+                    raise ParameterError(
+                        f"{name}: {limit:g} m refused, {asked.what} {reached:g} m; "
+                        f"{asked.way_out} first"
+                    )
+
+    def _set_points(self) -> Iterator[_Asked]:
+        if self._target is not None:
+            yield _Asked("the set-point in force is", self._target, self._target)
+
+    def _asked(self) -> Iterator[_Asked]:
+        """Yield all that the reference is to reach from now on."""
+        yield from self._set_points()
+        reference, time = self._reference, self._time
+        if self._successor is not None:
+            yield self._successor[1]
+        elif reference is None or time is None:
+            return
+        elif isinstance(reference, Move) and not self._may_change(time):
+            yield _Asked(
+                "the move under way goes to", reference.target, reference.target, "wait for its end"
+            )
+        elif self._pending is None and isinstance(reference, Moving):
+            yield _Asked("the command in force is", reference.position, reference.position)
+        elif self._pending is None and isinstance(reference, Trajectory):
+            yield _Asked("the trajectory in force reaches", *reference.ahead(time))
 
     def receive(self, target: float) -> None:
         """Take a set-point (m).
@@ -126,7 +162,10 @@ class SetpointFollower:
                 f"command: {velocity:g} m/s refused, must be within {fastest:g} m/s"
             )
         lasts = self._parameters.number("reference.velocity_timeout")
-        self._take_over(lambda time, _: Moving(position, velocity, time + lasts))
+        self._take_over(
+            lambda time, _: Moving(position, velocity, time + lasts),
+            _Asked("the command in force is", position, position),
+        )
 
     def receive_trajectory(self, points: Sequence[Waypoint], start: float | None = None) -> None:
         """Follow ``points``, whose times count from ``start`` (s), or from the next sample on.
@@ -161,7 +200,7 @@ class SetpointFollower:
             return given.joined(now, time, time if start is None else start, self._travel())
 
         self._check_way(joined)
-        self._take_over(joined)
+        self._take_over(joined, _Asked("the trajectory in force reaches", low, high))
 
     def _check_way(self, joined: Callable[[float, Reference], Trajectory]) -> None:
         """Refuse what would leave the travel if it began now; what has moved since may not."""
@@ -182,9 +221,9 @@ class SetpointFollower:
         number = self._parameters.number
         return number("reference.minimum"), number("reference.maximum")
 
-    def _take_over(self, successor: Callable[[float, Reference], Reference]) -> None:
+    def _take_over(self, successor: Callable[[float, Reference], Reference], asks: _Asked) -> None:
         self._target = self._pending = None
-        self._successor = successor
+        self._successor = successor, asks
 
     def _check_type(self, what: str) -> None:
         kind = self._parameters.text("reference.type")
@@ -199,8 +238,8 @@ class SetpointFollower:
             self._reference = self._first(time, position)
         self._time = time
         if self._successor is not None:
-            self._reference = self._successor(time, self._reference)
-            self._successor = None
+            take_over, _ = self._successor
+            self._reference, self._successor = take_over(time, self._reference), None
         elif self._pending is not None and self._may_change(time):
             self._reference = self._towards(self._pending, time, self._reference)
             self._pending = None

@@ -100,6 +100,7 @@ class Trajectory:
         start = table[:-1, 1, np.newaxis]
         offsets = _control_points(table, self._durations)
         self._hulls = start + offsets
+        self._hulls[:, -1] = table[1:, 1]  # as given: rounded it could be beyond a limit
         # From offsets, so that a segment at rest has no velocity, and not that of rounding.
         self._segments = offsets @ POWERS_OF_CONTROL
         self._segments[:, :1] = start
@@ -172,23 +173,46 @@ class Trajectory:
         furthest = least if low - least > greatest - high else greatest
         return furthest if max(low - least, greatest - high) > UNSEEN else None
 
-    def extremes(self) -> tuple[float, float]:
-        """Return the least and the greatest position on the way, in m.
+    def ahead(self, time: float) -> tuple[float, float]:
+        """Return the least and the greatest position from ``time`` (s) on, in m."""
+        place, passed = self._where(time)
+        hulls = self._hulls[max(place, 0) :].copy()
+        if place >= 0 and len(hulls):
+            hulls[0] = _rest(hulls[0], passed)
+        low, high = self._travel
+        least, greatest = _extremes(hulls, self._last)
+        return max(least, low), min(greatest, high)
 
-        A piece of a segment lies within the hull of its control points: those that may leave what
-        is known are halved until none does.
-        """
-        least, greatest = min(self._first, self._last), max(self._first, self._last)
-        pieces = self._hulls
-        for _ in range(HALVINGS):
-            least = min(least, float(pieces[:, ::5].min(initial=least)))
-            greatest = max(greatest, float(pieces[:, ::5].max(initial=greatest)))
-            fine = FINEST * max(1.0, abs(least), abs(greatest))
-            beyond = (pieces.min(axis=1) < least - fine) | (pieces.max(axis=1) > greatest + fine)
-            if not beyond.any():
-                break
-            pieces = np.concatenate([pieces[beyond] @ FIRST_HALF, pieces[beyond] @ SECOND_HALF])
-        return least, greatest
+    def extremes(self) -> tuple[float, float]:
+        """Return the least and the greatest position on the way, in m."""
+        return _extremes(self._hulls, self._last)
+
+
+def _extremes(pieces: Array, last: float) -> tuple[float, float]:
+    """Return the least and the greatest position of segments, shape (n, 6), that end at ``last``.
+
+    A piece of a segment lies within the hull of its control points: those that may leave what is
+    known are halved until none does.
+    """
+    least = greatest = last
+    for _ in range(HALVINGS):
+        least = min(least, float(pieces[:, ::5].min(initial=least)))
+        greatest = max(greatest, float(pieces[:, ::5].max(initial=greatest)))
+        fine = FINEST * max(1.0, abs(least), abs(greatest))
+        beyond = (pieces.min(axis=1) < least - fine) | (pieces.max(axis=1) > greatest + fine)
+        if not beyond.any():
+            break
+        pieces = np.concatenate([pieces[beyond] @ FIRST_HALF, pieces[beyond] @ SECOND_HALF])
+    return least, greatest
+
+
+def _rest(points: Array, passed: float) -> Array:
+    """Return the control points, shape (6,), of what is left once ``passed`` of 1 has passed."""
+    found = [points[-1]]
+    while len(points) > 1:
+        points = points[:-1] + passed * np.diff(points)
+        found.append(points[-1])
+    return np.array(found[::-1])
 
 
 def check_waypoints(points: Sequence[Waypoint]) -> None:

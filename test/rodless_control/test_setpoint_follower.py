@@ -16,6 +16,7 @@ import pytest
 
 from rodless_control import ControllerParameters, ParameterError
 from rodless_control.setpoint import SetpointFollower
+from rodless_control.trajectory import Waypoint
 
 
 def follower(kind: str = "setpoint", **values: object) -> SetpointFollower:
@@ -248,8 +249,8 @@ def test_a_limit_must_leave_the_set_point_in_force_within(kind: str) -> None:
     found.sample(0.1, 0.0)
     for change in ({"maximum": 0.1}, {"minimum": 0.16}):
         ((name, value),) = change.items()
-        refusal = f"reference.{name}: {value:g} m refused, the set-point in force is 0.15 m"
-        with pytest.raises(ParameterError, match=re.escape(refusal)):
+        line = f"reference.{name}: {value:g} m refused, the set-point in force is 0.15 m"
+        with pytest.raises(ParameterError, match=re.escape(line)):
             found.check(parameters(kind, **change))
     found.check(parameters(kind, minimum=0.15, maximum=0.16))
     # At a limit is within it.
@@ -258,4 +259,98 @@ def test_a_limit_must_leave_the_set_point_in_force_within(kind: str) -> None:
     found.check(parameters(kind, minimum=target))
     found.check(parameters("step", maximum=0.1))
     found.receive(0.05)
+    if kind == "move":
+        # It is finished first, up to 150 mm.
+        line = "reference.maximum: 0.1 m refused, the move under way goes to 0.15 m"
+        assert refusal(found, parameters(kind, maximum=0.1)) == f"{line}; wait for its end first"
+        found.check(parameters("ramp", maximum=0.1))
+        found.sample(9.0, 0.0)
     found.check(parameters(kind, maximum=0.1))
+
+
+def refused_limits(found: SetpointFollower, kind: str = "setpoint") -> list[str]:
+    """Try limits at every 10 mm, each alone; return those that are refused, in one line."""
+    lines = {
+        f"{name} {place}": refusal(found, parameters(kind, **{name: place / 100.0}))
+        for name in ("minimum", "maximum")
+        for place in range(1, 20)
+    }
+    refused = [limit for limit, line in lines.items() if line]
+    for limit in refused:
+        name, place = limit.split()
+        start = f"reference.{name}: {int(place) / 100.0:g} m refused, the "
+        assert re.fullmatch(re.escape(start) + ".* first", lines[limit]), lines[limit]
+    return refused
+
+
+def refusal(found: SetpointFollower, changed: ControllerParameters) -> str:
+    """What a change is refused with, nothing where it is not."""
+    try:
+        found.check(changed)
+    except ParameterError as error:
+        return str(error)
+    return ""
+
+
+def limits_beyond(least: int, greatest: int) -> list[str]:
+    """The limits, in cm, that leave out what goes from ``least`` to ``greatest``."""
+    return [f"minimum {place}" for place in range(1, 20) if place > least] + [
+        f"maximum {place}" for place in range(1, 20) if place < greatest
+    ]
+
+
+@pytest.mark.parametrize("kind", ["setpoint", "ramp", "move"])
+def test_a_limit_must_leave_the_command_in_force_within(kind: str) -> None:
+    """The last of a stream counts, before it is followed and after; a set-point replaces it."""
+    found = follower(kind)
+    found.sample(0.0, 0.0)
+    found.receive_command(0.12, 0.0)
+    found.receive_command(0.15, 0.3)
+    assert refused_limits(found, kind) == limits_beyond(15, 15)
+    found.sample(0.1, 0.0)
+    assert refused_limits(found, kind) == limits_beyond(15, 15)
+    with pytest.raises(ParameterError, match=r"the command in force is 0\.15 m; send another set-"):
+        found.check(parameters(kind, maximum=0.1))
+    found.receive(0.05)
+    assert refused_limits(found, kind) == limits_beyond(5, 5)
+    found.sample(0.2, 0.0)
+    assert refused_limits(found, kind) == limits_beyond(5, 5)
+    found.forget()
+    assert refused_limits(found, kind) == []
+
+
+def test_a_limit_must_leave_what_is_left_of_a_trajectory_within() -> None:
+    """Waiting, under way and done: what has passed does not count, and other changes are free."""
+    found = follower()
+    points = [Waypoint(1.0, 0.15, 0.0), Waypoint(2.0, 0.055, 0.0), Waypoint(3.0, 0.08, 0.0)]
+    found.receive_trajectory(points)
+    # Where it begins is not known yet.
+    assert refused_limits(found) == limits_beyond(5, 15)
+    for time, least, greatest in (
+        (0.0, 0, 15),
+        (0.9, 5, 15),
+        (1.5, 5, 11),
+        (2.0, 5, 8),
+        (2.5, 6, 8),
+        (9.0, 8, 8),
+    ):
+        position = found.sample(time, 0.0).position
+        assert refused_limits(found) == limits_beyond(least, greatest), (time, position)
+    assert refused_limits(found, "ramp") == []
+    found.receive_trajectory([Waypoint(1.0, 0.12)])
+    with pytest.raises(ParameterError, match=r"the trajectory in force reaches 0\.12 m; send anot"):
+        found.check(parameters("setpoint", maximum=0.1))
+    found.receive(0.02)
+    assert refused_limits(found) == limits_beyond(2, 2)
+
+
+def test_what_leads_in_from_outside_refuses_no_other_parameter() -> None:
+    """From 1 mm beyond its end a carriage is led in: a gain and the other limit may change."""
+    found = follower()
+    found.sample(0.0, -0.001)
+    found.receive_trajectory([Waypoint(1.0, 0.05)])
+    found.sample(0.1, -0.001)
+    found.check(parameters("setpoint").with_values({"controller.kp": 1.0}))
+    found.check(parameters("setpoint", maximum=0.1))
+    with pytest.raises(ParameterError, match=r"reference\.minimum: 0\.01 m refused"):
+        found.check(parameters("setpoint", minimum=0.01))

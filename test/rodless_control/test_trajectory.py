@@ -134,6 +134,37 @@ def test_extremes_of_many_segments_are_those_of_the_curve(order: int) -> None:
         assert Trajectory(given).extremes() == pytest.approx(expected, abs=2e-12)
 
 
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_what_is_ahead_is_what_is_left_of_the_curve(order: int) -> None:
+    """From any time on, as scipy's own curve is sampled finely."""
+    generator = np.random.default_rng(10 + order)
+    values = generator.normal(0.0, [0.1, 0.5, 2.0], (5, 3))
+    values[-1, 1] = 0.0
+    given = [
+        Waypoint(t, *[v if k < order else None for k, v in enumerate(row)])
+        for t, row in enumerate(values.tolist())
+    ]
+    way, curve = Trajectory(given, 100.0), hermite(given, order)
+    for since in (-1.0, 0.0, 0.3, 1.0, 2.9, 3.999, 4.0, 7.0):
+        begin = min(max(since, 0.0), 4.0)
+        times = np.concatenate([np.linspace(begin, 4.0, 100_001), np.arange(np.ceil(begin), 5.0)])
+        left = curve(times)
+        expected = (float(left.min()), float(left.max()))
+        assert way.ahead(100.0 + since) == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_point_at_a_limit_is_within_it() -> None:
+    """Wherever the way comes from: 58 mm, reached by adding a distance, is now and then less."""
+    for k in range(58, 200):
+        place = k / 1000.0
+        found = SetpointFollower(ControllerParameters({"reference.minimum": 0.058}))
+        found.sample(0.0, place)
+        points = [Waypoint(1.0, place), Waypoint(2.0, 0.058), Waypoint(3.0, place)]
+        found.receive_trajectory(points)
+        found.sample(0.0, 0.0)
+        assert found.sample(2.0, 0.0).position == 0.058
+
+
 def test_a_long_trajectory_costs_little_more_than_its_points() -> None:
     """A controller that takes 20,000 points is soon back: of a polynomial each it made seconds.
 
