@@ -33,7 +33,8 @@ QUANTITIES = {
 class Difference:
     """Second run minus first, in the unit of the quantity.
 
-    ``steady`` is the mean over the last half second, ``largest`` the largest magnitude, reached at
+    ``steady`` is the mean over the last half second, of a run shorter than 5 s over its last tenth,
+    ``largest`` the largest magnitude, reached at
     ``time``, ``rms`` the root mean square.
     """
 

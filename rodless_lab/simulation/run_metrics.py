@@ -19,7 +19,7 @@ run from ``since`` on, or about its last second:
                     the carriage's way there if r has always been the same; 0 if that began within
                     0.2 mm
     peak, RMS       max |e|, sqrt(mean e^2)
-    air             what has flowed into both chambers
+    air             what has flowed into both chambers, by the flows at the samples
     valve travel    sum of |u[k+1] - u[k]|
     rest, chatter   of u in the last second: RMS about its mean; RMS of u[k+1] - u[k]
 """
