@@ -96,6 +96,10 @@ UNSTABLE = (
 UNFINISHED = (
     "the points follow no straight line, and end before a Stribeck drop would: needs faster runs"
 )
+TOO_FEW = (
+    "the points follow no straight line, and are too few to tell a Stribeck drop: needs more "
+    "speeds, and breakaways and stops from a slow ramp or stick-slip"
+)
 NO_RUNS = "fewer than three parts of uniform motion in this direction"
 ONE_SPEED = "all parts of uniform motion in this direction have one speed"
 WIDE = "the data leaves it open within half its value"
@@ -358,8 +362,9 @@ def _fit_direction(points: _Observations) -> DirectionFit:
     full = _fit_curve(points, line)
     if full is None or not _curve_is_better(points, line, full):
         if not _line_is_enough(points, line):
-            nothing = [unknown(unit, UNFINISHED) for unit in UNITS]
-            return _result(points, nothing, line if full is None else full)
+            # As many values as points follow them all: of the form nothing is tested then.
+            reason = TOO_FEW if full is None else UNFINISHED
+            return _result(points, [unknown(unit, reason) for unit in UNITS], full)
         return _result(points, _line_estimates(points, line), line)
     return _result(points, _curve_estimates(points, full), full)
 

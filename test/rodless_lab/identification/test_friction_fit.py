@@ -20,6 +20,7 @@ from rodless_lab.identification.friction.curve import (
     turning_points,
 )
 from rodless_lab.identification.friction.fit import fit_friction
+from rodless_lab.identification.friction.form import FrictionForm
 from rodless_lab.identification.friction.stick_slip import stick_slip_events
 from rodless_lab.identification.friction.uniform_motion import position_noise, uniform_parts
 from rodless_sim import RigParameters, simulate
@@ -61,6 +62,22 @@ def test_uniform_runs_alone_do_not_inform_the_static_force() -> None:
     assert not fit.static.informed
     assert not fit.stribeck_velocity.informed
     assert "Stribeck minimum" in fit.static.note
+
+
+def test_four_points_of_a_bent_curve_are_too_few_not_another_friction() -> None:
+    """The rig's own saturating curve at four speeds: not told, and no verdict against its form."""
+    rig = RigParameters.preset("calibrated")
+    form = FrictionForm.of(rig)
+    speeds = np.array([6.4e-3, 12.7e-3, 14.0e-3, 30.9e-3])
+    forces = form.force(REVERSE, speeds)
+    few = fit_friction(-speeds, -forces, force_errors=0.05, form=form)
+    assert not few.reverse.viscous.informed
+    assert "too few" in few.reverse.viscous.note
+    assert few.verdict.fits
+    # Where there are enough, a form that is not theirs does not fit.
+    more = np.linspace(4e-3, 60e-3, 12)
+    wrong = fit_friction(-more, -form.force(REVERSE, more), force_errors=0.05)
+    assert not wrong.verdict.fits
 
 
 def test_breakaways_and_stops_inform_the_rest() -> None:
