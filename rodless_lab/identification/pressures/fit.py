@@ -149,7 +149,11 @@ def fit_pressures(
     correlated in time, and by the bias of the sensors as ``parameters`` state it. Raises
     :class:`UninformativeRunError` where no pressure changes.
     """
-    solution = solve(run, parameters, unknowns, rest)
+    return fit_of(solve(run, parameters, unknowns, rest))
+
+
+def fit_of(solution: Solution) -> PressureFit:
+    """Return the intervals and the verdict of what least squares found."""
     problem, values = solution.problem, solution.values
     modelled = problem.modelled(values)
     return PressureFit(
