@@ -17,7 +17,7 @@ from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_lab.cli.number import whole
-from rodless_lab.identification.excitation import EXCITATIONS, PERIOD, excitation
+from rodless_lab.identification.excitation import CREEP, EXCITATIONS, PERIOD, excitation
 from rodless_lab.session.errors import HarnessError
 
 
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     try:
         domain_to_join()
-        voltages = excitation(options.subject, options.closed_voltage)
+        voltages = excitation(options.subject, options.closed_voltage, options.creep)
     except (HarnessError, ParameterError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -74,5 +74,12 @@ def _parser() -> Parser:
         default=CLOSED_VOLTAGE,
         metavar="V",
         help="where the valve of the rig is closed (%(default)g)",
+    )
+    parser.add_argument(
+        "--creep",
+        type=float,
+        metavar="V",
+        help=f"for friction: how far from there the carriage creeps ({CREEP:g}); of a valve with "
+        "0.4 %% of hysteresis, as the preset calibrated has, 0.29",
     )
     return parser

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.constants import CLOSED_VOLTAGE
+from rodless_base.parameters import ParameterError
 from rodless_sim import RigParameters
 
 Array = npt.NDArray[np.float64]
@@ -46,12 +47,22 @@ BRISTLE_WAVES = (
 )
 
 
-def friction_voltages() -> Array:
-    """Creep up and down through the dead zone, then four constant voltages; each way."""
+# How far beyond the closed position the carriage creeps (V), unless told otherwise; and the range.
+CREEP = 0.25
+LEAST_CREEP, MOST_CREEP = 0.2, 0.4
+
+
+def friction_voltages(creep: float = CREEP) -> Array:
+    """Creep up and down through the dead zone, then four constant voltages; each way.
+
+    ``creep`` is how far from the closed position (V): a spool with hysteresis arrives late by half
+    of its width, and a carriage that has not moved by then shows no slow friction.
+    """
+    top = CLOSED_VOLTAGE + creep
     forward = np.concatenate(
         [
-            ramp(5.23, 5.33, 8.0),
-            ramp(5.33, 5.24, 3.0),
+            ramp(5.23, top, 8.0),
+            ramp(top, 5.24, 3.0),
             steps((5.36, 1.5), (5.45, 1.5), (5.6, 1.25), (5.8, 1.0)),
         ]
     )
@@ -148,12 +159,27 @@ EXCITATIONS: dict[str, Callable[[], Array]] = {
 }
 
 
-def excitation(subject: str, closed_voltage: float = CLOSED_VOLTAGE) -> Array:
+def excitation(
+    subject: str, closed_voltage: float = CLOSED_VOLTAGE, creep: float | None = None
+) -> Array:
     """Return voltages (V), one per :data:`PERIOD`, for a valve closed at ``closed_voltage`` (V).
 
-    They are those for the paper's 5.08 V, shifted by as much as the valve is. Raises
-    KeyError for no subject, and ParameterError for what ``valve.closed_voltage`` cannot be.
+    They are those for the paper's 5.08 V, shifted by as much as the valve is. ``creep`` is that of
+    :func:`friction_voltages`. Raises KeyError for no subject, and ParameterError for what
+    ``valve.closed_voltage`` cannot be, and a creep of another subject or beyond its range.
     """
     closed = RigParameters({"valve.closed_voltage": closed_voltage}).number("valve.closed_voltage")
-    voltages: Array = EXCITATIONS[subject]() + (closed - CLOSED_VOLTAGE)
+    shape = EXCITATIONS[subject]() if creep is None else _creeping(subject, creep)
+    voltages: Array = shape + (closed - CLOSED_VOLTAGE)
     return voltages
+
+
+def _creeping(subject: str, creep: float) -> Array:
+    """Return the voltages of `friction` with this ``creep``; raises as :func:`excitation`."""
+    if subject != "friction":
+        raise ParameterError(f"--creep: refused, {subject} does not creep, only friction does")
+    if not LEAST_CREEP <= creep <= MOST_CREEP:
+        raise ParameterError(
+            f"--creep: {creep:g} refused, must be from {LEAST_CREEP:g} to {MOST_CREEP:g} (V)"
+        )
+    return friction_voltages(creep)
