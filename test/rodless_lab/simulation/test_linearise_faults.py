@@ -12,13 +12,11 @@ import re
 
 import numpy as np
 import pytest
-from scipy import signal
+from small_step import LEAD, small_step
 
 from rodless_lab import linearise
-from rodless_sim import RigParameters, simulate
+from rodless_sim import RigParameters
 from rodless_sim.faults import PARAMETERS, READINGS
-
-PERIOD = 1e-3
 
 # Of each fault that a linear model has: rigs, each with a voltage at which they slide.
 HONOURED: list[tuple[dict[str, object], float]] = [
@@ -62,22 +60,12 @@ def test_a_rig_with_a_fault_answers_as_its_model_does(
     """5 mV for 50 ms more on the command, in steady motion: the difference to a run without."""
     parameters = RigParameters(values)
     found = linearise(parameters, 0.1, voltage)
-    motion = found.point.motion
     assert found.point.voltage == voltage
-    lead = 500
-    start = 0.1 - motion.velocity * lead * PERIOD
-    commands = np.full(lead + 50, voltage)
-    stepped = commands + 5e-3 * (np.arange(len(commands)) >= lead)
-    pressures = (motion.pressure_a, motion.pressure_b)
-    first, second = (
-        simulate(parameters, each, PERIOD, start, pressures) for each in (commands, stepped)
-    )
-    assert first.velocity[lead] == pytest.approx(motion.velocity, rel=0.02)
-    system = signal.cont2discrete((found.A, found.B[:, :1], found.C, found.D[:, :1]), PERIOD)
-    _, expected, _ = signal.dlsim(system, np.full(51, 5e-3))
-    for column, name in enumerate(state.name for state in found.states[:4]):
-        answer = (getattr(second, name) - getattr(first, name))[lead:]
-        assert np.abs(answer - expected[:, column]).max() < 0.02 * np.abs(expected[:, column]).max()
+    run, answers = small_step(parameters, found, 0.1)
+    assert run.velocity[LEAD] == pytest.approx(found.point.motion.velocity, rel=0.02)
+    assert len(answers) >= 4
+    for answer, expected in answers[:4]:
+        assert np.abs(answer - expected).max() < 0.02 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("name", REFUSED)
