@@ -26,10 +26,10 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from rodless_base.parameter_file import read_parameter_file
-from rodless_base.topics import FURTHER_TOPICS, RIG_CLOCK, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
+from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
 from rodless_lab.session.file_parameters import check_together, own_parameters
 from rodless_lab.session.launch_arguments import misspelt
-from rodless_lab.session.processes import write_parameters
+from rodless_lab.session.processes import clock_of_its_own, write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes
 from rodless_sim.description import robot_description
@@ -89,7 +89,7 @@ def start_rig(context: LaunchContext) -> list[Node]:
         "ros_arguments": [
             "--log-level",
             chosen["log_level"],
-            *clock_of_its_own(parameters, chosen),
+            *clock_of_its_own(chosen["namespace"], plant_values(parameters, chosen["namespace"])),
         ],
     }
     described = chosen["description"] == "true"
@@ -256,14 +256,6 @@ def stroke(model: str) -> float:
         return sizes(model).stroke
     except ParameterError as error:
         raise RuntimeError(f"cylinder:={model}: {error}") from None
-
-
-def clock_of_its_own(files: list[str], chosen: dict[str, str]) -> list[str]:
-    """Return what dates a bag by the clock of its own rig, where that is not /clock."""
-    namespace = chosen["namespace"]
-    if not namespace.strip("/") or plant_values(files, namespace).get("time.publish_clock", True):
-        return []
-    return ["--remap", f"recorder:{ROS_CLOCK}:={RIG_CLOCK}"]
 
 
 def end_with_it(event: ProcessExited, context: LaunchContext) -> Shutdown:

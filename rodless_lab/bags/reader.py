@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
-from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.file_path import file_path
 from rodless_base.one_line import listed
 from rodless_lab.bags.description_check import (
@@ -113,16 +113,18 @@ class TopicMessages(Columns):
     @cached_property
     def stamp_time(self) -> npt.NDArray[np.int64]:
         """Stamps of the headers in ns; raises :class:`BagError` for a type without."""
+        # Here, as it loads ROS, which messages have by now.
+        from rodless_base.ros.topics import stamp_nanoseconds  # noqa: PLC0415
+
         if self.messages and not hasattr(self.messages[0], "header"):
             raise BagError(f"{self.topic.name}: {self.topic.type_name} has no header")
-        stamps = [message.header.stamp for message in self.messages]
-        times = [stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec for stamp in stamps]
+        times = [stamp_nanoseconds(message.header.stamp) for message in self.messages]
         return np.array(times, dtype=np.int64)
 
     @property
     def stamp(self) -> npt.NDArray[np.float64]:
         """Stamps of the headers in seconds, which of the wall clock resolve 0.2 µs; raises so."""
-        return self.stamp_time.astype(np.float64) * 1e-9
+        return self.stamp_time.astype(np.float64) * SECONDS_PER_NANOSECOND
 
     @cached_property
     def fields(self) -> Mapping[str, Array]:

@@ -34,8 +34,7 @@ class Difference:
     """Second run minus first, in the unit of the quantity.
 
     ``steady`` is the mean over the last half second, of a run shorter than 5 s over its last tenth,
-    ``largest`` the largest magnitude, reached at
-    ``time``, ``rms`` the root mean square.
+    ``largest`` the largest magnitude, reached at ``time``, ``rms`` the root mean square.
     """
 
     steady: float

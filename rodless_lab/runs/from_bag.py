@@ -21,6 +21,7 @@ from rodless_base.constants import (
     MAXIMUM_VOLTAGE,
     MINIMUM_VOLTAGE,
     NANOSECONDS_PER_SECOND,
+    SECONDS_PER_NANOSECOND,
     SPOOL,
 )
 from rodless_base.one_line import shown
@@ -34,7 +35,7 @@ from rodless_lab.runs.missing_samples import missing_samples
 from rodless_lab.runs.off_any_rig import off_any_rig
 
 Array = npt.NDArray[np.float64]
-
+Times = npt.NDArray[np.int64]
 
 # In ns, a day: what is later than that counts from its first stamp.
 LONG_TIME = 86_400 * NANOSECONDS_PER_SECOND
@@ -137,7 +138,7 @@ class Recording:
     @property
     def begin(self) -> float:
         """Where the run begins, s, as the bag's stamps have it."""
-        return self.origin * 1e-9 + self.start
+        return self.origin * SECONDS_PER_NANOSECOND + self.start
 
     def stamps_of(self, messages: TopicMessages) -> Array:
         """Return the stamps of ``messages`` in s of the run."""
@@ -173,7 +174,7 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
         remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
     run = replace(
         run,
-        missing=_missing(bag, namespace, joint, origin * 1e-9 + start, sent),
+        missing=_missing(bag, namespace, (origin, start), joint, sent),
         remarks=tuple(filter(None, remarks)),
     )
     return Recording(run, setpoint, origin, start, sent)
@@ -199,15 +200,18 @@ def _carriage(bag: Bag, namespace: str) -> JointMessages:
 
 
 def _missing(
-    bag: Bag, namespace: str, joint: TopicMessages, begin: float, sent: SampleTimes
+    bag: Bag, namespace: str, begin: tuple[int, float], joint: TopicMessages, sent: SampleTimes
 ) -> str:
     """Say which samples were lost on the way into the bag, if any, and how to lose none.
 
-    Times count from ``begin`` (s, a stamp), as those of the run do.
+    Times count from ``begin`` (ns, and s after that), as those of the run do.
     """
+    origin, start = begin
     topics = (*PRESSURES.values(), VALVE_STATE)
     recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
-    stamps = {found.topic.name: found.stamp - begin for found in (joint, *recorded)}
+    stamps = {
+        found.topic.name: _seconds(found.stamp_time, origin) - start for found in (joint, *recorded)
+    }
     lost = missing_samples(stamps, pace=1.0 if sent.why_useless else max(sent.speed, 1.0))
     if not lost:
         return ""
@@ -315,12 +319,17 @@ def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
 
 def stamps_of(messages: TopicMessages, origin: int = 0) -> Array:
     """Stamps in s after ``origin`` (ns); log times where the publisher left the stamps at zero."""
-    stamps: Array = (_stamp_times(messages) - origin).astype(np.float64) * 1e-9
+    stamps = _seconds(_stamp_times(messages), origin)
     _refuse_backwards(messages, stamps)
     return stamps
 
 
-def _stamp_times(messages: TopicMessages) -> npt.NDArray[np.int64]:
+def _seconds(times: Times, origin: int) -> Array:
+    """Return ``times`` (ns) in s after ``origin`` (ns)."""
+    return np.asarray((times - origin) * SECONDS_PER_NANOSECOND, dtype=np.float64)
+
+
+def _stamp_times(messages: TopicMessages) -> Times:
     return messages.stamp_time if messages.stamp_time.any() else messages.log_time
 
 

@@ -154,8 +154,10 @@ class Setpoint:
     doubt: str = ""
 
 
-def run_of_trace(trace: Trace, supply_pressure: float) -> MeasuredRun:
-    """Return a trace, true or measured, as a run with a constant reading of the supply (Pa).
+def run_of_trace(trace: Trace, supply_pressure: float | Array) -> MeasuredRun:
+    """Return a trace, true or measured, as a run with these readings of the supply (Pa).
+
+    One number is a constant reading.
 
     Examples
     --------

@@ -50,14 +50,9 @@ def resimulate(
         start = start_of(drive.rig, recorded)
         voltages, period = recorded.voltage[:-1], recorded.period
         trace = simulate(drive.rig, voltages, period, start, pressures, scenario=drive.scenario)
-    run = run_of_trace(trace, drive.rig.number("supply.pressure"))
+    run = run_of_trace(trace, drive.supply)
     # The last voltage acts on nothing in the run, and is the recorded one all the same.
-    return replace(
-        run,
-        supply_pressure=drive.supply,
-        voltage=recorded.voltage,
-        remarks=_remarks(recorded, start, drive),
-    )
+    return replace(run, voltage=recorded.voltage, remarks=_remarks(recorded, start, drive))
 
 
 def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
@@ -84,9 +79,8 @@ def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRu
             position=start,
             scenario=drive.scenario,
         )
-    run = run_of_trace(trace, drive.rig.number("supply.pressure"))
-    remarks = _remarks(recorded, start, drive)
-    return replace(run, supply_pressure=drive.supply, remarks=remarks)
+    run = run_of_trace(trace, drive.supply)
+    return replace(run, remarks=_remarks(recorded, start, drive))
 
 
 @contextmanager

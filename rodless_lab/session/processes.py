@@ -77,6 +77,13 @@ def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]])
     return path
 
 
+def clock_of_its_own(namespace: str, plant: Mapping[str, object]) -> list[str]:
+    """Return what dates a bag by the clock of its own rig, where ``plant`` leaves /clock alone."""
+    if not namespace.strip("/") or plant.get("time.publish_clock", True):
+        return []
+    return ["-r", f"recorder:{ROS_CLOCK}:={RIG_CLOCK}"]
+
+
 @dataclass(frozen=True)
 class ProcessPlan:
     """Which processes a rig consists of.
@@ -158,15 +165,10 @@ class ProcessPlan:
         return files
 
     def _clock(self, files: Iterable[Path]) -> list[str]:
-        """Return what dates a bag by the clock of its own rig, where that is not ``/clock``."""
-        if self.record is None or not self.namespace.strip("/"):
-            return []
         values: dict[str, object] = {}
-        for file in files:
+        for file in files if self.record is not None else ():
             values |= read_parameter_file(file, "plant")
-        if values.get("time.publish_clock", True):
-            return []
-        return ["-r", f"recorder:{ROS_CLOCK}:={RIG_CLOCK}"]
+        return clock_of_its_own(self.namespace, values)
 
     def _remapping(self, node: str = "") -> list[str]:
         return ["-r", f"{node}{VALVE_VOLTAGE}:={WANTED_VOLTAGE}"] if self.relay_commands else []
