@@ -20,6 +20,7 @@ from rodless_lab.session.lag import LagWarning
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.samples import LostSampleError, Sample, Samples
 from rodless_lab.session.session import RigSession
+from rodless_lab.session.setpoint import SetpointWarning
 
 PatienceError = WaitTimeoutError  # its old name
 
@@ -37,5 +38,6 @@ __all__ = [
     "RigSession",
     "Sample",
     "Samples",
+    "SetpointWarning",
     "WaitTimeoutError",
 ]

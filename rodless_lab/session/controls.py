@@ -10,7 +10,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cached_property
 from typing import cast
 
@@ -27,7 +27,7 @@ from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_o
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.processes import ProcessPlan
-from rodless_lab.session.setpoint import setpoint_is_heard
+from rodless_lab.session.setpoint import setpoint_is_heard, warn_of_late_setpoint
 
 # Names of the range of set-points that the controller of this package takes.
 RANGE = ("reference.minimum", "reference.maximum")
@@ -48,20 +48,25 @@ class Controls(LiveSession):
     def setpoint(self, position: float) -> None:
         """Send a set-point (m); by the return, a controller that runs has received it.
 
-        Raises ValueError for what is no finite number, and RefusedError for one outside what the
-        controller of this package takes.
+        Raises ValueError for what is no finite number, RefusedError for one outside what the
+        controller of this package takes, and HarnessError where the test has ended the controller.
+        Warns with SetpointWarning where it has not arrived in a second: a frozen controller takes
+        it once it is thawed.
         """
         if not is_number(position) or not math.isfinite(position):
             raise ValueError(f"setpoint {shown(position)} refused, must be a finite number (m)")
         self._check_range(float(position))
+        self._processes.check_node("controller", "no controller will take a set-point")
         self._wait_for_controller()
         self._setpoint.publish(Float64(data=float(position)))
-        with suppress(WaitTimeoutError):
+        try:
             self._wait(
                 lambda: self._setpoint.wait_for_all_acked(ARRIVAL_POLL),
                 "the set-point to arrive",
                 ARRIVAL_TIMEOUT,
             )
+        except WaitTimeoutError:
+            warn_of_late_setpoint(position, ARRIVAL_TIMEOUT)
 
     @cached_property
     def _first_range(self) -> tuple[float, float]:

@@ -8,12 +8,29 @@
 
 """When a set-point reaches the controller, whoever else listens to set-points."""
 
+import warnings
+
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 
 # What a recorder publishes too; a controller publishes more.
 OF_ANY_NODE = ("/rosout", "/parameter_events", "/events/write_split")
+
+
+class SetpointWarning(RuntimeWarning):
+    """A set-point was sent, but the controller is not known to have it."""
+
+
+def warn_of_late_setpoint(position: float, waited: float) -> None:
+    """Tell that a set-point (m) has not arrived everywhere in the time (s) that was waited."""
+    warnings.warn(
+        f"setpoint {position:g} m has not arrived at every listener within {waited:g} s: the "
+        "controller may be frozen or busy, and takes it later, or a listener has just been killed; "
+        "thaw the controller, or look at controller/reference",
+        SetpointWarning,
+        stacklevel=3,
+    )
 
 
 def setpoint_is_heard(node: Node, publisher: Publisher) -> bool:

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import textwrap
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,7 +26,7 @@ import numpy as np
 import pytest
 from running import StartSession
 
-from rodless_lab.harness import HarnessError, NodeDiedError, RigSession
+from rodless_lab.harness import HarnessError, NodeDiedError, RigSession, SetpointWarning
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -156,6 +157,23 @@ def test_nobody_waits_for_the_answer_of_a_node_that_the_test_has_killed(
     rig.kill("controller")
     with pytest.raises(HarnessError, match="no answer of controller will come: the controller"):
         rig.reset_controller()
+    with pytest.raises(HarnessError, match="no controller will take a set-point: the controller"):
+        rig.setpoint(0.05)
+
+
+def test_a_set_point_that_a_frozen_controller_has_not_got_is_told_of(
+    rig_session: StartSession,
+) -> None:
+    """A warning says so; thawed, the controller takes it, and the next one warns of nothing."""
+    rig = rig_session(plant=SLOW)
+    rig.freeze("controller")
+    with pytest.warns(SetpointWarning, match=r"^setpoint 0\.12 m has not arrived .* frozen"):
+        rig.setpoint(0.12)
+    rig.thaw("controller")
+    rig.run_until(lambda sample: sample.position > 0.11, "the carriage to come")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rig.setpoint(0.05)
 
 
 def test_a_killed_process_of_both_nodes_is_named(rig_session: StartSession) -> None:
