@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Parameters that only nodes or another reference read: as an axis they give columns of nothing."""
+"""Parameters that only nodes or another reference read: in a study they would do nothing."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ def idle_parameters(base: Base) -> set[str]:
 
 
 def idle(names: Sequence[str]) -> str:
-    """Say why ``names`` cannot vary within a study, and what to do."""
+    """Say why a study cannot have ``names``, and what to do."""
     ways_out = [INSTEAD[name] for name in names if name in INSTEAD]
     return (
         f"refused: no run of this study depends on {listed(names)}; "

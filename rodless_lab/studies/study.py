@@ -171,6 +171,7 @@ def read_study(given: str | Path) -> Study:
 def study_of(fields: Fields, path: Path) -> Study:
     """Take a study from the fields of its file and check all of its rows; raises StudyError."""
     base = read_base(fields, path.parent)
+    _check_set(fields.below("set"), base)
     dimensions = _dimensions(fields.below("vary"), base)
     design = fields.below("design")
     method = design.text("method", GRID)
@@ -185,6 +186,12 @@ def study_of(fields: Fields, path: Path) -> Study:
     study = Study(path.stem, base, dimensions, method, count, seed, columns, every)
     _check_rows(study, str(path))
     return study
+
+
+def _check_set(fields: Fields, base: Base) -> None:
+    """Raise StudyError for what is set and read by no run."""
+    for name in sorted(idle_parameters(base) & fields.values.keys()):
+        raise fields.error(name, idle([name]))
 
 
 def _traces(fields: Fields) -> tuple[tuple[str, ...], int]:

@@ -13,7 +13,8 @@ from itertools import product
 from scipy import stats
 
 from rodless_base.parameters import ParameterError
-from rodless_lab.identification.friction.fit import FrictionFit, robust_sum
+from rodless_lab.identification.friction.curve_fit import robust_sum
+from rodless_lab.identification.friction.fit import FrictionFit
 from rodless_lab.identification.friction.run import fit_points, friction_points
 from rodless_lab.identification.verdict import FALSE_ALARM, Verdict, joined
 from rodless_lab.runs.measured_run import MeasuredRun

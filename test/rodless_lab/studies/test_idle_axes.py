@@ -73,6 +73,28 @@ def test_the_period_of_the_nodes_is_no_axis(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "way_out"),
+    [
+        ("time.period", 0.01, "set run.period"),
+        ("time.duration", 3.0, "set run.duration"),
+        ("reference.frequency", 0.5, "leave it out"),
+        ("time.mode", "lockstep", "leave it out"),
+    ],
+)
+def test_what_no_run_depends_on_cannot_be_set(
+    tmp_path: Path, name: str, value: object, way_out: str
+) -> None:
+    """A period that is set for the nodes would leave every row at run.period, without a word."""
+    text = f"set: {{{name}: {value}}}\nvary: {{friction.coulomb: [5, 10]}}\n"
+    study = study_in(tmp_path, text)
+    with pytest.raises(StudyError) as refused:
+        read_study(study)
+    assert str(refused.value) == (
+        f"{study}: set: {name}: refused: no run of this study depends on {name}; {way_out}"
+    )
+
+
 @pytest.mark.parametrize("name", sorted({one.name for one in OF_NODES}))
 def test_what_is_for_nodes_alone_changes_no_run_and_is_refused(tmp_path: Path, name: str) -> None:
     """Another value gives the same run, bit for bit, with ideal and with real instruments."""
