@@ -34,6 +34,9 @@ PERIOD = 1.0
 MODE, PRESET, TARGET_RATE = "mode", "preset", "Target frequency (Hz)"
 ACTUAL_RATE = "Actual frequency (Hz)"
 
+# What the plant's gauge pressures count from.
+ATMOSPHERE = "atmosphere (Pa)"
+
 # Which nodes the plant sees publish commands, by their full names: one that is frozen is known to
 # whom it has met, and to nobody who comes later.
 COMMANDED_BY = "commanded by"

@@ -16,7 +16,6 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from rodless_base.command_line import Parser
-from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_base.start import Stop
 from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
@@ -95,9 +94,14 @@ def _plant_rows(status: "RigStatus") -> list[tuple[str, str]]:
         ("position", _number(readings["position"], "mm", 1e3)),
         ("reference", _number(readings["reference"], "mm", 1e3)),
         ("valve voltage", _number(readings["voltage"], "V")),
-        ("chamber A", _pressure(readings["pressure_a"])),
-        ("chamber B", _pressure(readings["pressure_b"])),
-        ("supply", _pressure(readings["supply_pressure"])),
+        *(
+            (label, _pressure(readings[name], status.atmosphere))
+            for label, name in (
+                ("chamber A", "pressure_a"),
+                ("chamber B", "pressure_b"),
+                ("supply", "supply_pressure"),
+            )
+        ),
     ]
 
 
@@ -105,8 +109,8 @@ def _number(value: float | None, unit: str, factor: float = 1.0) -> str:
     return "-" if value is None else f"{value * factor:.3f} {unit}"
 
 
-def _pressure(value: float | None) -> str:
+def _pressure(value: float | None, atmosphere: float) -> str:
     if value is None:
         return "-"
-    gauge = (value - STANDARD_ATMOSPHERE) * 1e-6
+    gauge = (value - atmosphere) * 1e-6
     return f"{gauge:.3f} MPa gauge, {value * 1e-6:.3f} MPa absolute"

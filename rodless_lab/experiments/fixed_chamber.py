@@ -147,8 +147,9 @@ class FixedChamberResult:
             "Without the authors' data its cause can be shown: the gaps keep A above ambient and "
             "B below supply, by an amount that a valve that seals does not have and that grows "
             "with the supply.",
-            "Both presets give the same pressures: they differ in friction only, and the piston "
-            "is held.",
+            "The rig is that of the preset `paper`. With `calibrated`, whose chambers exchange "
+            "heat and whose valve has a constant discharge coefficient, dynamics and hysteresis, "
+            "both changes take about twice as long.",
         )
 
 

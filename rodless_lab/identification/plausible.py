@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.constants import STANDARD_ATMOSPHERE
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, UninformativeRunError
 from rodless_sim import RigParameters
 
@@ -91,11 +90,13 @@ def check_run(
     _check_frozen(run)
 
 
-def from_gauge(run: MeasuredRun) -> MeasuredRun:
-    """Return ``run`` as it is if its pressures are gauge readings, counted from the atmosphere."""
-    pressures: dict[str, Any] = {
-        name: getattr(run, name) + STANDARD_ATMOSPHERE for name in PRESSURES
-    }
+def from_gauge(run: MeasuredRun, known: RigParameters) -> MeasuredRun:
+    """Return ``run`` as it is if its pressures are gauge readings, counted from the atmosphere.
+
+    That is what ``known`` has.
+    """
+    atmosphere = known.number("atmosphere.pressure")
+    pressures: dict[str, Any] = {name: getattr(run, name) + atmosphere for name in PRESSURES}
     return replace(run, **pressures)
 
 

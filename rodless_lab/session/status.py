@@ -16,7 +16,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
-from rodless_base.constants import NANOSECONDS_PER_SECOND
+from rodless_base.constants import NANOSECONDS_PER_SECOND, STANDARD_ATMOSPHERE
+from rodless_base.ros.diagnostics import ATMOSPHERE
 from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, THROTTLED, VALVE_VOLTAGE
@@ -86,6 +87,11 @@ class RigStatus:
     def has_ended(self) -> bool:
         """Whether the plant stands still because its ``time.duration`` is over."""
         return self.nodes[PLANT].message.startswith("ended")
+
+    @property
+    def atmosphere(self) -> float:
+        """What gauge pressures count from (Pa): the standard one for a plant that does not say."""
+        return float(self.nodes[PLANT].values.get(ATMOSPHERE, STANDARD_ATMOSPHERE))
 
     @property
     def is_running(self) -> bool:

@@ -15,9 +15,9 @@ run from ``since`` on, or about its last second:
     mean error      mean of e over the last second
     limit cycle     (max e - min e)/2 over the last second
     settling        from where r last begins to move until |e| <= 0.2 mm for good
-    overshoot       how far y passes the last r, in the direction of the last motion of r, or of
-                    the carriage's way there if r has always been the same; 0 if that began within
-                    0.2 mm
+    overshoot       how far y passes the last r, in the direction of the last motion of r, counted
+                    from where r turned that way; in that of the carriage's way there if it was past
+                    the last r then, or r has always been the same; 0 if that began within 0.2 mm
     peak, RMS       max |e|, sqrt(mean e^2)
     air             what has flowed into both chambers, by the flows at the samples
     valve travel    sum of |u[k+1] - u[k]|
@@ -39,6 +39,9 @@ Array = npt.NDArray[np.float64]
 
 # The paper's positioning tolerance (section 7): 0.2 mm.
 SETTLING_BAND = 2e-4  # m
+
+# What a reference that was computed (m) may be off, which is no motion.
+ROUNDING = 1e-9
 
 # What is said of the rest is said of this long at the end, or of a shorter run.
 LAST = 1.0  # s
@@ -198,16 +201,38 @@ def settled(reference: Array, position: Array, period: float) -> tuple[float, fl
         start -= 1
     if start < end == count - 2:
         return math.nan, math.nan
-    target = reference[-1]
-    # A carriage that begins within the band comes from no side.
-    way = target - (reference[start - 1] if end > 0 else position[0])
-    direction = math.copysign(1.0, way) if abs(way) > (0.0 if end > 0 else SETTLING_BAND) else 0.0
+    turn, direction = _last_way(reference, position, max(start - 1, 0), end)
     beyond = 0.0
+    for k in range(turn + 1, count):
+        beyond = max(beyond, direction * (position[k] - reference[-1]))
     inside = count
-    for k in range(count - 1, start - 1, -1):
-        if abs(reference[k] - position[k]) <= SETTLING_BAND and inside == k + 1:
-            inside = k
-        beyond = max(beyond, direction * (position[k] - target))
+    while inside > start and abs(reference[inside - 1] - position[inside - 1]) <= SETTLING_BAND:
+        inside -= 1
     if inside == count:
         return math.nan, beyond
     return (inside - start) * period, beyond
+
+
+@outlined_kernel
+def _last_way(reference: Array, position: Array, first: int, end: int) -> tuple[int, float]:
+    """Return the sample from which the reference went straight to where it is at ``end``, and how.
+
+    1.0 for upwards, -1.0 for downwards, 0.0 for a carriage that was there. Nothing before sample
+    ``first`` counts.
+    """
+    target = reference[end]
+    k = end
+    while k > first and abs(reference[k] - target) <= ROUNDING:
+        k -= 1
+    turn, direction = k, 0.0
+    if abs(reference[k] - target) > ROUNDING:
+        direction = math.copysign(1.0, target - reference[k])
+        while k > first and direction * (reference[k - 1] - reference[turn]) <= ROUNDING:
+            k -= 1
+            if direction * (reference[k] - reference[turn]) < 0.0:
+                turn = k
+    # A carriage that is past the target already comes from the other side.
+    past = position[turn] - target
+    if (direction * past if direction != 0.0 else abs(past)) > SETTLING_BAND:
+        direction = -math.copysign(1.0, past)
+    return turn, direction

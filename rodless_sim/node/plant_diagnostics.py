@@ -11,6 +11,7 @@
 from rodless_base.fault_counts import WINDOW, lately_text
 from rodless_base.ros.diagnostics import (
     ACTUAL_RATE,
+    ATMOSPHERE,
     COMMANDED_BY,
     MODE,
     PERIOD,
@@ -137,6 +138,7 @@ class PlantDiagnostics:
                 COMMANDED_BY: self._rivals.everybody,
                 **faults,
                 "free-air supply flow (L/min)": f"{flow:.2f}",
+                ATMOSPHERE: f"{values.number('atmosphere.pressure'):g}",
                 "faults": faults_text(self._engine.rig.parameters),
             },
             (cylinder_name(values),),

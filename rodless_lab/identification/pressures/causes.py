@@ -134,9 +134,10 @@ def with_cause(
     worst = min(fit.verdict.checks, key=lambda check: check.p_value)
     if "supply" in worst.name:
         return replace(fit, verdict=fit.verdict.blaming("a supply that stays constant does not"))
-    if fit_pressures(from_gauge(run), fit.solution.parameters, fit.solution.unknowns).verdict.fits:
+    known = fit.solution.parameters
+    if fit_pressures(from_gauge(run, known), known, fit.solution.unknowns).verdict.fits:
         return replace(fit, verdict=fit.verdict.blaming(GAUGE))
-    prompt = fit.solution.parameters.with_values({LAG: 0.0})
+    prompt = known.with_values({LAG: 0.0})
     if fit_pressures(run, prompt, fit.solution.unknowns).verdict.fits:
         return replace(fit, verdict=fit.verdict.blaming(NO_LAG))
     tried = try_effects()

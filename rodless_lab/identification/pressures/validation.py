@@ -127,7 +127,7 @@ def validated(
     plain = prediction(PLAIN, fitted, second)
     if plain.predicts:
         return Validation(plain, [])
-    if prediction(PLAIN, fitted, from_gauge(second)).predicts:
+    if prediction(PLAIN, fitted, from_gauge(second, fitted.parameters)).predicts:
         raise RunError(
             "the model as it is predicts it with the atmosphere added to all pressures: they are "
             "gauge readings, and absolute ones are needed"

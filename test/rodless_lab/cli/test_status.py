@@ -9,6 +9,7 @@
 """`rodless status` and what `rodless rig` says when it is ready."""
 
 import json
+import re
 import signal
 
 import pytest
@@ -52,6 +53,22 @@ def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
     assert "rig           /up, realtime, paused" in paused.output
     for reading in ("plant time", "position", "reference", "chamber A", "chamber B", "supply"):
         assert f"{reading:14}-" not in paused.output, reading
+
+
+def test_gauge_pressures_count_from_the_atmosphere_of_the_rig(
+    rodless: StartProcess, start_node: StartProcess
+) -> None:
+    """At 1,500 m, where the air has 84 kPa: what the plant says when it is ready, `status` says."""
+    values = {"time.period": 0.01, "atmosphere.pressure": 84e3, "supply.pressure": 604e3}
+    with start_node("plant", values, namespace="high") as plant:
+        until_it_says(plant, "supply 0.520 MPa gauge")
+        with rodless("status", "--namespace", "high", "--timeout", "6") as status:
+            status.wait()
+    assert "supply        0.520 MPa gauge, 0.604 MPa absolute" in status.output
+    lines = re.findall(r"(\S+) MPa gauge, (\S+) MPa absolute", status.output)
+    assert [float(absolute) - float(gauge) for gauge, absolute in lines] == pytest.approx(
+        3 * [0.084], abs=1.1e-3
+    )
 
 
 def test_a_missing_controller_and_a_missing_rig_are_shown(

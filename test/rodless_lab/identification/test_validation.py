@@ -122,21 +122,27 @@ def test_a_second_bag_that_tests_nothing_is_refused(
 
 
 @pytest.mark.slow
-def test_gauge_pressures_are_named() -> None:
-    """Those of a second run are refused; of the first, which does not fit, they are the cause."""
-    first, second = two_runs({}, 1)
-    fit = identify_chambers(first, KNOWN)
+@pytest.mark.parametrize("atmosphere", [101325.0, 84e3])
+def test_gauge_pressures_are_named(atmosphere: float) -> None:
+    """Those of a second run are refused; of the first, which does not fit, they are the cause.
+
+    At sea level, and where the air has 84 kPa and the base says so.
+    """
+    values = {"atmosphere.pressure": atmosphere}
+    first, second = two_runs(values, 1)
+    known = KNOWN.with_values(values)
+    fit = identify_chambers(first, known)
     with pytest.raises(RunError, match="they are gauge readings, and absolute ones are needed"):
-        validated(fit.solution, gauge(second), lambda: [])
-    misfit = identify_chambers(gauge(first), KNOWN)
+        validated(fit.solution, gauge(second, atmosphere), lambda: [])
+    misfit = identify_chambers(gauge(first, atmosphere), known)
     assert not misfit.verdict.fits
-    blamed = with_cause(gauge(first), misfit, lambda: []).verdict
+    blamed = with_cause(gauge(first, atmosphere), misfit, lambda: []).verdict
     assert "likely missing: absolute pressures; with the atmosphere added" in str(blamed)
 
 
-def gauge(run: MeasuredRun) -> MeasuredRun:
-    """The run with pressures counted from the standard atmosphere."""
-    return replace(run, **{name: getattr(run, name) - 101325.0 for name in PRESSURES})
+def gauge(run: MeasuredRun, atmosphere: float) -> MeasuredRun:
+    """The run with pressures counted from the atmosphere (Pa)."""
+    return replace(run, **{name: getattr(run, name) - atmosphere for name in PRESSURES})
 
 
 @pytest.mark.slow

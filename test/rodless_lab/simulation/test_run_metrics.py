@@ -15,6 +15,7 @@ import numpy.typing as npt
 import pytest
 
 from rodless_control import PidParameters, references
+from rodless_control.trajectory import Trajectory, Waypoint
 from rodless_lab import ClosedLoopTrace, RunMetrics, closed_loop, ensemble, run_metrics
 from rodless_lab.runs.step_metrics import step_metrics
 from rodless_lab.simulation.run_metrics import settled
@@ -113,6 +114,64 @@ def test_a_step_at_the_start_overshoots_as_its_carriage_does(begin: float) -> No
     assert plain[1] == past
     later = closed_loop(rig, law, references.step(begin, 0.058, at=0.1), 2.1, 1e-3)
     assert run_metrics(later).overshoot == pytest.approx(past, rel=0.05)
+
+
+def way_through(*points: tuple[float, float]) -> Array:
+    """A reference in straight lines through times (s) and positions (m)."""
+    times, places = np.transpose(points)
+    return np.interp(TIME, times, places)
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+@pytest.mark.parametrize("way", ["linear", "cubic", "cubic, rounded"])
+def test_overshoot_counts_from_where_the_reference_turned(mirror: float, way: str) -> None:
+    """From 20 to 100 and on to 50 mm without a rest: 0.8 mm below 50 count, the way back does not.
+
+    The same where a reference that is computed ends a rounding error off.
+    """
+    reference = way_through((0.0, 0.02), (0.5, 0.02), (1.5, 0.1), (2.5, 0.05))
+    if way != "linear":
+        up, down = np.clip(TIME - 0.5, 0.0, 1.0), np.clip(TIME - 1.5, 0.0, 1.0)
+        smooth = [3.0 * share**2 - 2.0 * share**3 for share in (up, down)]
+        reference = 0.02 + 0.08 * smooth[0] - 0.05 * smooth[1]
+        reference[TIME >= 2.5] = reference[-1]
+    if way == "cubic, rounded":
+        last = int(np.searchsorted(TIME, 2.5))
+        reference[last - 1] = reference[-1] - 1e-17 * 8.0
+        reference[last - 2] = reference[-1] + 1e-15
+    position = np.concatenate([reference[:5], reference[:-5]])
+    position[300:310] -= 0.8e-3
+    position[320:330] += 1.5e-3
+    found = run_metrics(made(mirror * reference, mirror * position))
+    assert found.overshoot == pytest.approx(0.8e-3, rel=1e-6)
+
+
+def test_overshoot_where_the_reference_ends_where_it_began() -> None:
+    """From 20 to 100 and back to 20 mm without a rest: 5 mm below 20 count."""
+    reference = way_through((0.0, 0.02), (0.5, 0.02), (1.5, 0.1), (2.5, 0.02))
+    position = reference.copy()
+    position[300] -= 5e-3
+    assert run_metrics(made(reference, position)).overshoot == pytest.approx(5e-3)
+
+
+def test_overshoot_of_a_carriage_that_never_got_to_the_turn() -> None:
+    """The reference goes to 100 mm for a moment, then to 50: a carriage at 0 comes from below."""
+    reference = way_through((0.0, 0.0), (0.5, 0.0), (0.51, 0.1), (0.52, 0.05))
+    position = np.minimum(0.05 * np.clip(TIME - 0.5, 0.0, 1.0), 0.05)
+    position[200] = 0.052
+    assert run_metrics(made(reference, position)).overshoot == pytest.approx(2e-3)
+
+
+def test_overshoot_of_a_real_way_out_and_back() -> None:
+    """Along waypoints: the farthest that the carriage gets past the last."""
+    way = Trajectory([Waypoint(0.5, 0.02), Waypoint(1.5, 0.1), Waypoint(2.5, 0.05)])
+    rig, law = RigParameters.preset("calibrated"), PidParameters.preset("calibrated")
+    run = closed_loop(rig, law, way, 4.0, 1e-3, 0.02)
+    past = float((0.05 - run.true_position[1501:]).max())
+    assert 1e-4 < past < 2e-3
+    assert run_metrics(run).overshoot == pytest.approx(past, abs=1e-12)
+    plain = getattr(settled, "py_func", settled)(run.reference, run.true_position, 1e-3)
+    assert plain == settled(run.reference, run.true_position, 1e-3)
 
 
 def test_two_equal_samples_of_a_sine_are_no_rest() -> None:
