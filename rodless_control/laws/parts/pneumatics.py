@@ -17,8 +17,9 @@ and one polytropic exponent n,
     G₋ = n·A·R·T·(g(p_a, p_0)/V_a + g(p_s, p_b)/V_b)        and backward
 
 g is the mass flow through 1 m² from p to q: k·p·√(1 − ((q/p − b)/(1 − b))²), and k·p below the
-critical ratio b (ISO 6358-1:2013, with the k of an ideal nozzle). Near its closed position a spool
-valve's area grows with the square of the voltage x from closed, and far away it levels off:
+critical ratio b (ISO 6358-1:2013, with the k of an ideal nozzle); p_0 is the standard atmosphere.
+Near its closed position a spool valve's area grows with the square of the voltage x from closed,
+and far away it levels off:
 
     S(x) = sign(x)·c·x²/(1 + (x/w)²)        x(S) = sign(S)·√(|S|/(c − |S|/w²))
 
