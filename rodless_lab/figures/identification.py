@@ -8,6 +8,7 @@
 """Pictures of an identification: what was measured, what the model says, and the residuals."""
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -16,6 +17,8 @@ from rodless_lab.identification.bristles.fit import BristleFit
 from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit
 from rodless_lab.identification.pressures.fit import PressureFit
 from rodless_lab.runs.measured_run import MeasuredRun
+
+Array = npt.NDArray[np.float64]
 
 # Span in s over which the thick line of the residuals is averaged: a sensor's noise drops out.
 SMOOTH = 0.02
@@ -33,7 +36,7 @@ def draw_pressures(run: MeasuredRun, fit: PressureFit) -> Figure:
         pressure.plot(run.time, modelled * 1e-6, "k--", linewidth=0.8, label=f"_{name}, model")
         apart = (measured - modelled) * 1e-3
         residual.plot(run.time, apart, color=colour, linewidth=0.4, alpha=0.4, label=f"_{name}")
-        mean = np.convolve(apart, np.full(count, 1.0 / count), mode="same")
+        mean = moving_mean(apart, count)
         residual.plot(run.time, mean, color=colour, label=f"{name}, mean of {SMOOTH * 1e3:g} ms")
     pressure.plot([], [], "k--", linewidth=0.8, label="model")
     label(pressure, "", "pressure, absolute / MPa")
@@ -50,7 +53,7 @@ def draw_bristles(run: MeasuredRun, fit: BristleFit) -> Figure:
     position.plot(run.time, fit.position * 1e3, "k--", linewidth=0.8, label="model")
     apart = (run.position - fit.position) * 1e6
     residual.plot(run.time, apart, linewidth=0.4, alpha=0.4, label="each")
-    mean = np.convolve(apart, np.full(count, 1.0 / count), mode="same")
+    mean = moving_mean(apart, count)
     residual.plot(run.time, mean, color="tab:blue", label=f"mean of {SMOOTH * 1e3:g} ms")
     label(position, "", "position / mm")
     label(residual, "time / s", "measured − model / µm")
@@ -82,6 +85,13 @@ def _draw_curve(axes: Axes, side: DirectionFit, sign: float) -> None:
     speeds = np.linspace(0.0, float(side.speeds.max()), 500)
     forces = sign * side.form.force(side.curve, speeds)
     axes.plot(sign * speeds * 1e3, forces, "k", linewidth=1.0, label="_fit")
+
+
+def moving_mean(values: Array, count: int) -> Array:
+    """Return the mean of ``count`` values about each, near both ends of as many as there are."""
+    window = np.ones(min(count, len(values)))
+    there = np.convolve(np.ones(len(values)), window, mode="same")
+    return np.asarray(np.convolve(values, window, mode="same") / there)
 
 
 def _headline(fits: bool) -> str:
