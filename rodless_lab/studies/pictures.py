@@ -8,6 +8,8 @@
 
 """Pictures of a sweep: figures over each axis, and sensitivities."""
 
+import re
+
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
@@ -16,12 +18,14 @@ from rodless_lab.figures.style import WIDTH, panels
 from rodless_lab.studies.results import Results
 from rodless_lab.studies.sensitivity import Indices
 from rodless_lab.studies.study import FACTOR
-from rodless_lab.studies.summary import SIGNED, shown, sizes
+from rodless_lab.studies.summary import in_words, shown, sizes
 
 # What is drawn, where it varies; the data set has all.
 FIGURES = ("settling_time", "mean_error", "overshoot", "limit_cycle", "rms_error", "valve_travel")
 # More axes than these make panels too narrow to read.
 MOST_AXES = 4
+# How far beyond the indices a panel shows their intervals, and how much is left free.
+FARTHEST, MARGIN = 2.0, 0.1
 
 
 def draw_rows(results: Results) -> Figure:
@@ -41,8 +45,7 @@ def draw_rows(results: Results) -> Figure:
         panel.sharey(found[row * len(axes)])
         panel.tick_params(labelleft=column == 0, labelbottom=row == len(names) - 1)
         if column == 0:
-            sized = ", size" if name in SIGNED else ""
-            panel.set_ylabel(f"{name.replace('_', chr(10))}{sized}\n/ {shown(name).unit}")
+            panel.set_ylabel(f"{_stacked(name)}\n/ {shown(name).unit}")
         if row == len(names) - 1:
             panel.set_xlabel(axis.replace(".", ".\n") + _in_unit(results.unit(axis)))
             if ticks is None:
@@ -60,6 +63,11 @@ def _places(results: Results, axis: str) -> tuple[list[float], list[str] | None]
     texts = [str(value) for value in values]
     ticks = list(dict.fromkeys(texts))
     return [float(ticks.index(text)) for text in texts], ticks
+
+
+def _stacked(name: str) -> str:
+    """Return the words of a figure in lines, short enough for a narrow panel."""
+    return re.sub("(?<!,) ", "\n", in_words(name))
 
 
 def _in_unit(unit: str) -> str:
@@ -81,9 +89,24 @@ def draw_sensitivities(axes: tuple[str, ...], found: dict[str, Indices]) -> Figu
             (0.12, "in all", indices.total, indices.total_interval),
         ):
             panel.errorbar(places + shift, values, interval, fmt="o", markersize=3, label=label)
-        panel.set_ylabel(name.replace("_", "\n"))
-        panel.set_ylim(-0.1, 1.1)
-    drawn[0].legend(ncols=2)
+        panel.set_ylabel(_stacked(name))
+        panel.set_ylim(*limits(indices))
+    drawn[0].set_title("share of the variance, with 95 % intervals")
+    figure.legend(*drawn[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     drawn[-1].set_xticks(places, axes, rotation=20, ha="right")
     figure.set_figwidth(WIDTH)
     return figure
+
+
+def limits(indices: Indices) -> tuple[float, float]:
+    """Return the ends of a panel: all indices are within, and intervals as far as ``FARTHEST``.
+
+    An interval that is much wider than the indices would press them into one line.
+    """
+    both = np.concatenate([indices.first, indices.total])
+    around = np.concatenate([indices.first_interval, indices.total_interval])
+    points = both[np.isfinite(both)]
+    least, most = min(0.0, points.min(initial=0.0)), max(1.0, points.max(initial=1.0))
+    ends = np.concatenate([both - around, both + around])
+    ends = np.clip(ends[np.isfinite(ends)], least - FARTHEST, most + FARTHEST)
+    return min(least, ends.min(initial=0.0)) - MARGIN, max(most, ends.max(initial=1.0)) + MARGIN

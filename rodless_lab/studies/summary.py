@@ -44,6 +44,11 @@ def shown(name: str) -> Shown:
     return UNITS.get(unit, VOLTS)
 
 
+def in_words(name: str) -> str:
+    """Return how a figure is called, with a word where its size counts."""
+    return name.replace("_", " ") + (", size" if name in SIGNED else "")
+
+
 def sizes(results: Results, name: str) -> Array:
     """Return a figure of all rows as it is shown, errors without their signs."""
     values = results[name] * shown(name).scale
@@ -68,7 +73,7 @@ def summary(results: Results) -> str:
 def _line(results: Results, name: str) -> str:
     how, values = shown(name), sizes(results, name)
     there = values[~np.isnan(values)]
-    label = f"{name.replace('_', ' ')}{', size' if name in SIGNED else ''}, {how.unit}"
+    label = f"{in_words(name)}, {how.unit}"
     if not there.size:
         return f"| {label} | - | - | - | {values.size} |"
     cells = [_cell(quantile(values, share), how.decimals) for share in (0.5, 0.9, 1.0)]
@@ -80,7 +85,10 @@ def _cell(value: float, decimals: int) -> str:
 
 
 def sensitivities(results: Results, seed: int) -> dict[str, Indices]:
-    """Return the Sobol indices of each figure that a Saltelli design has them of."""
+    """Return the Sobol indices of each figure that a Saltelli design has them of.
+
+    Those of a signed error are of its size.
+    """
     found = {
         name: sobol_indices(results.axes, sizes(results, name), seed) for name in RunMetrics._fields
     }
@@ -95,7 +103,7 @@ def sensitivity_table(results: Results, found: dict[str, Indices]) -> str:
             f"{total:.2f} ± {interval:.2f}"
             for total, interval in zip(indices.total, indices.total_interval, strict=True)
         ]
-        lines.append(f"| {name.replace('_', ' ')} | {' | '.join(cells)} |")
+        lines.append(f"| {in_words(name)} | {' | '.join(cells)} |")
     left_out = [name.replace("_", " ") for name in RunMetrics._fields if name not in found]
     if left_out:
         lines += ["", f"None of: {', '.join(left_out)}. A row has none, or all have the same."]
