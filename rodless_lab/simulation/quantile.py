@@ -18,7 +18,7 @@ def quantile(values: npt.ArrayLike, share: float) -> float:
     """Return the ``share`` quantile of ``values``, shape (n,): one of them, not between two.
 
     A rig that does not have the figure (NaN), because it never settled or its run failed, is worse
-    than all that have: it counts as infinite.
+    than all that have: it counts as infinite, and nothing lies between it and another.
     """
     return float(_from_quantile(values, share)[0])
 
@@ -28,9 +28,26 @@ def mean_beyond(values: npt.ArrayLike, share: float) -> float:
     return float(np.mean(_from_quantile(values, share)))
 
 
+def nth(count: int, share: float) -> str:
+    """Return which of ``count`` values, by their size, the ``share`` quantile is.
+
+    Examples
+    --------
+    >>> nth(100, 0.9)
+    '90th'
+    """
+    place = _place(count, share)
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    teens = place // 10 % 10 == 1
+    return f"{place}{'th' if teens else endings.get(place % 10, 'th')}"
+
+
+def _place(count: int, share: float) -> int:
+    # 0.55 is a little more in binary: of a hundred it is the 55th all the same.
+    return max(math.ceil(share * count - 1e-9), 1)
+
+
 def _from_quantile(values: npt.ArrayLike, share: float) -> npt.NDArray[np.float64]:
     found = np.asarray(values, dtype=np.float64)
     there = np.sort(np.where(np.isnan(found), np.inf, found))
-    # 0.55 is a little more in binary: of a hundred it is the 55th all the same.
-    place = max(math.ceil(share * len(there) - 1e-9), 1)
-    return there[place - 1 :]
+    return there[_place(len(there), share) - 1 :]

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import quantities
-from rodless_lab.simulation.quantile import quantile
+from rodless_lab.simulation.quantile import nth, quantile
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.results import Results
 from rodless_lab.studies.sensitivity import Indices, sobol_indices
@@ -66,8 +66,14 @@ def summary(results: Results) -> str:
     more = len(results.failures) - len(failed)
     if more > 0:
         failed.append(f"{more} more row{'s' * (more > 1)} failed.")
-    count = "1 row." if len(results) == 1 else f"{len(results)} rows."
-    return "\n".join([*lines, "", count, *failed]) + "\n"
+    count = ["1 row."] if len(results) == 1 else [f"{len(results)} rows.", _places(len(results))]
+    return "\n".join([*lines, "", *count, *failed]) + "\n"
+
+
+def _places(rows: int) -> str:
+    """Say which values the table has of so many rows."""
+    median, most = (nth(rows, share) for share in (0.5, 0.9))
+    return f"By size, the median is the {median} value, 90 % the {most}; rows with none come last."
 
 
 def _line(results: Results, name: str) -> str:

@@ -20,6 +20,7 @@ from rodless_control.laws import law_class
 from rodless_lab.figures.files import figure_contents, files_of_figure
 from rodless_lab.figures.style import label, panels
 from rodless_lab.simulation.ensemble import Ensemble
+from rodless_lab.simulation.quantile import nth
 from rodless_lab.studies.summary import shown
 from rodless_lab.studies.tune import IMPOSSIBLE, Bench, Candidate, Tuned, figures_of
 from rodless_lab.studies.tuning_task import TuningTask
@@ -114,8 +115,9 @@ def _table(task: TuningTask, found: Tuned, benches: dict[str, Bench]) -> str:
         for which, values in (("before", task.present()), ("tuned", found.values)):
             lines.append(_line(task, rigs, which, bench.measured(values)))
     note = (
-        f"Figures at the {task.quantile:g} quantile of {len(task.study)} rigs; the score is what "
-        f"they cost, {_scored(task)}."
+        f"Figures at the {task.quantile:g} quantile of {len(task.study)} rigs, the "
+        f"{nth(len(task.study), task.quantile)} by size; the score is what they cost, "
+        f"{_scored(task)}."
     )
     return "\n".join([*lines, "", note]) + "\n"
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from io import StringIO
 
 from rodless_lab.benchmark.laws.contest import LIMIT_CYCLE, Score
+from rodless_lab.simulation.quantile import nth
 
 Cell = Callable[[Score], str]
 
@@ -61,8 +62,8 @@ SINES: dict[str, Cell] = {
 
 
 def markdown(scores: Sequence[Score]) -> str:
-    """Return both tables: moves, and sines."""
-    parts = []
+    """Return what the numbers are and both tables: moves, and sines."""
+    parts = [_places(len(scores[0].runs))] if scores else []
     for title, columns, cyclic in (("Moves", MOVES, False), ("Sines", SINES, True)):
         rows = [one for one in scores if bool(one.task.cycles) is cyclic]
         if rows:
@@ -71,6 +72,17 @@ def markdown(scores: Sequence[Score]) -> str:
     if failed:
         parts += ["### Runs without figures", "\n".join(failed)]
     return "\n\n".join(parts) + "\n"
+
+
+def _places(rigs: int) -> str:
+    """Say which of the rigs the three numbers of a cell are of."""
+    if rigs == 1:
+        return "One rig: median, 90 % and worst are its own."
+    median, most = (nth(rigs, share) for share in (0.5, 0.9))
+    return (
+        f"Median / 90 % / worst of {rigs} rigs: by size the {median}, {most} and last value; a rig "
+        "without the figure (–) comes last."
+    )
 
 
 def _failed(score: Score) -> Iterator[str]:
