@@ -9,6 +9,7 @@
 """Run one node in one process until it is asked to stop."""
 
 import gc
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from io import UnsupportedOperation
@@ -22,12 +23,13 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from rodless_base.command_line import Parser
 from rodless_base.one_line import described
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
-from rodless_base.start import Stop, StoppedError
+from rodless_base.start import Stop, StoppedError, split_ros_arguments
 
 # How often to look for a request to stop, in wall-clock s.
 SPIN_SECONDS = 0.1
@@ -115,6 +117,21 @@ def leave_ros() -> None:
     Ctrl-C would then kill the process on its way out.
     """
     rclpy.get_default_context().try_shutdown()
+
+
+def check_arguments(node: str) -> None:
+    """End the program where a node is given arguments that ROS does not read: they did nothing."""
+    parser = Parser(
+        prog=node,
+        description=f"The {node} of a pneumatic servo rig, a node of ROS 2.",
+        usage=f"{node} [-h] [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]",
+    )
+    own, _ = split_ros_arguments(sys.argv[1:])
+    _, others = parser.parse_known_args(own)
+    if others:
+        parser.error(
+            f"{shlex.join(others)} refused: parameters, files and remappings follow --ros-args"
+        )
 
 
 def run_node(make_running: Callable[[], RunningNode], stop: Stop) -> int:

@@ -22,7 +22,7 @@ from rodless_base.ros.logs import log_through
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
-from rodless_base.ros.process import run_node
+from rodless_base.ros.process import check_arguments, run_node
 from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
@@ -177,5 +177,6 @@ def load() -> None:
 
 def main(stop: Stop) -> int:
     """Run the controller until ``stop``."""
+    check_arguments("controller")
     load()
     return run_node(ControllerNode, stop)

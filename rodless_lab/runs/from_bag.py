@@ -108,7 +108,8 @@ def _prefix(namespace: str) -> str:
     """Return what stands before the topics of a rig."""
     if not isinstance(namespace, str):
         raise TypeError(f"{shown(namespace)} refused, must be a namespace such as '/rig1'")
-    return namespace.rstrip("/")
+    name = namespace.strip("/")
+    return f"/{name}" if name else ""
 
 
 @contextmanager

@@ -56,6 +56,7 @@ class Controls(LiveSession):
         if not is_number(position) or not math.isfinite(position):
             raise ValueError(f"setpoint {shown(position)} refused, must be a finite number (m)")
         self._check_range(float(position))
+        self._check_inside()
         self._processes.check_node("controller", "no controller will take a set-point")
         self._wait_for_controller()
         self._setpoint.publish(Float64(data=float(position)))
@@ -67,6 +68,7 @@ class Controls(LiveSession):
             )
         except WaitTimeoutError:
             warn_of_late_setpoint(position, ARRIVAL_TIMEOUT)
+        self._catch_up()
 
     @cached_property
     def _first_range(self) -> tuple[float, float]:
@@ -155,10 +157,12 @@ class Controls(LiveSession):
         Switched on again it holds the carriage where it is until a new set-point comes.
         """
         self._ask(SetBool, "controller/enable", data=enabled)
+        self._catch_up()
 
     def reset_controller(self) -> None:
         """Let the PID forget the run so far, the set-point too."""
         self._ask(Trigger, "controller/reset")
+        self._catch_up()
 
     def set_parameters(self, node: str, values: Mapping[str, object]) -> None:
         """Set parameters of a node (``plant``, ``controller``) as one change.
@@ -172,6 +176,7 @@ class Controls(LiveSession):
             self._observer.once_ready(
                 lambda: self._observer.set_parameters(node, values), self._timeout
             )
+        self._catch_up()
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:
         """Return the values of a node's parameters; raises RefusedError for unknown names."""

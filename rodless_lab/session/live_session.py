@@ -8,6 +8,7 @@
 
 """What every part of a session stands on: processes, an observer, and waits with a bound."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
@@ -19,11 +20,19 @@ from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.lag import LagWatch
 from rodless_lab.session.law_watch import LawWatch
-from rodless_lab.session.observer import Observer
+from rodless_lab.session.observer import SPIN_SECONDS, Observer
 from rodless_lab.session.processes import SessionProcesses
+from rodless_lab.session.receiver import Receiver
 from rodless_lab.session.samples import Received
 
 OUTSIDE = "this session does not run: use it inside its with block"
+
+# Wall-clock s: a plant of which nothing has come for so long stands still, unless it was paused,
+# and where it was; and the longest time to catch up with one that runs on. A plant that has waited
+# for the test, whose queue was full, takes a while to go on.
+STANDSTILL = 0.5
+PAUSED_STANDSTILL = 0.04
+CATCH_UP_TIMEOUT = 10.0
 
 # What there is from __enter__ on.
 _LIVE = {
@@ -48,6 +57,7 @@ class LiveSession:
     _has_controller: bool
     _processes: SessionProcesses
     _observer: Observer
+    _receiver: Receiver
     _received: Received
     _own: OwnCommands | None = None
     _relayed: RelayedCommands | None = None
@@ -148,6 +158,29 @@ class LiveSession:
             raise WaitTimeoutError(self._processes.with_outputs(text)) from error
         finally:
             self._answering = before
+
+    def _catch_up(self) -> None:
+        """Take what the plant has sent until now: a test has not heard of it while it computed.
+
+        What it looks at next is then from after the command that it has just given.
+        """
+        answers = self._own is not None or self._relayed is not None
+        if not self._received.runs or (answers and self._mode == "lockstep"):
+            return  # a plant that waits for the test is not ahead of it
+        now, deadline = time.time_ns(), time.monotonic() + CATCH_UP_TIMEOUT
+        standstill = PAUSED_STANDSTILL if self._paused else STANDSTILL
+        looked, idle = time.monotonic(), 0.0
+
+        def caught_up() -> bool:
+            nonlocal looked, idle
+            waited = time.monotonic() - looked
+            idle += waited if waited > 0.9 * SPIN_SECONDS else 0.0  # nothing has come meanwhile
+            self._receiver.take_waiting(now)
+            looked = time.monotonic()
+            is_new = self._received.last_complete_sent >= now
+            return is_new or idle > standstill or looked > deadline
+
+        self._wait(caught_up, "the samples until now")
 
     def _between_spins(self) -> None:
         self._processes.check()

@@ -131,6 +131,8 @@ class SetpointMove:
             lambda: self.track.has_samples, MESSAGE_TIMEOUT
         ):
             self._check_joint()
+            if (elsewhere := self._rig.samples_elsewhere()) is not None:
+                raise RigError(elsewhere)
             raise StandstillError(self._standstill)
         speaks = self._rig.observer.node.count_publishers(REFERENCE)
         if speaks and not self._rig.wait_for(lambda: self.track.has_references, MESSAGE_TIMEOUT):

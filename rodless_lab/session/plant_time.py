@@ -147,6 +147,7 @@ class PlantTime(LiveSession):
         """Stop plant time; a lock-step plant keeps the next answer back."""
         self._ask(SetBool, "plant/pause", data=True)
         self._paused = True
+        self._catch_up()
 
     def resume(self) -> None:
         """Let plant time run on."""

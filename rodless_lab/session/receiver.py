@@ -35,6 +35,7 @@ class Receiver:
         self._observer = observer
         self.received = Received()
         self.lag = LagWatch()
+        self._subscriptions: list[Subscription] = []
 
     def listen_to_answers(self, topic: str) -> Callable[[], bool]:
         """Take what the controller publishes on ``topic``; return whether it is matched."""
@@ -59,19 +60,24 @@ class Receiver:
         for topic, received in zip(PRESSURES.values(), self.received.pressures, strict=True):
             heard[topic] = self._take(FluidPressure, topic, received.put)
         # The plant also waits for a listener to /clock.
-        self._observer.subscribe(Clock, "/clock", _ignore, raw=True)
+        self._subscribe(Clock, "/clock", _ignore, raw=True)
         heard[JOINT_STATES] = self._take(JointState, JOINT_STATES, self.received.joint.put)
         return {topic: subscription.get_publisher_count for topic, subscription in heard.items()}
 
+    def take_waiting(self, until: int) -> None:
+        """Take what has come up to what was sent at ``until`` (ns, wall clock)."""
+        for subscription in self._subscriptions:
+            self._observer.take_waiting(subscription, until)
+
     def stand_in_for_a_controller(self) -> None:
         """Be the further subscriber of ``joint_states`` that the plant waits for."""
-        self._observer.subscribe(JointState, JOINT_STATES, _ignore, raw=True)
+        self._subscribe(JointState, JOINT_STATES, _ignore, raw=True)
 
     def _listen_to(self, topic: str, messages: list[Unstamped]) -> Subscription:
         def take(message: Float64, info: Info) -> None:
             messages.append(Unstamped(info["source_timestamp"], message.data))
 
-        return self._observer.subscribe(Float64, topic, take, info=True)
+        return self._subscribe(Float64, topic, take, info=True)
 
     def _take(self, kind: type, topic: str, put: Callable[[Stamped], None]) -> Subscription:
         def take(message: Any, info: Info) -> None:
@@ -82,7 +88,14 @@ class Receiver:
             stamp = stamp_nanoseconds(message.header.stamp)
             put(Stamped(info["source_timestamp"], stamp, _content(message)))
 
-        return self._observer.subscribe(kind, topic, take, info=True)
+        return self._subscribe(kind, topic, take, info=True)
+
+    def _subscribe(
+        self, kind: type, topic: str, take: Callable[..., None], **options: bool
+    ) -> Subscription:
+        subscription = self._observer.subscribe(kind, topic, take, **options)
+        self._subscriptions.append(subscription)
+        return subscription
 
 
 def _ignore(_message: bytes) -> None:

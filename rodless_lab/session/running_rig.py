@@ -114,6 +114,16 @@ class RunningRig(Closing):
         """Whether a plant is there of which nothing arrives."""
         return has_unheard_publisher(self.observer.node, self.name(JOINT_STATES))
 
+    def samples_elsewhere(self) -> str | None:
+        """Say that the plant runs and nobody publishes its samples where they belong, if so."""
+        topic = self.name(JOINT_STATES)
+        if self.is_silent(PLANT) or self.observer.node.count_publishers(topic):
+            return None
+        return (
+            f"nobody publishes {topic}, and the plant runs: its samples go elsewhere; start it "
+            f"without a remapping of {JOINT_STATES}"
+        )
+
     def check_free(self, nodes: Sequence[str]) -> None:
         """Raise :class:`RigError` where one of ``nodes`` runs already.
 

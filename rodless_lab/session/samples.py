@@ -187,6 +187,12 @@ class Received:
         """When the newest sample was sent (ns, wall clock)."""
         return self.joint.runs[-1][-1].sent
 
+    @property
+    def last_complete_sent(self) -> int:
+        """When the newest sample was sent of which every message has come (ns, wall clock)."""
+        run = self.runs - 1
+        return self.sent(run, self.complete(run) - 1)
+
     def sample(self, run: int, index: int) -> Sample:
         """Return a complete sample; raises LostSampleError where its messages are not of one."""
         joint = self.joint.runs[run][index]

@@ -9,7 +9,7 @@
 """How a running rig is: what its nodes say of themselves, and what its topics carry now."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -114,7 +114,8 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     due = _due(status) - ({"voltage"} if stands else set())
     rest = READINGS_TIMEOUT if stands or status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: all(readings[one] is not None for one in due), min(timeout, rest))
-    return status
+    elsewhere = rig.samples_elsewhere() if readings["position"] is None else None
+    return status if elsewhere is None else replace(status, problems=(*status.problems, elsewhere))
 
 
 def _due(status: RigStatus) -> set[str]:

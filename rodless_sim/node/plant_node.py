@@ -21,7 +21,7 @@ from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
-from rodless_base.ros.process import run_node
+from rodless_base.ros.process import check_arguments, run_node
 from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.start import Stop, StoppedError
@@ -178,5 +178,6 @@ def load() -> None:
 
 def main(stop: Stop) -> int:
     """Run the plant until ``stop``."""
+    check_arguments("plant")
     load()
     return run_node(partial(PlantNode, stop), stop)

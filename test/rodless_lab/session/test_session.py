@@ -10,6 +10,7 @@
 
 import math
 import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.harness import (
     HarnessError,
+    Mode,
     NodeDiedError,
     PatienceError,
     RefusedError,
@@ -556,6 +558,34 @@ def test_the_old_name_of_the_timeout_goes_on_working(rig_session: StartSession) 
         with pytest.raises(TypeError, match="old name"):
             wait(patience=0.05, timeout=0.05)
     assert PatienceError is WaitTimeoutError
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+def test_what_follows_a_command_goes_by_samples_from_then_on(
+    rig_session: StartSession, mode: Mode
+) -> None:
+    """A rig that ran for seconds while the test was busy with another one has not been heard of.
+
+    Two seconds after a set-point the carriage is there, by the samples that `run_for` counts; after
+    a change of parameters and a pause the newest sample is from after it, too.
+    """
+    rig = rig_session(mode, plant={"time.period": 5e-3})
+    with RigSession("lockstep", plant={"time.period": 5e-3}) as other:
+        other.run_until(0.1)
+    sent = time.time_ns()
+    rig.setpoint(0.05)
+    assert rig._received.last_complete_sent >= sent
+    assert rig.run_for(2.0).position == pytest.approx(0.05, abs=2e-4)
+    until = time.monotonic() + 0.5
+    while time.monotonic() < until:
+        pass  # a test that computes
+    sent = time.time_ns()
+    rig.set_parameters("plant", {"supply.pressure": 5e5})
+    assert rig._received.last_complete_sent >= sent
+    assert rig.latest.supply_pressure == pytest.approx(5e5, rel=1e-3)
+    rig.pause()
+    stands = rig.latest.time
+    assert rig.step().time == pytest.approx(stands + 5e-3)
 
 
 def test_sessions_side_by_side_do_not_hear_each_other(rig_session: StartSession) -> None:
