@@ -255,7 +255,7 @@ def run_friction(seed: int = 1, runner: Runner = IN_PROCESS) -> FrictionResult:
 
 
 def mean_speeds(preset: str, runner: Runner) -> dict[float, float]:
-    """Mean speed in m/s over the second half of runs at three voltages."""
+    """Mean speed in m/s, of the position read, over the second half of runs at three voltages."""
     rig = RigParameters.preset(preset).with_values({"supply.pressure": absolute(SUPPLY_GAUGE)})
     speeds = {}
     for voltage in SPEED_LIMITS[preset]:

@@ -45,9 +45,10 @@ OF_THE_SESSION = (
 def nodes_runner(ran: Callable[[], None] = lambda: None) -> Runner:
     """Return a runner whose runs are those of the nodes; ``ran`` is called after each.
 
-    A run's mass flows, which nobody publishes, are NaN. All else is what the runner in process
-    gives. Runs raise RuntimeError, with what the nodes have printed, where a node ends by itself
-    or nothing comes from it.
+    A run's mass flows, which nobody publishes, are NaN, and it has no columns of the rig's options,
+    such as temperatures. All else is what the runner in process gives, bit for bit. Runs raise
+    RuntimeError, with what the nodes have printed, where a node ends by itself or nothing comes
+    from it.
     """
     runs = RosRuns(ran)
     return Runner(runs.open_loop, runs.closed_loop)

@@ -10,16 +10,24 @@
 
 from typing import NamedTuple, Protocol
 
+import numpy as np
 import numpy.typing as npt
 
+from rodless_base.measurement import Measurement
 from rodless_control import ControllerParameters, PidParameters
 from rodless_control.references import Reference
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
 from rodless_sim import RigParameters, Trace, simulate
+from rodless_sim.instruments.sampling import Sampling
+from rodless_sim.physics.cylinder import piston_area
+from rodless_sim.timing import nanoseconds
 
 
 class OpenLoop(Protocol):
-    """Runs like :func:`rodless_sim.simulate`."""
+    """Runs like :func:`rodless_sim.simulate`, seen as in :func:`rodless_lab.closed_loop`.
+
+    Position, pressures and force are what the instruments of ``sensors.*`` read, the rest is true.
+    """
 
     def __call__(
         self,
@@ -55,4 +63,31 @@ class Runner(NamedTuple):
     closed_loop: ClosedLoop
 
 
-IN_PROCESS = Runner(simulate, closed_loop)
+def open_loop(
+    parameters: RigParameters,
+    voltages: npt.ArrayLike,
+    period: float,
+    position: float | None = None,
+) -> Trace:
+    """Drive a rig in this process; see :class:`OpenLoop`."""
+    run = simulate(parameters, voltages, period, position)
+    return as_read(run, parameters, nanoseconds(period))
+
+
+def as_read(run: Trace, parameters: RigParameters, period: int) -> Trace:
+    """Return a run, of samples ``period`` ns apart, as the plant node publishes it."""
+    sampling = Sampling(parameters)
+    supply = parameters.number("supply.pressure")  # whose reading a trace does not have
+    true = zip(run.position.tolist(), run.pressure_a.tolist(), run.pressure_b.tolist(), strict=True)
+    seen = [sampling.read(Measurement(k * period, *at, supply)) for k, at in enumerate(true)]
+    _, position, pressure_a, pressure_b, _ = np.array(seen, dtype=np.float64).T.copy()
+    read = {
+        "position": position,
+        "pressure_a": pressure_a,
+        "pressure_b": pressure_b,
+        "force": piston_area(parameters) * (pressure_a - pressure_b),
+    }
+    return Trace(**{**run.columns(), **read})
+
+
+IN_PROCESS = Runner(open_loop, closed_loop)
