@@ -41,6 +41,10 @@ ATMOSPHERE = "atmosphere (Pa)"
 # whom it has met, and to nobody who comes later.
 COMMANDED_BY = "commanded by"
 
+# Of the controller's: whose the last command was, which has telemetry where it was the law's.
+LAST_COMMAND = "last command"
+OF_THE_LAW, CLOSED_VALVE = "of the law", "closed valve"
+
 # How many nodes have the name of the one that reports, itself included.
 NAMESAKES = "nodes of this name"
 

@@ -60,6 +60,7 @@ class Answers:
         self.enabled = True
         self.refused = False  # the last sample, because something of it was not finite
         self.any = False  # of the law's
+        self.by_law = False  # the last command
         self.stamp = 0  # of the last sample, ns
 
     @property
@@ -88,6 +89,7 @@ class Answers:
         if self.enabled and self._must_skip(info):
             return
         output = self._answer(measurement) if self.enabled else None
+        self.by_law = output is not None
         self.refused = self.enabled and output is None
         if output is None:
             self.close_valve()
@@ -101,6 +103,7 @@ class Answers:
     def take_position(self, stamp: int) -> None:
         """Answer a position (stamp in ns) for which the law lacks pressures yet."""
         self.stamp = stamp
+        self.by_law = False
         self.close_valve()
 
     def _must_skip(self, info: Info) -> bool:

@@ -9,7 +9,15 @@
 """What the controller reports of itself: whether it controls, and what went wrong."""
 
 from rodless_base.fault_counts import lately_text
-from rodless_base.ros.diagnostics import PERIOD, Diagnostics, judge, steady_clock
+from rodless_base.ros.diagnostics import (
+    CLOSED_VALVE,
+    LAST_COMMAND,
+    OF_THE_LAW,
+    PERIOD,
+    Diagnostics,
+    judge,
+    steady_clock,
+)
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.publish import LOST
 from rodless_control.controller import law_name
@@ -62,6 +70,7 @@ class ControllerDiagnostics:
             self._judge(slow),
             {
                 "set-point (m)": "none" if target is None else f"{target:g}",
+                LAST_COMMAND: OF_THE_LAW if self._answers.by_law else CLOSED_VALVE,
                 **faults,
                 "law's time per sample (ms)": f"{self._answers.pace.law_time * 1e3:.3g}",
             },

@@ -22,6 +22,7 @@ class Diagnostic(NamedTuple):
     message: str
     values: dict[str, str]
     arrived: float = 0.0  # s, of time.monotonic()
+    stamp: int = 0  # ns, of plant time
 
     def number(self, name: str, node: str) -> float:
         """Return a number among the values of ``node``; raises HarnessError for what is none."""

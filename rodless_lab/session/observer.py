@@ -34,7 +34,7 @@ from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
 from rodless_base.ros.message_info import wants_info, with_info
 from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
-from rodless_base.ros.topics import QUEUE_DEPTH
+from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
 from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.domain import domain_to_join, full_namespace
 from rodless_lab.session.errors import (
@@ -400,10 +400,11 @@ class Observer(Closing):
         return self.diagnostic(node, fresh).number(name, node)
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        stamp = stamp_nanoseconds(message.header.stamp)
         for status in message.status:
             values = {pair.key: pair.value for pair in status.values}
             self.diagnostics[status.name] = Diagnostic(
-                status.level, status.message, values, time.monotonic()
+                status.level, status.message, values, time.monotonic(), stamp
             )
 
 

@@ -17,9 +17,11 @@ from std_srvs.srv import SetBool, Trigger
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number, whole_number
+from rodless_base.ros.diagnostics import CLOSED_VALVE, LAST_COMMAND
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
+from rodless_lab.session.running_rig import CONTROLLER
 from rodless_lab.session.samples import Cursor, Sample, Samples
 
 
@@ -121,15 +123,30 @@ class PlantTime(LiveSession):
         answers, last = self._received.answers, self._received.last_sent
         self._wait(lambda: answers and answers[-1].sent > last, "the answer to the last sample")
         if self._telemetry:
-            terms = self._received.terms.values()
-            self._wait(
-                lambda: all(term and term[-1].sent > answers[-1].sent for term in terms),
-                "the telemetry of the last sample",
-            )
+            self._wait_for_the_last_telemetry(time.monotonic())
         bag = self._bag
         if bag is not None:
             commands = len(self._received.voltage)
             self._wait(lambda: bag.has(commands), "the bag to have every command")
+
+    def _wait_for_the_last_telemetry(self, since: float) -> None:
+        """Wait for the last answer's, or for word that it has none; ``since`` (s) it has come."""
+        answers, terms = self._received.answers, self._received.terms.values()
+        self._wait(
+            lambda: (
+                all(term and term[-1].sent > answers[-1].sent for term in terms)
+                or self._last_answer_is_a_closed_valve(since)
+            ),
+            "the telemetry of the last sample",
+        )
+
+    def _last_answer_is_a_closed_valve(self, since: float) -> bool:
+        """Whether the controller has said so, of the last sample, ``since`` then (s)."""
+        name = self._observer.node.resolve_topic_name(CONTROLLER)
+        said = self._observer.diagnostics.get(name)
+        if said is None or said.arrived < since or said.stamp < _instant(self.latest.time):
+            return False
+        return said.values.get(LAST_COMMAND) == CLOSED_VALVE
 
     def samples(self, run: int = -1) -> Samples:
         """Return what has come of a run of the plant: 0 the first, -1 the last; resets part runs.
