@@ -28,7 +28,7 @@ from launch_ros.actions import Node
 from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
 from rodless_lab.session.file_parameters import check_together, own_parameters
-from rodless_lab.session.launch_arguments import misspelt
+from rodless_lab.session.launch_arguments import full_namespace, misspelt
 from rodless_lab.session.processes import clock_of_its_own, write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes
@@ -41,6 +41,9 @@ PRESETS = sorted(file.stem for file in CONFIG.glob("*.yaml"))
 BOOL = ["true", "false"]
 MODES = ["", "realtime", "lockstep"]
 LEVELS = ["debug", "info", "warn", "error", "fatal"]
+
+# Where launch_ros keeps the namespace of PushRosNamespace.
+PUSHED = "ros_namespace"
 
 # Name, default, choices, meaning.
 ARGUMENTS = (
@@ -113,12 +116,17 @@ def start_rig(context: LaunchContext) -> list[Node]:
 
 
 def chosen_arguments(context: LaunchContext) -> dict[str, str]:
-    """Return the arguments by name; logs a warning of one that is likely misspelt."""
+    """Return the arguments by name; logs a warning of one that is likely misspelt.
+
+    The namespace is the full one: below that of a PushRosNamespace around this file.
+    """
     chosen = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
     for line in misspelt(context.launch_configurations, chosen, Path(__file__).name):
         get_logger("rodless_sim").warning(line)
     if chosen["record"] == "auto":
         chosen["record"] = "true" if chosen["bag"] else "false"
+    pushed = context.launch_configurations.get(PUSHED, "")
+    chosen["namespace"] = full_namespace(pushed, chosen["namespace"])
     return chosen
 
 
@@ -158,7 +166,7 @@ def plant_values(files: list[str], namespace: str) -> dict[str, object]:
     """Return what the files say of the plant; later ones win."""
     values: dict[str, object] = {}
     for file in files:
-        own = read_parameter_file(file, "plant", RigParameters.foreign, full(namespace))
+        own = read_parameter_file(file, "plant", RigParameters.foreign, namespace)
         values.update(own)
     return values
 
@@ -194,21 +202,16 @@ def parameters_of_file(
     It stands on the preset and under the arguments. Raises RuntimeError for what `rodless rig`
     refuses.
     """
-    file, namespace = Path(chosen["parameters"]), full(chosen["namespace"])
+    file = Path(chosen["parameters"])
     if not file.is_file():
         raise RuntimeError(f"parameters:={file}: no such file")
     nodes = ["plant", "controller"] if chosen["controller"] == "true" else ["plant"]
     try:
-        found = own_parameters(file, namespace)
+        found = own_parameters(file, chosen["namespace"])
         check_together(file, preset, found, {node: arguments[node] for node in nodes})
     except ParameterError as error:
         raise RuntimeError(f"parameters:={error}") from None
     return found
-
-
-def full(namespace: str) -> str:
-    """Return a namespace from the root on."""
-    return "/" + namespace.strip("/")
 
 
 def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, object]]:

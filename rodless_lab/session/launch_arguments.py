@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""What the launch files make of arguments that they do not have."""
+"""What the launch files make of a namespace, and of arguments that they do not have."""
 
 from collections.abc import Collection, Iterable, Iterator
 from difflib import get_close_matches
@@ -46,3 +46,17 @@ def _is_longer(one: str, other: str) -> bool:
     """Whether one of two names has all words of the other."""
     words, others = set(one.split("_")), set(other.split("_"))
     return words <= others or others <= words
+
+
+def full_namespace(pushed: str, given: str) -> str:
+    """Return the namespace of nodes that are ``given`` one, from the root on, as launch_ros does.
+
+    It is below that which PushRosNamespace has ``pushed``, unless it begins with a slash.
+
+    Examples
+    --------
+    >>> full_namespace("/cell", "left"), full_namespace("/cell", "/left"), full_namespace("", "")
+    ('/cell/left', '/left', '/')
+    """
+    below = given if given.startswith("/") else f"{pushed}/{given}"
+    return "/" + below.strip("/")

@@ -399,8 +399,8 @@ def test_two_rigs_start_side_by_side(clock: str, owners: list[bool]) -> None:
     """In namespaces of their own, at most one on /clock; the other's nodes live on its own."""
     nodes = launch_nodes("two_rigs.launch.py", clock=clock, right_preset="calibrated")
     assert [(node.namespace, node.name) for node in nodes] == [
-        *(("left", "plant"), ("left", "controller")),
-        *(("right", "plant"), ("right", "controller")),
+        *(("/left", "plant"), ("/left", "controller")),
+        *(("/right", "plant"), ("/right", "controller")),
     ]
     left, right = nodes[:2], nodes[2:]
     published = [parameters(rig, "plant")["time.publish_clock"] for rig in (left, right)]
@@ -421,7 +421,7 @@ def test_the_description_is_that_of_the_rig_it_starts(
     *_, publisher = launch_nodes(
         RIG, description="true", namespace="left", frame_prefix="left/", supply_pressure="401325"
     )
-    assert (publisher.package, publisher.namespace) == ("robot_state_publisher", "left")
+    assert (publisher.package, publisher.namespace) == ("robot_state_publisher", "/left")
     (given,) = publisher.parameters
     values = {"supply.pressure": 401325.0, "frame_prefix": "left/"}
     preset = RigParameters.preset("paper")

@@ -85,7 +85,8 @@ class Node:
             return
         self.parameters = [Path(file) for file in parameters]
         files = [word for file in parameters for word in ("--params-file", str(file))]
-        remapping = [f"__node:={name}"] * bool(name) + [f"__ns:=/{namespace}"] * bool(namespace)
+        assert namespace.startswith("/")  # any other launch_ros puts below the pushed one
+        remapping = [f"__node:={name}"] * bool(name) + [f"__ns:={namespace}"]
         self.command = [
             *(sys.executable, str(SCRIPTS / executable), *arguments, "--ros-args", *ros_arguments),
             *(word for rule in remapping for word in ("-r", rule)),
@@ -150,7 +151,8 @@ def _stand_in() -> Iterator[None]:
 def launch_nodes(file: str, **arguments: str) -> list[Node]:
     """Return the nodes that `ros2 launch rodless_sim FILE NAME:=VALUE` starts.
 
-    Of arguments that are not declared launch says nothing, and hands them on to what is included.
+    Of arguments that are not declared launch says nothing, and hands them on to what is included;
+    ``ros_namespace`` is what PushRosNamespace leaves there.
     Raises RuntimeError where launch would end with an error.
     """
     with _stand_in():
