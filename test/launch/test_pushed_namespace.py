@@ -14,6 +14,7 @@ import pytest
 from launch_stand_in import Node, launch_nodes
 
 from rodless_base.parameter_file import read_parameter_file
+from rodless_sim import RigParameters
 
 # A section for each namespace that the rig might be taken to be in.
 SECTIONS = """
@@ -31,12 +32,12 @@ def file(tmp_path: Path) -> str:
     return str(path)
 
 
-def plant(nodes: list[Node]) -> dict[str, object]:
-    """Return what the plant is given; later files win."""
+def plant(nodes: list[Node]) -> RigParameters:
+    """Return what the plant makes of the files; later ones win."""
     found: dict[str, object] = {}
     for path in nodes[0].parameters:
         found.update(read_parameter_file(path, "plant"))
-    return found
+    return RigParameters(found)
 
 
 @pytest.mark.parametrize(
@@ -99,5 +100,5 @@ def test_a_rig_in_a_pushed_namespace_leaves_the_common_clock_alone(
         use_composition=composition,
         **given,
     )
-    assert plant(nodes).get("time.publish_clock", True) is not its_own
+    assert plant(nodes)["time.publish_clock"] is not its_own
     assert ("recorder:/clock:=clock" in nodes[-1].command) is its_own
