@@ -21,6 +21,10 @@ RIG_CLOCK = "clock"
 
 # Of the controller, as seen from beside it.
 REFERENCE = "controller/reference"
+JOINT_TRAJECTORY = "controller/joint_trajectory"
+
+# What somebody sends who comes for it and goes again.
+SENT_IN_PASSING = (SETPOINT, JOINT_COMMANDS, JOINT_TRAJECTORY)
 
 # By field of Measurement, in the order they are published in, before joint_states.
 PRESSURES = {

@@ -66,9 +66,8 @@ class SetpointMove:
         Raises :class:`RigError` where it cannot, StandstillError where plant time stands still.
         """
         self._rig.wait_for_node(PLANT, FIND_TIMEOUT)
-        node = self._rig.observer.node
         self._listen()
-        if not self._rig.wait_for(lambda: setpoint_is_heard(node, self._setpoint), FIND_TIMEOUT):
+        if not self._rig.wait_for(self._is_heard, FIND_TIMEOUT):
             raise RigError(self._no_controller)
         # Not before: this would be somebody who listens.
         self._rig.observer.subscribe(Float64, SETPOINT, self._take_setpoint, info=True)
@@ -76,6 +75,11 @@ class SetpointMove:
         if self._rig.is_known(CONTROLLER):
             self._check_target()
         self._wait_until_heard()
+        # A recorder that has come in the meantime, too.
+        self._rig.wait_for(self._is_heard, FIND_TIMEOUT)
+
+    def _is_heard(self) -> bool:
+        return setpoint_is_heard(self._rig.observer.node, self._setpoint)
 
     def _listen(self) -> None:
         observer = self._rig.observer

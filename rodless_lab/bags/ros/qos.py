@@ -15,6 +15,9 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 
+# What is offered where nothing is said of it, by rclpy as by `ros2 topic pub`.
+USUAL_OFFER = QoSProfile(depth=10)
+
 # Messages of a topic that wait while the disk is busy: ten seconds at 1 kHz.
 DEPTH = 10_000
 

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from rodless_base.ros.diagnostics import steady_clock
@@ -28,6 +29,8 @@ from rodless_base.ros.unheard import has_unheard_publisher, unheard_text
 from rodless_base.topics import PRESSURES, VALVE_STATE
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.ros.clock_watch import ClockWatch, torn_clock_text
+from rodless_lab.bags.ros.expected_topic import ExpectedTopic
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
 from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
 from rodless_lab.bags.writer import BagWriter
@@ -48,9 +51,10 @@ class Recorder:
     """Records ``topics``, or all that are not hidden, until :meth:`close`.
 
     It has a node rather than being one; whoever makes it spins :attr:`node`. Topics are taken up
-    as they appear, with the quality of service their publishers offer. Where somebody publishes
-    ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or with
-    ``wall_time``, they are those of the wall clock. :attr:`received` counts messages by topic,
+    as they appear, with the quality of service their publishers offer; set-points, whose publisher
+    may be gone the next moment, are listened to as soon as somebody else does. Where somebody
+    publishes ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or
+    with ``wall_time``, they are those of the wall clock. :attr:`received` counts messages by topic,
     and :attr:`lost` those that a publisher sent between two of them and that never came.
     """
 
@@ -71,8 +75,9 @@ class Recorder:
         ``optional`` topics are recorded besides where somebody publishes them.
         ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
         then on those that join them. ``on_trouble`` is told in a line of topics of which nothing
-        arrives, and of those of a plant that several nodes publish. ``on_failure`` is called when
-        the bag cannot be written any more. ``node_options`` are rclpy's, such as ``context``.
+        arrives, and of the clock and those of a plant that several nodes publish. ``on_failure`` is
+        called when the bag cannot be written any more. ``node_options`` are rclpy's, such as
+        ``context``.
         """
         self.node = DirectNode(
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
@@ -90,6 +95,9 @@ class Recorder:
         )
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
+        # Those that nobody has been seen to publish, and those that are in the bag.
+        self._expected: dict[str, ExpectedTopic] = {}
+        self._topics: list[str] = []
         self._sequences: dict[str, int] = {}
         self.received: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
@@ -97,6 +105,7 @@ class Recorder:
         self._told: list[str] = []
         self._unheard = LastingTopics(partial(has_unheard_publisher, self.node))
         self._turns: Counter[str] = Counter()
+        self._watch = ClockWatch()
         self._on_trouble = on_trouble
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._poll, clock=steady_clock())
@@ -106,7 +115,7 @@ class Recorder:
     @property
     def topics(self) -> list[str]:
         """Topics being recorded."""
-        return [topic for topic in self._subscriptions if self._is_recorded(topic)]
+        return list(self._topics)
 
     @property
     def ready(self) -> bool:
@@ -114,7 +123,7 @@ class Recorder:
 
         A publisher may learn of it a moment later: it can see by ``get_subscription_count``.
         """
-        topics = self._wanted or self._subscriptions.keys()
+        topics = self._wanted or self._topics
         return bool(topics) and all(self._matched(topic) for topic in topics)
 
     def _matched(self, topic: str) -> bool:
@@ -155,6 +164,9 @@ class Recorder:
         silent = [topic for topic in self.topics if not self.received[topic]]
         if new := self._unheard.look(silent, duration):
             self._on_trouble(unheard_text(new))
+        # Here, and not at once: the names of those who publish take a moment.
+        if self._watch.look():
+            self._on_trouble(torn_clock_text(self.node, self._clock_topic))
 
     @property
     def unheard(self) -> list[str]:
@@ -164,24 +176,57 @@ class Recorder:
     @property
     def missing(self) -> list[str]:
         """Wanted topics that nobody has published yet."""
-        return sorted(self._wanted.difference(self._subscriptions))
+        return sorted(self._wanted.difference(self._topics))
 
     def _clock_is_missing(self) -> bool:
         timed_out = self._clock.waits_since(time.time_ns() - CLOCK_TIMEOUT)
         return timed_out and not self.node.count_publishers(self._clock_topic)
 
     def _subscribe_new(self) -> None:
-        for offer in self._discovery.new_offers(self._subscriptions):
-            if self._is_recorded(offer.topic):
-                profiles = tuple(recorded_profile(profile) for profile in offer.profiles)
-                self._writer.add_topic(BagTopic(offer.topic, offer.type_name, qos=profiles))
-            self._subscriptions[offer.topic] = self.node.create_subscription(
-                offer.message_type,
-                offer.topic,
-                with_info(self._receiver(offer)),
-                matching_profile(offer.profiles),
-                raw=True,
-            )
+        known = self._subscriptions.keys() - self._expected.keys()
+        for offer in self._discovery.new_offers(known, self._expected):
+            if offer.profiles:
+                self._take_up(offer)
+            else:
+                self._expect(offer)
+
+    def _take_up(self, offer: Offer) -> None:
+        """Record what somebody publishes, as all its publishers offer it."""
+        expected = self._expected.pop(offer.topic, None)
+        profile = matching_profile(offer.profiles)
+        if expected is None:
+            self._subscribe(offer, self._receiver(offer), profile)
+        elif not expected.serves(offer, profile):
+            self.node.destroy_subscription(self._subscriptions[offer.topic])
+            self._subscribe(offer, expected.without_repeats(self._receiver(offer)), profile)
+        self._enter(offer, offer.profiles)
+
+    def _expect(self, offer: Offer) -> None:
+        """Listen to what nobody publishes yet; it enters the bag with its first message."""
+        receive = self._receiver(offer)
+        expected = self._expected[offer.topic] = ExpectedTopic(offer)
+
+        def receive_first(data: bytes, info: Info) -> None:
+            if self._expected.get(offer.topic) is expected:
+                self._enter(offer, self._discovery.offered(offer.topic))
+                expected.take(info)
+            receive(data, info)
+
+        self._subscribe(offer, receive_first, expected.profile)
+
+    def _subscribe(
+        self, offer: Offer, receive: Callable[[bytes, Info], None], profile: QoSProfile
+    ) -> None:
+        self._subscriptions[offer.topic] = self.node.create_subscription(
+            offer.message_type, offer.topic, with_info(receive), profile, raw=True
+        )
+
+    def _enter(self, offer: Offer, offered: Iterable[QoSProfile]) -> None:
+        """Announce a topic in the bag, unless that is done or it is only listened to."""
+        if offer.topic not in self._topics and self._is_recorded(offer.topic):
+            profiles = tuple(recorded_profile(profile) for profile in offered)
+            self._writer.add_topic(BagTopic(offer.topic, offer.type_name, qos=profiles))
+            self._topics.append(offer.topic)
 
     def _is_recorded(self, topic: str) -> bool:
         return not self._wanted or topic in self._wanted or topic in self._optional
@@ -196,9 +241,12 @@ class Recorder:
         def receive(data: bytes, info: Info) -> None:
             received = info["received_timestamp"] or time.time_ns()
             sent = info["source_timestamp"] or received
-            if is_clock and not recorded:
-                self._write(self._clock.tell(sent, leading_time(data)))
-                return
+            clock = leading_time(data) if is_clock else None
+            if clock is not None:
+                self._watch.take(clock)
+                if not recorded:
+                    self._write(self._clock.tell(sent, clock))
+                    return
             sequence = info["publication_sequence_number"] or 0
             self._count_lost(topic, sequence)
             arrival = Arrival(
@@ -208,7 +256,7 @@ class Recorder:
                 received,
                 sequence,
                 stamp=leading_time(data) if has_stamp else None,
-                clock=leading_time(data) if is_clock else None,
+                clock=clock,
             )
             dated = self._clock.put(arrival)
             if dated:

@@ -13,13 +13,17 @@ from typing import Any, NamedTuple
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
+from rodless_base.topics import SENT_IN_PASSING
 from rodless_lab.bags.message_definition import message_class
+
+IN_PASSING = tuple(f"/{topic}" for topic in SENT_IN_PASSING)
 
 
 class Offer(NamedTuple):
-    """A topic that somebody publishes."""
+    """A topic that somebody publishes, or one without ``profiles`` that somebody waits for."""
 
     topic: str
     type_name: str
@@ -30,8 +34,9 @@ class Offer(NamedTuple):
 class TopicDiscovery:
     """Looks for the topics in ``wanted``, or for all that are not hidden if it is empty.
 
-    Those there are come in the order of ``wanted``, so that whoever waits for a subscription to
-    the last of them has found the others.
+    They are those that somebody publishes, and of ``SENT_IN_PASSING`` also those that somebody
+    listens to: who sends these may have gone before the next look. They come in the order of
+    ``wanted``, so that whoever waits for a subscription to the last of them has found the others.
 
     Topics of the looking node itself do not count. A topic that cannot be recorded is named once
     in the log.
@@ -42,39 +47,64 @@ class TopicDiscovery:
         self._wanted = wanted
         self._complained: set[str] = set()
 
-    def new_offers(self, known: Collection[str]) -> list[Offer]:
-        """Return the topics that can be recorded and are not among the ``known`` ones."""
+    def new_offers(self, known: Collection[str], expected: Collection[str] = ()) -> list[Offer]:
+        """Return the topics that can be recorded and are not among the ``known`` ones.
+
+        Those ``expected`` are returned only once somebody publishes them.
+        """
         found = [
-            self._offer(topic, types)
-            for topic, types in self._node.get_topic_names_and_types()
+            self._offer(topic, topic in expected)
+            for topic, _ in self._node.get_topic_names_and_types()
             if topic not in known and self._is_wanted(topic)
         ]
         places = {topic: place for place, topic in enumerate(self._wanted)}
         offers = [offer for offer in found if offer is not None]
         return sorted(offers, key=lambda offer: places.get(offer.topic, 0))
 
+    def offered(self, topic: str) -> list[QoSProfile]:
+        """Return what those offer who publish ``topic`` at this moment."""
+        return [one.qos_profile for one in self._publishers(topic)]
+
     def _is_wanted(self, topic: str) -> bool:
         if self._wanted:
             return topic in self._wanted
         return not topic_or_service_is_hidden(topic)
 
-    def _offer(self, topic: str, types: list[str]) -> Offer | None:
-        profiles = [
-            info.qos_profile
-            for info in self._node.get_publishers_info_by_topic(topic)
-            if (info.node_name, info.node_namespace)
-            != (self._node.get_name(), self._node.get_namespace())
-        ]
-        if not profiles:
-            return None
+    def _offer(self, topic: str, is_expected: bool) -> Offer | None:
+        publishers = self._publishers(topic)
+        if not publishers:
+            return None if is_expected else self._awaited(topic)
+        types = sorted({end.topic_type for end in publishers})
         if len(types) > 1:
             self._complain(topic, f"it has several types: {', '.join(types)}")
             return None
         try:
-            return Offer(topic, types[0], message_class(types[0]), profiles)
+            kind = message_class(types[0])
         except (ImportError, AttributeError):
             self._complain(topic, f"its type {types[0]} is not installed")
             return None
+        return Offer(topic, types[0], kind, [end.qos_profile for end in publishers])
+
+    def _awaited(self, topic: str) -> Offer | None:
+        """Return a topic that is sent in passing, if somebody listens to it, to one type."""
+        if not topic.endswith(IN_PASSING):
+            return None
+        listeners = self._others(self._node.get_subscriptions_info_by_topic(topic))
+        types = {end.topic_type for end in listeners}
+        if len(types) != 1:
+            return None
+        (name,) = types
+        try:
+            return Offer(topic, name, message_class(name), [])
+        except (ImportError, AttributeError):
+            return None
+
+    def _publishers(self, topic: str) -> list[TopicEndpointInfo]:
+        return self._others(self._node.get_publishers_info_by_topic(topic))
+
+    def _others(self, ends: Sequence[TopicEndpointInfo]) -> list[TopicEndpointInfo]:
+        own = (self._node.get_name(), self._node.get_namespace())
+        return [end for end in ends if (end.node_name, end.node_namespace) != own]
 
     def _complain(self, topic: str, reason: str) -> None:
         if topic not in self._complained:

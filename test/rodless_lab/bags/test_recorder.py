@@ -16,6 +16,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64, Header, String
 
 from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.bags.ros.clock_watch import MANY_STEPS
 from rodless_lab.bags.ros.recorder import MANY_TURNS, Recorder
 from rodless_lab.bags.writer import BagWriter, recover_bag
 
@@ -465,6 +467,93 @@ def test_a_bag_of_two_plants_of_one_name_is_told_of(plant: Plant, recording: Rec
     assert len(troubles) == 1
     said = "/supply/pressure: several nodes publish on it, and the bag mixes what they say; stop"
     assert troubles[0].startswith(said)
+
+
+@pytest.mark.parametrize("topics", [["joint_states", "setpoint"], []])
+def test_a_set_point_of_who_goes_at_once_is_recorded(
+    plant: Plant, recording: Recording, topics: list[str]
+) -> None:
+    """Its sender comes, waits for every listener, sends and goes between two looks for topics.
+
+    Until then nobody has published it, although the recorder listens as the controller does.
+    """
+    plant.node.create_subscription(Float64, "setpoint", lambda _: None, 10)
+    recorder = recording.start(*topics, wall_time=True)
+    recording.until(lambda: plant.node.count_subscribers("/setpoint") == 2)
+    recording.until(lambda: "/joint_states" in recorder.topics)
+    assert recorder.missing == ["/setpoint"] * bool(topics)
+    assert "/setpoint" not in recorder.topics
+    passer = plant.publisher(Float64, "setpoint")
+    plant.until(lambda: passer.get_subscription_count() == 2)
+    passer.publish(Float64(data=0.058))
+    assert passer.wait_for_all_acked(Duration(seconds=TIMEOUT))
+    plant.node.destroy_publisher(passer)
+    plant.until(lambda: recorder.node.count_publishers("/setpoint") == 0)
+    recording.until(lambda: recorder.received["/setpoint"])
+    assert recorder.missing == []
+    # The next one is there long enough to be looked at, and is recorded likewise.
+    second = plant.publisher(Float64, "setpoint")
+    plant.until(lambda: second.get_subscription_count() == 2)
+    recording.until(lambda: recorder.node.count_publishers("/setpoint") == 1)
+    second.publish(Float64(data=0.02))
+    recording.until(lambda: recorder.received["/setpoint"] == 2)
+    assert [message.data for message in recording.end()["/setpoint"].messages] == [0.058, 0.02]
+
+
+@pytest.mark.parametrize(
+    ("offered", "sent"),
+    [
+        ({"durability": DurabilityPolicy.TRANSIENT_LOCAL}, [1.0, 2.0]),
+        ({"reliability": ReliabilityPolicy.BEST_EFFORT}, [3.0]),
+        ({}, [2.0, 3.0]),
+    ],
+)
+def test_a_set_point_is_recorded_as_its_publisher_offers_it(
+    plant: Plant, recording: Recording, offered: dict[str, object], sent: list[float]
+) -> None:
+    """Latched ones that are older too, each once; the bag holds what is offered, as for others."""
+    plant.node.create_subscription(Float64, "setpoint", lambda _: None, 10)
+    recorder = recording.start("setpoint", wall_time=True)
+    recording.until(lambda: plant.node.count_subscribers("/setpoint") == 2)
+    publisher = plant.publisher(Float64, "setpoint", QoSProfile(depth=10, **offered))
+    if 1.0 in sent:
+        publisher.publish(Float64(data=1.0))
+    if 2.0 in sent:
+        plant.until(lambda: publisher.get_subscription_count() == 2)
+        publisher.publish(Float64(data=2.0))
+        assert publisher.wait_for_all_acked(Duration(seconds=TIMEOUT))
+    recording.until(lambda: recorder.ready)
+    if 3.0 in sent:
+        plant.until_heard_by(publisher)
+        publisher.publish(Float64(data=3.0))
+    recording.until(lambda: recorder.received["/setpoint"] >= len(sent))
+    topic = recording.end()["/setpoint"]
+    assert sorted(message.data for message in topic.messages) == sent
+    (profile,) = topic.topic.qos
+    assert profile["reliability"] == ("best_effort" if "reliability" in offered else "reliable")
+    assert profile["durability"] == ("transient_local" if "durability" in offered else "volatile")
+
+
+def test_a_bag_of_two_clocks_is_told_of(plant: Plant, recording: Recording) -> None:
+    """Once, with who publishes them, also where the clock only dates the bag."""
+    troubles: list[str] = []
+    recorder = recording.start("valve/voltage", on_trouble=troubles.append)
+    other = plant.publisher(Clock, "/clock")
+    recording.until(lambda: recorder.ready)
+    for clock in (plant.clock, other):
+        plant.until_heard_by(clock)
+    ends = partial(recorder.node.get_publishers_info_by_topic, "/clock")
+    recording.until(lambda: [end.node_name for end in ends()] == ["plant", "plant"])
+    for k in range(1, 2 * MANY_STEPS + 1):
+        plant.clock.publish(Clock(clock=stamp(k)))
+        other.publish(Clock(clock=stamp(5000 + k)))
+    recording.until(lambda: troubles)
+    recording.end()
+    (line,) = troubles
+    assert line.startswith("/clock: time goes to and fro there, and the times in the bag with it")
+    assert (
+        "published by /plant, /plant; let one plant alone publish it (publish_clock:=false" in line
+    )
 
 
 def test_a_wanted_topic_that_nobody_publishes_is_known(recording: Recording) -> None:

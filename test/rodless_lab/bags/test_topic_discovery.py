@@ -20,10 +20,16 @@ NUMBER = "std_msgs/msg/Float64"
 
 
 class Graph:
-    """The part of a node that is looked at: topics with their types and publishing nodes."""
+    """The part of a node that is looked at: topics with their types and publishing nodes.
 
-    def __init__(self, **topics: tuple[list[str], list[str]]) -> None:
-        self._topics = {f"/{name}": topic for name, topic in topics.items()}
+    Nodes of ``listeners`` subscribe to a topic of each type.
+    """
+
+    def __init__(
+        self, listeners: Sequence[str] = (), **topics: tuple[list[str], list[str]]
+    ) -> None:
+        self._topics = {f"/{name.replace('__', '/')}": topic for name, topic in topics.items()}
+        self._listeners = listeners
         self.warnings: list[str] = []
 
     def get_name(self) -> str:
@@ -43,10 +49,19 @@ class Graph:
         return [(name, types) for name, (types, _) in self._topics.items()]
 
     def get_publishers_info_by_topic(self, topic: str) -> list[SimpleNamespace]:
-        """Publishers by their node's name."""
+        """Publishers by their node's name, of each type."""
+        return self._ends(topic, self._topics[topic][1])
+
+    def get_subscriptions_info_by_topic(self, topic: str) -> list[SimpleNamespace]:
+        """Subscriptions likewise."""
+        return self._ends(topic, self._listeners)
+
+    def _ends(self, topic: str, nodes: Sequence[str]) -> list[SimpleNamespace]:
+        qos = QoSProfile(depth=1)
         return [
-            SimpleNamespace(node_name=node, node_namespace="/", qos_profile=QoSProfile(depth=1))
-            for node in self._topics[topic][1]
+            SimpleNamespace(node_name=node, node_namespace="/", topic_type=kind, qos_profile=qos)
+            for node in nodes
+            for kind in self._topics[topic][0]
         ]
 
 
@@ -97,3 +112,34 @@ def test_topics_that_cannot_be_recorded_are_named_once() -> None:
         "/foreign is not recorded: its type somebodys_msgs/msg/Thing is not installed",
         "/newer is not recorded: its type std_msgs/msg/NotYetThere is not installed",
     ]
+
+
+def test_what_is_sent_in_passing_is_listened_to_before() -> None:
+    """Set-points, commands and trajectories that somebody else waits for; not other topics."""
+    topics = {"setpoint": ([NUMBER], []), "left__setpoint": ([NUMBER], []), "free": ([NUMBER], [])}
+    graph = Graph(["controller"], **topics)
+    offers = TopicDiscovery(graph, []).new_offers(())
+    assert [(offer.topic, offer.type_name, offer.profiles) for offer in offers] == [
+        ("/setpoint", NUMBER, []),
+        ("/left/setpoint", NUMBER, []),
+    ]
+    assert names(graph, ["/left/setpoint"]) == ["/left/setpoint"]
+    assert names(Graph(["recorder"], **topics), []) == []
+    assert names(Graph(**topics), []) == []
+    unclear = Graph(
+        ["controller"],
+        a__setpoint=([NUMBER, "std_msgs/msg/String"], []),
+        b__setpoint=(["somebodys_msgs/msg/Thing"], []),
+    )
+    assert names(unclear, []) == unclear.warnings == []
+
+
+def test_what_is_expected_comes_again_with_its_first_publisher() -> None:
+    """Then with what that offers."""
+    expected = ["/setpoint"]
+    waiting = Graph(["controller"], setpoint=([NUMBER], []))
+    assert TopicDiscovery(waiting, []).new_offers((), expected) == []
+    published = Graph(["controller"], setpoint=([NUMBER], ["move"]))
+    discovery = TopicDiscovery(published, [])
+    (offer,) = discovery.new_offers((), expected)
+    assert len(offer.profiles) == len(discovery.offered("/setpoint")) == 1
