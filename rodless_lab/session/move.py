@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 
 from rcl_interfaces.msg import Log
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -29,6 +30,9 @@ from rodless_lab.session.track import MoveResult, Track
 # 3 s to match a topic, and diagnostics come once a second.
 FIND_TIMEOUT = 6.0
 MESSAGE_TIMEOUT = 5.0
+
+# How often it is asked whether all listeners have the set-point.
+ACKNOWLEDGED_POLL = Duration(seconds=0.005)
 
 # Without a sample for this long (wall-clock s), the plant is looked for: it may have ended.
 ABSENT_AFTER = 1.0
@@ -141,6 +145,9 @@ class SetpointMove:
         speaks = self._rig.observer.node.count_publishers(REFERENCE)
         if speaks and not self._rig.wait_for(lambda: self.track.has_references, MESSAGE_TIMEOUT):
             raise RigError(f"the controller does not control: {self._rig.state_of(CONTROLLER)}")
+        # Its commands belong to what is measured, and are matched apart from all others.
+        if self._rig.observer.node.count_publishers(VALVE_VOLTAGE):
+            self._rig.wait_for(lambda: self.track.has_commands, MESSAGE_TIMEOUT)
 
     @property
     def _no_controller(self) -> str:
@@ -196,6 +203,8 @@ class SetpointMove:
             return over or self._is_overtaken or self.track.is_elsewhere or self._has_gone
 
         self._rig.wait_for(ended, timeout)
+        # A listener that was late to match, such as a recorder, has it only if its sender stays.
+        self._rig.wait_for(self._has_arrived, MESSAGE_TIMEOUT)
         self._rig.check_alone()
         if self._is_refused:
             reason = self._refusal or "its log says why"
@@ -218,6 +227,9 @@ class SetpointMove:
             return self.track.result()
         except ValueError as error:
             raise RigError(f"the move cannot be measured: {error}") from error
+
+    def _has_arrived(self) -> bool:
+        return bool(self._setpoint.wait_for_all_acked(ACKNOWLEDGED_POLL))
 
     def _send(self) -> None:
         self._refused_before = self._refused

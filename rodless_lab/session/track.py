@@ -113,6 +113,11 @@ class Track:
         return bool(self._stamps)
 
     @property
+    def has_commands(self) -> bool:
+        """Whether a command to the valve has come."""
+        return bool(self._voltages)
+
+    @property
     def has_references(self) -> bool:
         """Whether the controller has said its reference."""
         return bool(self._references)
