@@ -224,7 +224,7 @@ def parameters_of_arguments(chosen: dict[str, str]) -> dict[str, dict[str, objec
         plant["time.publish_clock"] = chosen["publish_clock"] == "true"
     for argument, name in (("supply_pressure", "supply.pressure"), ("speed", "time.speed")):
         if chosen[argument]:
-            plant[name] = number(argument, chosen[argument])
+            plant[name] = number(argument, chosen[argument], name)
     # The presets and sensor files say nothing of these; a file of the user's may.
     plant |= {
         f"sensors.publish_{name}": True for name in ("truth", "raw") if chosen[name] == "true"
@@ -245,12 +245,16 @@ def scenario_of_argument(given: str) -> dict[str, str]:
         raise RuntimeError(f"scenario:={given}: {error}") from None
 
 
-def number(argument: str, text: str) -> float:
-    """Return the number that an argument is; raises RuntimeError where it is none."""
+def number(argument: str, text: str, parameter: str) -> float:
+    """Return the number that an argument is; RuntimeError where its parameter takes no such one."""
     try:
-        return float(text)
+        value = float(text)
+        RigParameters.DECLARATIONS[parameter].check(value)
+    except ParameterError as error:
+        raise RuntimeError(f"{argument}:={text}: {error}") from None
     except ValueError:
         raise RuntimeError(f"{argument}:={text}: not a number") from None
+    return value
 
 
 def stroke(model: str) -> float:

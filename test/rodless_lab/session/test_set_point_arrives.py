@@ -1,0 +1,104 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""What a move waits for before it sends its set-point, and before it ends; without ROS."""
+
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from rodless_lab.session.move import SetpointMove
+from rodless_lab.session.running_rig import RunningRig
+
+
+class Rig(RunningRig):
+    """A rig whose nodes are unknown, and whose topics have a publisher each."""
+
+    def __init__(self, arrivals: Iterator[bool]) -> None:
+        publisher = SimpleNamespace(
+            publish=lambda _: None, wait_for_all_acked=lambda _: next(arrivals)
+        )
+        self.observer: Any = SimpleNamespace(
+            node=SimpleNamespace(count_publishers=lambda _: 1),
+            publisher=lambda *_, **__: publisher,
+            subscribe=lambda *_, **__: None,
+        )
+
+    def wait_for(self, condition: Callable[[], object], timeout: float) -> bool:  # noqa: ARG002
+        """Ask a hundred times."""
+        return any(condition() for _ in range(100))
+
+    def wait_for_node(self, node: str, timeout: float) -> None:
+        """It is there."""
+
+    def is_known(self, node: str) -> bool:  # noqa: ARG002
+        """Nothing is asked of the nodes."""
+        return False
+
+    def diagnostic(self, node: str) -> None:
+        """They report nothing."""
+
+    def check_alone(self) -> None:
+        """There is no other."""
+
+
+class Track:
+    """A carriage that is there at once, by a controller whose first commands take their time."""
+
+    has_samples = has_references = has_settled = True
+    was_reset = is_elsewhere = False
+
+    def __init__(self, commands: Iterator[bool]) -> None:
+        self._commands = commands
+
+    @property
+    def has_commands(self) -> bool:
+        """As given."""
+        return next(self._commands)
+
+    def begin(self, *_: object) -> None:
+        """Nothing to do."""
+
+    take_sample = take_reference = take_voltage = begin
+
+    def result(self) -> str:
+        """What the test looks for."""
+        return "measured"
+
+
+@pytest.fixture(autouse=True)
+def _listeners(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rodless_lab.session.move.setpoint_is_heard", lambda *_: True)
+
+
+@pytest.mark.parametrize("late", [0, 1, 50])
+def test_a_move_waits_for_commands_and_for_every_listener(late: int) -> None:
+    """Commands that it measures come before it sends, the last receipt before it ends."""
+    answers = [False] * late + [True]
+    commands, arrivals = iter(answers), iter(answers)
+    move = SetpointMove(Rig(arrivals), 0.058)
+    move.track = Track(commands)
+    move.prepare()
+    assert list(commands) == []
+    assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
+    assert list(arrivals) == []
+
+
+def test_a_listener_that_has_been_killed_does_not_hold_a_move_back_for_ever() -> None:
+    """It never says that it has the set-point."""
+
+    def never() -> Iterator[bool]:
+        while True:
+            yield False
+
+    move = SetpointMove(Rig(never()), 0.058)
+    move.track = Track(iter([True]))
+    move.prepare()
+    assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
