@@ -51,6 +51,10 @@ class Silent:
         """What says nothing is not found either."""
         return False
 
+    def samples_elsewhere(self) -> str | None:
+        """A plant that reports publishes its samples where they belong."""
+        return None
+
     def doubles(self) -> list[str]:
         """Nothing is there twice."""
         return []
