@@ -85,6 +85,7 @@ def _state(status: "RigStatus") -> str:
 
 def _plant_rows(status: "RigStatus") -> list[tuple[str, str]]:
     values, readings = status.nodes["plant"].values, status.readings
+    atmosphere = status.atmosphere
     return [
         ("plant time", _number(readings["time"], "s")),
         ("speed factor", values.get("speed factor", "-")),
@@ -94,14 +95,9 @@ def _plant_rows(status: "RigStatus") -> list[tuple[str, str]]:
         ("position", _number(readings["position"], "mm", 1e3)),
         ("reference", _number(readings["reference"], "mm", 1e3)),
         ("valve voltage", _number(readings["voltage"], "V")),
-        *(
-            (label, _pressure(readings[name], status.atmosphere))
-            for label, name in (
-                ("chamber A", "pressure_a"),
-                ("chamber B", "pressure_b"),
-                ("supply", "supply_pressure"),
-            )
-        ),
+        ("chamber A", _pressure(readings["pressure_a"], atmosphere)),
+        ("chamber B", _pressure(readings["pressure_b"], atmosphere)),
+        ("supply", _pressure(readings["supply_pressure"], atmosphere)),
     ]
 
 

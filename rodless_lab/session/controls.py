@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import cast
 
-from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
@@ -27,16 +26,17 @@ from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_o
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.processes import ProcessPlan
-from rodless_lab.session.setpoint import setpoint_is_heard, warn_of_late_setpoint
+from rodless_lab.session.setpoint import (
+    has_arrived,
+    setpoint_is_heard,
+    warn_of_late_setpoint,
+)
 
 # Names of the range of set-points that the controller of this package takes.
 RANGE = ("reference.minimum", "reference.maximum")
 
 # For a set-point to arrive, in wall-clock s; a frozen controller takes none.
 ARRIVAL_TIMEOUT = 1.0
-
-# One poll whether it has, in wall-clock s.
-ARRIVAL_POLL = Duration(seconds=0.005)
 
 
 class Controls(LiveSession):
@@ -62,7 +62,7 @@ class Controls(LiveSession):
         self._setpoint.publish(Float64(data=float(position)))
         try:
             self._wait(
-                lambda: self._setpoint.wait_for_all_acked(ARRIVAL_POLL),
+                lambda: has_arrived(self._setpoint),
                 "the set-point to arrive",
                 ARRIVAL_TIMEOUT,
             )

@@ -48,15 +48,17 @@ def _is_longer(one: str, other: str) -> bool:
     return words <= others or others <= words
 
 
-def full_namespace(pushed: str, given: str) -> str:
+def namespace_of_nodes(pushed: str, given: str) -> str:
     """Return the namespace of nodes that are ``given`` one, from the root on, as launch_ros does.
 
     It is below that which PushRosNamespace has ``pushed``, unless it begins with a slash.
 
     Examples
     --------
-    >>> full_namespace("/cell", "left"), full_namespace("/cell", "/left"), full_namespace("", "")
-    ('/cell/left', '/left', '/')
+    >>> namespace_of_nodes("/cell", "left"), namespace_of_nodes("/cell", "/left")
+    ('/cell/left', '/left')
+    >>> namespace_of_nodes("", "")
+    '/'
     """
     below = given if given.startswith("/") else f"{pushed}/{given}"
     return "/" + below.strip("/")

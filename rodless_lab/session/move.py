@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable
 
 from rcl_interfaces.msg import Log
-from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -23,16 +22,13 @@ from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, RigError, RunningRig
-from rodless_lab.session.setpoint import setpoint_is_heard
+from rodless_lab.session.setpoint import has_arrived, setpoint_is_heard
 from rodless_lab.session.track import MoveResult, Track
 
 # Wall-clock s, for the nodes to be found, and for their first or next message. Fast DDS takes up to
 # 3 s to match a topic, and diagnostics come once a second.
 FIND_TIMEOUT = 6.0
 MESSAGE_TIMEOUT = 5.0
-
-# How often it is asked whether all listeners have the set-point.
-ACKNOWLEDGED_POLL = Duration(seconds=0.005)
 
 # Without a sample for this long (wall-clock s), the plant is looked for: it may have ended.
 ABSENT_AFTER = 1.0
@@ -204,7 +200,7 @@ class SetpointMove:
 
         self._rig.wait_for(ended, timeout)
         # A listener that was late to match, such as a recorder, has it only if its sender stays.
-        self._rig.wait_for(self._has_arrived, MESSAGE_TIMEOUT)
+        self._rig.wait_for(lambda: has_arrived(self._setpoint), MESSAGE_TIMEOUT)
         self._rig.check_alone()
         if self._is_refused:
             reason = self._refusal or "its log says why"
@@ -227,9 +223,6 @@ class SetpointMove:
             return self.track.result()
         except ValueError as error:
             raise RigError(f"the move cannot be measured: {error}") from error
-
-    def _has_arrived(self) -> bool:
-        return bool(self._setpoint.wait_for_all_acked(ACKNOWLEDGED_POLL))
 
     def _send(self) -> None:
         self._refused_before = self._refused

@@ -187,8 +187,8 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
         near = difflib.get_close_matches(bare, there, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         absent = "".join(
-            f"; the {node} was not found: it was not started, compiles still, has "
-            "ended or is frozen"
+            f"; the {node} was not found: it was not started, compiles still, has ended or is "
+            "frozen"
             for node in NODES
             if node not in names
         )

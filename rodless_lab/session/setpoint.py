@@ -10,12 +10,16 @@
 
 import warnings
 
+from rclpy.duration import Duration
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 
 # What a recorder publishes too; a controller publishes more.
 OF_ANY_NODE = ("/rosout", "/parameter_events", "/events/write_split")
+
+# One poll whether a set-point has arrived, in wall-clock s.
+ARRIVAL_POLL = Duration(seconds=0.005)
 
 
 class SetpointWarning(RuntimeWarning):
@@ -31,6 +35,11 @@ def warn_of_late_setpoint(position: float, waited: float) -> None:
         SetpointWarning,
         stacklevel=3,
     )
+
+
+def has_arrived(publisher: Publisher) -> bool:
+    """Whether every listener has what ``publisher`` has sent."""
+    return bool(publisher.wait_for_all_acked(ARRIVAL_POLL))
 
 
 def setpoint_is_heard(node: Node, publisher: Publisher) -> bool:

@@ -50,6 +50,18 @@ class Failing(Law):
 """
 
 
+def with_telemetry(controller: dict[str, object], **options: Any) -> RigSession:
+    """A session in lock-step of this file's duration."""
+    return RigSession(
+        "lockstep",
+        controller=controller,
+        duration=DURATION,
+        telemetry=True,
+        timeout=TIMEOUT,
+        **options,
+    )
+
+
 @pytest.mark.parametrize("gone_from", [0.0, 0.05, DURATION])
 def test_a_reading_that_is_gone_at_the_end_ends_the_run_all_the_same(
     gone_from: float, tmp_path: Path
@@ -60,14 +72,7 @@ def test_a_reading_that_is_gone_at_the_end_ends_the_run_all_the_same(
     """
     path = tmp_path / "gone.yaml"
     path.write_text(f"- {{at: {gone_from}, fault.pressure_a.sensor: gone}}\n", encoding="utf-8")
-    with RigSession(
-        "lockstep",
-        controller={**STEP, "controller.law": "cascade"},
-        duration=DURATION,
-        telemetry=True,
-        scenario=path,
-        timeout=TIMEOUT,
-    ) as rig:
+    with with_telemetry({**STEP, "controller.law": "cascade"}, scenario=path) as rig:
         run = rig.run()
         assert rig.diagnostics("controller")["last command"] == "closed valve"
     expected = closed_loop(
@@ -89,14 +94,7 @@ def test_a_reading_that_is_gone_at_the_end_ends_the_run_all_the_same(
 
 def test_a_controller_that_was_switched_off_ends_its_run() -> None:
     """With `enable_controller(False)` before the start: the valve is closed, no term comes."""
-    with RigSession(
-        "lockstep",
-        controller=STEP,
-        duration=DURATION,
-        telemetry=True,
-        paused=True,
-        timeout=TIMEOUT,
-    ) as rig:
+    with with_telemetry(STEP, paused=True) as rig:
         rig.enable_controller(False)
         rig.resume()
         run = rig.run()
@@ -111,15 +109,9 @@ def test_a_law_that_has_failed_ends_its_run(
     """With `law_may_fail`: its term until the failure, NaN and a closed valve after it."""
     (tmp_path / "law_that_fails_later.py").write_text(FAILING, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    options: dict[str, Any] = {"law_may_fail": True, "environment": {"PYTHONPATH": str(tmp_path)}}
-    with RigSession(
-        "lockstep",
-        controller={**STEP, "controller.law": "law_that_fails_later:Failing"},
-        duration=DURATION,
-        telemetry=True,
-        timeout=TIMEOUT,
-        **options,
-    ) as rig:
+    law = {**STEP, "controller.law": "law_that_fails_later:Failing"}
+    path = {"PYTHONPATH": str(tmp_path)}
+    with with_telemetry(law, law_may_fail=True, environment=path) as rig:
         run = rig.run()
     failed = np.rint(run.time * 1e3) > 50
     assert np.array_equal(run.terms["term"], np.where(failed, np.nan, 1.0), equal_nan=True)
@@ -128,9 +120,7 @@ def test_a_law_that_has_failed_ends_its_run(
 
 def test_the_telemetry_of_a_good_last_sample_is_waited_for() -> None:
     """After a run that ended without the law, one after a reset has its last term again."""
-    with RigSession(
-        "lockstep", controller=STEP, duration=DURATION, telemetry=True, timeout=TIMEOUT
-    ) as rig:
+    with with_telemetry(STEP) as rig:
         first = rig.run()
         rig.enable_controller(False)
         rig.reset()
