@@ -611,7 +611,7 @@ class Rig:
 
     @property
     def free_air_flow(self) -> float:
-        """Air taken from the supply in m³/s at ambient pressure and temperature (ISO 8778)."""
+        """Air taken from the supply in m³/s, dry, at ambient pressure and temperature."""
         plant, motion = self._plant, self._motion
         plant = at_time(plant, self._nanoseconds * SECONDS_PER_NANOSECOND)
         lands = openings(plant, self.state.spool_voltage)

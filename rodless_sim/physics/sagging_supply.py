@@ -17,7 +17,7 @@ between two pressures, its air at the supply's temperature:
 
     dP_r/dt = R T_s/V_r (q_c − q)            q_c: its delivery while it runs, else 0
 
-Flows that users state are of free air (ISO 8778); the constants here have their mass.
+Flows that users state are of air as the atmosphere has it, dry; the constants here have their mass.
 """
 
 from typing import NamedTuple
