@@ -9,6 +9,8 @@
 """What a node last published of itself on ``/diagnostics``."""
 
 import difflib
+import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from rodless_base.one_line import listed, shown
@@ -35,6 +37,16 @@ class Diagnostic(NamedTuple):
         if not _is_number(text):
             raise HarnessError(f"{node}: {name} is {shown(text)}, no number")
         return float(text)
+
+
+def number_among(values: Mapping[str, str], name: str, otherwise: float) -> float:
+    """Return a finite number among ``values``, or ``otherwise`` where there is none.
+
+    Whoever publishes diagnostics may write there what it likes.
+    """
+    text = values.get(name, "")
+    number = float(text) if _is_number(text) else math.nan
+    return number if math.isfinite(number) else otherwise
 
 
 def _is_number(text: str) -> bool:

@@ -21,6 +21,7 @@ from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
+from rodless_lab.session.diagnostic import number_among
 from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, RigError, RunningRig
 from rodless_lab.session.setpoint import has_arrived, setpoint_is_heard
 from rodless_lab.session.track import MoveResult, Track
@@ -70,11 +71,17 @@ class SetpointMove:
         if not self._rig.wait_for(self._is_heard, FIND_TIMEOUT):
             raise RigError(self._no_controller)
         # Not before: this would be somebody who listens.
-        self._rig.observer.subscribe(Float64, SETPOINT, self._take_setpoint, info=True)
+        setpoints = self._rig.observer.subscribe(Float64, SETPOINT, self._take_setpoint, info=True)
         self._rig.check_alone()
         if self._rig.is_known(CONTROLLER):
             self._check_target()
         self._wait_until_heard()
+        # Each sender is matched apart: of one that is not, what replaces ours is not known.
+        senders = self._rig.observer.node.count_publishers
+        self._rig.wait_for(
+            lambda: setpoints.get_publisher_count() >= senders(self._setpoint.topic_name),
+            FIND_TIMEOUT,
+        )
         # A recorder that has come in the meantime, too.
         self._rig.wait_for(self._is_heard, FIND_TIMEOUT)
 
@@ -244,7 +251,7 @@ class SetpointMove:
     @property
     def _refused(self) -> int:
         said = self._rig.diagnostic(CONTROLLER)
-        return int(said.values.get(REFUSED, "0")) if said is not None else 0
+        return int(number_among(said.values, REFUSED, 0)) if said is not None else 0
 
     @property
     def _is_refused(self) -> bool:

@@ -21,6 +21,7 @@ from rodless_base.ros.diagnostics import ATMOSPHERE
 from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, REFERENCE, THROTTLED, VALVE_VOLTAGE
+from rodless_lab.session.diagnostic import number_among
 from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, SILENT, RunningRig
 
 # How long to wait for readings once the nodes have reported, in wall-clock s: Fast DDS may take 3 s
@@ -91,13 +92,13 @@ class RigStatus:
     @property
     def atmosphere(self) -> float:
         """What gauge pressures count from (Pa): the standard one for a plant that does not say."""
-        return float(self.nodes[PLANT].values.get(ATMOSPHERE, STANDARD_ATMOSPHERE))
+        return number_among(self.nodes[PLANT].values, ATMOSPHERE, STANDARD_ATMOSPHERE)
 
     @property
     def is_running(self) -> bool:
         """Whether plant time advances."""
-        speed = self.nodes[PLANT].values.get("speed factor", "0")
-        return not self.is_paused and float(speed) > 0.0
+        speed = number_among(self.nodes[PLANT].values, "speed factor", 0.0)
+        return not self.is_paused and speed > 0.0
 
 
 def rig_status(rig: RunningRig, timeout: float) -> RigStatus:

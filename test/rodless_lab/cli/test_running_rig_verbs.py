@@ -197,6 +197,16 @@ def test_the_screen_shows_mm_and_both_kinds_of_pressure() -> None:
     ]
 
 
+@pytest.mark.parametrize("written", ["much", "", "nan", "inf", "9" * 5000, "0x10", "-"])
+def test_what_a_foreign_node_writes_in_place_of_a_number_is_not_believed(written: str) -> None:
+    """A diagnostic in the plant's name: gauge pressures and movement are as if it said nothing."""
+    said = {"atmosphere (Pa)": written, "speed factor": written}
+    foreign = status(**said)
+    assert foreign.atmosphere == 101325.0
+    assert not foreign.is_running
+    assert screen(foreign)[-3] == "chamber A     0.300 MPa gauge, 0.401 MPa absolute"
+
+
 def test_a_rig_that_stands_still_is_not_shown_as_running() -> None:
     """Paused by request, or for another reason."""
     assert "/left, realtime, paused" in screen(status(paused="True"))[0]

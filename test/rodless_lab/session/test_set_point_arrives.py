@@ -21,14 +21,17 @@ from rodless_lab.session.running_rig import RunningRig
 class Rig(RunningRig):
     """A rig whose nodes are unknown, and whose topics have a publisher each."""
 
-    def __init__(self, arrivals: Iterator[bool]) -> None:
+    def __init__(self, arrivals: Iterator[bool], matches: Iterator[bool]) -> None:
         publisher = SimpleNamespace(
-            publish=lambda _: None, wait_for_all_acked=lambda _: next(arrivals)
+            topic_name="/setpoint",
+            publish=lambda _: None,
+            wait_for_all_acked=lambda _: next(arrivals),
         )
+        subscription = SimpleNamespace(get_publisher_count=lambda: next(matches))
         self.observer: Any = SimpleNamespace(
             node=SimpleNamespace(count_publishers=lambda _: 1),
             publisher=lambda *_, **__: publisher,
-            subscribe=lambda *_, **__: None,
+            subscribe=lambda *_, **__: subscription,
         )
 
     def wait_for(self, condition: Callable[[], object], timeout: float) -> bool:  # noqa: ARG002
@@ -80,25 +83,28 @@ def _listeners(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("late", [0, 1, 50])
 def test_a_move_waits_for_commands_and_for_every_listener(late: int) -> None:
-    """Commands that it measures come before it sends, the last receipt before it ends."""
+    """Commands that it measures come before it sends, the last receipt before it ends.
+
+    So do those who might send another set-point: of one unmatched, it could not tell the number.
+    """
     answers = [False] * late + [True]
-    commands, arrivals = iter(answers), iter(answers)
-    move = SetpointMove(Rig(arrivals), 0.058)
+    commands, arrivals, matches = iter(answers), iter(answers), iter(answers)
+    move = SetpointMove(Rig(arrivals, matches), 0.058)
     move.track = Track(commands)
     move.prepare()
-    assert list(commands) == []
+    assert list(commands) == list(matches) == []
     assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
     assert list(arrivals) == []
 
 
-def test_a_listener_that_has_been_killed_does_not_hold_a_move_back_for_ever() -> None:
-    """It never says that it has the set-point."""
+def test_who_has_been_killed_does_not_hold_a_move_back_for_ever() -> None:
+    """A listener never says that it has the set-point; a sender is never matched."""
 
     def never() -> Iterator[bool]:
         while True:
             yield False
 
-    move = SetpointMove(Rig(never()), 0.058)
+    move = SetpointMove(Rig(never(), never()), 0.058)
     move.track = Track(iter([True]))
     move.prepare()
     assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
