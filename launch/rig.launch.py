@@ -48,7 +48,12 @@ PUSHED = "ros_namespace"
 # Name, default, choices, meaning.
 ARGUMENTS = (
     ("preset", "paper", PRESETS, "parameter preset"),
-    ("sensors", "ideal", ["ideal", "data_sheet"], "instruments: ideal, or the paper's"),
+    (
+        "sensors",
+        "preset",
+        ["preset", "ideal", "data_sheet"],
+        "instruments: the preset's, ideal, or the paper's",
+    ),
     ("parameters", "", None, "parameter file on top of those"),
     ("supply_pressure", "", None, "supply pressure in Pa, absolute; empty: the preset's"),
     ("cylinder", "", None, "model of the CY3R series, such as CY3R32-500; empty: the preset's"),
@@ -178,7 +183,7 @@ def parameter_files(chosen: dict[str, str]) -> list[str]:
     argument that is no number, and a user's file that is none or that a node would refuse.
     """
     files = [CONFIG / f"{chosen['preset']}.yaml"]
-    if chosen["sensors"] != "ideal":
+    if chosen["sensors"] != "preset":
         files.append(CONFIG / "sensors" / f"{chosen['sensors']}.yaml")
     folder = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)

@@ -16,12 +16,8 @@ from types import MappingProxyType
 
 from rodless_control import PidParameters
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import DATA_SHEET
 
 BARE_RIGS = ("paper", "saturating")
-
-# The instruments of a rig whose preset has others.
-IDEAL = MappingProxyType({name: RigParameters()[name] for name in DATA_SHEET})
 
 SATURATING_PLANT = MappingProxyType({"friction.form": "saturating"})
 SATURATING_CONTROLLER = MappingProxyType(

@@ -8,6 +8,6 @@
 
 """See :mod:`rodless_sim.instruments.instruments`."""
 
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET, IDEAL
 
-__all__ = ["DATA_SHEET"]
+__all__ = ["DATA_SHEET", "IDEAL"]

@@ -25,7 +25,7 @@ from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
 from rodless_sim import RigParameters
 from rodless_sim.cylinder_series import sizes
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import SENSORS
 from rodless_sim.scenario import scenario_parameter
 
 if TYPE_CHECKING:
@@ -104,9 +104,9 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--preset", default="paper", choices=preset_names())
     parser.add_argument(
         "--sensors",
-        choices=("ideal", "data-sheet"),
-        default="ideal",
-        help="ideal (default), or as accurate as those of the paper",
+        choices=("preset", *SENSORS),
+        default="preset",
+        help="as the preset has them (default), ideal, or as accurate as those of the paper",
     )
     parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
     parser.add_argument(
@@ -191,7 +191,7 @@ def _check_bag(bag: Path) -> None:
 def _plan(options: argparse.Namespace) -> "ProcessPlan":
     from rodless_lab.session.processes import ProcessPlan  # noqa: PLC0415
 
-    plant: dict[str, object] = dict(DATA_SHEET) if options.sensors == "data-sheet" else {}
+    plant: dict[str, object] = dict(SENSORS.get(options.sensors, {}))
     if options.supply_pressure is not None:
         plant["supply.pressure"] = options.supply_pressure
     for name in ("truth", "raw"):

@@ -38,7 +38,7 @@ from rodless_lab.identification.pressures.valve import (
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import ParameterError, RigParameters
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import SENSORS
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,4 @@ def assumed_parameters(base: str, sensors: str) -> RigParameters:
             ) from error
     if sensors == "base":
         return parameters
-    if sensors == "data-sheet":
-        return parameters.with_values(DATA_SHEET)
-    return parameters.with_values(
-        {name: RigParameters.DECLARATIONS[name].default for name in DATA_SHEET}
-    )
+    return parameters.with_values(SENSORS[sensors])

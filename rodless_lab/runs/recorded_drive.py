@@ -45,6 +45,9 @@ BEFORE_THE_VALVE = ("fault.valve.spool", "fault.valve.offset")
 # noise of the sensor makes.
 STEADY = 2e3
 
+# By how much a converter and noise may shift the mean of a recording (Pa); a sensor's bias is more.
+OF_THE_MEAN = 100.0
+
 # Of a normal noise one reading in a million is farther off, in standard deviations.
 FARTHEST_NOISE = 5.0
 
@@ -64,8 +67,8 @@ def recorded_drive(parameters: RigParameters, recorded: MeasuredRun) -> Recorded
     Raises ParameterError for a supply pressure that no rig has.
     """
     readings = recorded.supply_pressure - parameters.number(SENSOR_OFFSET)
-    steady = _steady(parameters)
-    found = steady_pieces(readings, steady)
+    noise = _noise(parameters)
+    found = steady_pieces(readings, STEADY + noise)
     pieces = [(start, _no_vacuum(pressure, parameters)) for start, pressure in found]
     off = [*BEFORE_THE_READING, *(() if recorded.commanded else BEFORE_THE_VALVE)]
     rig = parameters.with_values(
@@ -74,14 +77,13 @@ def recorded_drive(parameters: RigParameters, recorded: MeasuredRun) -> Recorded
     starts = [start for start, _ in pieces]
     lengths = np.diff([*starts, len(readings)])
     supply = np.repeat([pressure for _, pressure in pieces], lengths)
-    remark = _remark(parameters, rig, supply, steady)
+    remark = _remark(parameters, rig, supply, noise)
     return RecordedDrive(rig, _scenario(pieces, recorded.period), supply, remark)
 
 
-def _steady(parameters: RigParameters) -> float:
-    """Return within what (±Pa) readings are of one supply pressure."""
-    noise = (parameters.number(name) for name in NOISE)
-    return STEADY + FARTHEST_NOISE * math.hypot(*noise)
+def _noise(parameters: RigParameters) -> float:
+    """Return how far (±Pa) noise alone takes a reading of the supply."""
+    return FARTHEST_NOISE * math.hypot(*(parameters.number(name) for name in NOISE))
 
 
 def steady_pieces(pressure: Array, steady: float = STEADY) -> list[tuple[int, float]]:
@@ -129,10 +131,12 @@ def _scenario(pieces: list[tuple[int, float]], period: float) -> Scenario | None
     )
 
 
-def _remark(parameters: RigParameters, rig: RigParameters, supply: Array, steady: float) -> str:
+def _remark(parameters: RigParameters, rig: RigParameters, supply: Array, noise: float) -> str:
     """Say which ``parameters`` the recording stands in for, if they are others than in ``rig``."""
     replaced = [name for name in BEFORE_THE_READING if rig[name] != parameters[name]]
-    if np.max(np.abs(supply - parameters.number(PRESSURE))) > steady:
+    off = supply - parameters.number(PRESSURE)
+    explained = OF_THE_MEAN + noise / math.sqrt(len(off))
+    if np.max(np.abs(off)) > STEADY + noise or abs(np.mean(off)) > explained:
         replaced.insert(0, PRESSURE)
     of_valve = [name for name in BEFORE_THE_VALVE if rig[name] != parameters[name]]
     clauses = []

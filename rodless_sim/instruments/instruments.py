@@ -11,10 +11,12 @@
 Position KTC-V1-200, pressure MIK-P300, a volume-flow meter for sections 3.2 and 3.5, and the
 16-bit converter all of them are read by: section 2 and Table 1 of the paper. Ideal until the
 ``sensors.*`` parameters say otherwise, each by itself, and then no wider than its range;
-:data:`DATA_SHEET` holds those of the instruments the paper names (``config/sensors``).
+:data:`DATA_SHEET` holds those of the instruments the paper names, :data:`IDEAL` those of none
+(``config/sensors``).
 """
 
 import math
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -137,9 +139,17 @@ PARAMETERS = declare(
     ),
 )
 
-DATA_SHEET = MappingProxyType(
-    read_parameter_file(preset_directory() / "sensors" / "data_sheet.yaml", "plant")
-)
+
+def _of_file(name: str) -> Mapping[str, object]:
+    return MappingProxyType(
+        read_parameter_file(preset_directory() / "sensors" / f"{name}.yaml", "plant")
+    )
+
+
+IDEAL, DATA_SHEET = _of_file("ideal"), _of_file("data_sheet")
+
+# In the words of the command line, in place of a preset's instruments.
+SENSORS = MappingProxyType({"ideal": IDEAL, "data-sheet": DATA_SHEET})
 
 
 def position_range(parameters: ParameterSet) -> float:

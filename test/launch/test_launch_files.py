@@ -84,6 +84,9 @@ def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
         ({"scenario": "leak"}, "time.scenario", str(shipped_scenario("leak"))),
         ({"truth": "true"}, "sensors.publish_truth", True),
         ({"raw": "true"}, "sensors.publish_raw", True),
+        ({"sensors": "data_sheet"}, "sensors.pressure_bias", 5e-3),
+        ({"preset": "calibrated"}, "sensors.pressure_bias", 5e-3),
+        ({"preset": "calibrated", "sensors": "ideal"}, "sensors.pressure_bias", 0.0),
     ],
 )
 def test_an_argument_reaches_the_plant(arguments: dict[str, str], name: str, value: object) -> None:

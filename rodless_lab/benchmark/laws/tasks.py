@@ -15,10 +15,9 @@ import numpy as np
 
 from rodless_control import references
 from rodless_control.references import Reference
-from rodless_lab.bare_rigs import IDEAL
 from rodless_lab.simulation.draw import draw
 from rodless_sim import RigParameters, Scenario
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import DATA_SHEET, IDEAL
 
 FRICTION = tuple(
     f"friction.{name}"

@@ -20,7 +20,7 @@ from std_msgs.msg import Float64
 from rodless_lab import read_bag
 from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import IDEAL
 
 # Both nodes have two seconds to end.
 STOP_SECONDS = 4.0
@@ -33,11 +33,11 @@ def test_options_reach_the_nodes_and_ctrl_c_ends_them(
     file = tmp_path / "mine.yaml"
     file.write_text("/**/plant:\n  ros__parameters:\n    cylinder.moving_mass: 1.5\n")
     options = (
-        "rig --preset calibrated --sensors data-sheet --supply-pressure 600000 "
+        "rig --preset calibrated --sensors ideal --supply-pressure 600000 "
         "--cylinder CY3R32-500 --no-clock"
     )
     form = RigParameters.preset("calibrated")["friction.form"]
-    expected = {**DATA_SHEET, "supply.pressure": 6e5, "friction.form": form}
+    expected = {**IDEAL, "supply.pressure": 6e5, "friction.form": form}
     expected["cylinder.moving_mass"] = 1.5
     expected |= {"cylinder.bore": 0.032, "cylinder.stroke": 0.5, "time.publish_clock": False}
     assert form != RigParameters()["friction.form"]

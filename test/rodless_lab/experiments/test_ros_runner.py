@@ -17,7 +17,6 @@ import pytest
 from quiet_stop import Quiet
 
 from rodless_control import PidParameters, references
-from rodless_lab.bare_rigs import IDEAL
 from rodless_lab.cli.experiment import main, parsed
 from rodless_lab.experiments import fixed_chamber, ros_runner, step
 from rodless_lab.experiments.catalogue import EXPERIMENTS
@@ -25,6 +24,7 @@ from rodless_lab.experiments.runner import IN_PROCESS, Runner
 from rodless_lab.harness import NodeDiedError
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_sim import RigParameters, Trace
+from rodless_sim.sensors import IDEAL
 
 pytestmark = pytest.mark.ros
 

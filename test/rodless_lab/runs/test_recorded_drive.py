@@ -150,6 +150,22 @@ def test_another_supply_than_the_recorded_one_is_named() -> None:
     assert found.rig["supply.pressure"] == noisy.supply_pressure.mean()
 
 
+def test_what_a_bias_of_the_supply_sensor_does_to_a_replay_is_named() -> None:
+    """The rig of the recording itself, a sensor a kilopascal off: the carriage leaves, as is said.
+
+    The instruments of the preset explain the reading, yet the rig is fed with it.
+    """
+    biased = recorded(RIG.with_values({"sensors.pressure_bias": 5e-3, "sensors.seed": 1}))
+    read = biased.supply_pressure.mean()
+    assert 200.0 < abs(read - RIG.number("supply.pressure")) < 2e3
+    again = replay(RIG, biased)
+    assert apart(again, biased) > 1e-5
+    said = (
+        f"taken from the recording: a supply of {read:.0f} Pa in place of supply.pressure 621325 Pa"
+    )
+    assert again.remarks == (said,)
+
+
 def test_commands_do_not_hold_the_faults_of_the_valve(tmp_path: Path) -> None:
     """A bag without valve/state has what was asked: the parameters' offset is added to that, once.
 

@@ -25,8 +25,9 @@ from rodless_control import (
 from rodless_control.loop import ControlLoop
 from rodless_control.references import Reference
 from rodless_lab import ClosedLoopTrace, closed_loop
-from rodless_lab.bare_rigs import BARE_RIGS, IDEAL, bare_pid, bare_rig
+from rodless_lab.bare_rigs import BARE_RIGS, bare_pid, bare_rig
 from rodless_sim import Rig, RigParameters, Scenario
+from rodless_sim.sensors import IDEAL
 
 PERIOD = 1e-3
 STEP = references.step(0.0, 0.058, at=0.1)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from rodless_sim import RigParameters, simulate
-from rodless_sim.instruments.instruments import DATA_SHEET, Instruments, read_trace
+from rodless_sim.instruments.instruments import DATA_SHEET, IDEAL, Instruments, read_trace
 from rodless_sim.instruments.transmitter import Transmitter, converted, is_ideal, lagged, read
 
 SHEET = RigParameters(DATA_SHEET)
@@ -89,6 +89,15 @@ def test_an_ideal_instrument_has_no_range() -> None:
     longer = RigParameters({"cylinder.stroke": 0.6, "sensors.position_noise": 1e-6})
     sensor = Instruments.specimen(longer, np.random.default_rng(1)).position
     assert read(sensor, 0.5, 0.5, 0.0) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_ideal_instruments_have_no_error_on_any_preset() -> None:
+    """Nothing of what the data sheet states is left of those of ``calibrated``."""
+    preset = RigParameters.preset("calibrated")
+    assert IDEAL.keys() == DATA_SHEET.keys()
+    assert not any(map(is_ideal, Instruments.specimen(preset, np.random.default_rng(1))))
+    ideal = Instruments.specimen(preset.with_values(IDEAL), np.random.default_rng(1))
+    assert all(map(is_ideal, ideal))
 
 
 def test_fixed_errors_stay_within_the_data_sheet_and_use_it() -> None:

@@ -22,13 +22,13 @@ from scipy.optimize import brentq
 from rodless_base.parameters import ParameterError
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
-from rodless_lab.bare_rigs import IDEAL
 from rodless_sim import Rig, RigParameters, simulate
 from rodless_sim.physics.air_in_tubes import Tubes, friction_square, hermite, row_at
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import edge_flow, openings
 from rodless_sim.physics.spool import Memory
 from rodless_sim.physics.timed import memory_of
+from rodless_sim.sensors import IDEAL
 
 Array = npt.NDArray[np.float64]
 

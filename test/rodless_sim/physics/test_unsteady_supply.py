@@ -19,10 +19,10 @@ from scipy.integrate import solve_ivp
 from rodless_base.parameters import ParameterError
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
-from rodless_lab.bare_rigs import IDEAL
 from rodless_sim import Rig, RigParameters, simulate
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import edge_flow, openings
+from rodless_sim.sensors import IDEAL
 
 Array = npt.NDArray[np.float64]
 
