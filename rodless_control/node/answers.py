@@ -89,21 +89,19 @@ class Answers:
         if self.enabled and self._must_skip(info):
             return
         output = self._answer(measurement) if self.enabled else None
-        self.by_law = output is not None
         self.refused = self.enabled and output is None
         if output is None:
             self.close_valve()
             self.report_failure()
             self._report_refusal()
         else:
+            self.by_law = self.any = True
             self._command(output.voltage)
             self.telemetry.publish(output)
-            self.any = True
 
     def take_position(self, stamp: int) -> None:
         """Answer a position (stamp in ns) for which the law lacks pressures yet."""
         self.stamp = stamp
-        self.by_law = False
         self.close_valve()
 
     def _must_skip(self, info: Info) -> bool:
@@ -162,6 +160,7 @@ class Answers:
 
     def close_valve(self) -> None:
         """Send a command that closes the valve."""
+        self.by_law = False
         self._command(self._neutral_voltage())
 
     def close_valve_for_good(self) -> None:

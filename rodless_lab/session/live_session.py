@@ -8,31 +8,25 @@
 
 """What every part of a session stands on: processes, an observer, and waits with a bound."""
 
-import time
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
 from rodless_base.one_line import shown
 from rodless_lab.session.bag import SessionBag
+from rodless_lab.session.catch_up import CatchUp
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.lag import LagWatch
 from rodless_lab.session.law_watch import LawWatch
-from rodless_lab.session.observer import SPIN_SECONDS, Observer
+from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.receiver import Receiver
-from rodless_lab.session.samples import Received
+from rodless_lab.session.samples import Received, Sample, instant
 
 OUTSIDE = "this session does not run: use it inside its with block"
-
-# Wall-clock s: a plant of which nothing has come for so long stands still, unless it was paused,
-# and where it was; and the longest time to catch up with one that runs on. A plant that has waited
-# for the test, whose queue was full, takes a while to go on.
-STANDSTILL = 0.5
-PAUSED_STANDSTILL = 0.04
-CATCH_UP_TIMEOUT = 10.0
 
 # What there is from __enter__ on.
 _LIVE = {
@@ -54,6 +48,7 @@ class LiveSession:
     """Plant and controller at work; :class:`RigSession` sets the attributes."""
 
     _mode: Mode
+    _duration: float
     _has_controller: bool
     _processes: SessionProcesses
     _observer: Observer
@@ -167,20 +162,25 @@ class LiveSession:
         answers = self._own is not None or self._relayed is not None
         if not self._received.runs or (answers and self._mode == "lockstep"):
             return  # a plant that waits for the test is not ahead of it
-        now, deadline = time.time_ns(), time.monotonic() + CATCH_UP_TIMEOUT
-        standstill = PAUSED_STANDSTILL if self._paused else STANDSTILL
-        looked, idle = time.monotonic(), 0.0
+        coming = CatchUp(self._received, self._paused)
 
         def caught_up() -> bool:
-            nonlocal looked, idle
-            waited = time.monotonic() - looked
-            idle += waited if waited > 0.9 * SPIN_SECONDS else 0.0  # nothing has come meanwhile
-            self._receiver.take_waiting(now)
-            looked = time.monotonic()
-            is_new = self._received.last_complete_sent >= now
-            return is_new or idle > standstill or looked > deadline
+            self._receiver.take_waiting(coming.until)
+            return coming.is_over() or self._has_ended
 
-        self._wait(caught_up, "the samples until now")
+        # It has a bound of its own: the command has taken effect, however patient the session is.
+        self._wait(caught_up, "the samples until now", math.inf)
+
+    @property
+    def latest(self) -> Sample:
+        """The newest sample that has come."""
+        run = self._received.runs - 1
+        return self._received.sample(run, self._received.complete(run) - 1)
+
+    @property
+    def _has_ended(self) -> bool:
+        """Whether the newest sample is the last one of the session's duration, if it has one."""
+        return bool(self._duration) and instant(self.latest.time) >= instant(self._duration)
 
     def _between_spins(self) -> None:
         self._processes.check()

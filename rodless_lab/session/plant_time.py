@@ -14,7 +14,6 @@ from collections.abc import Callable
 
 from std_srvs.srv import SetBool, Trigger
 
-from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number, whole_number
 from rodless_base.ros.diagnostics import CLOSED_VALVE, LAST_COMMAND
@@ -22,20 +21,13 @@ from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.running_rig import CONTROLLER
-from rodless_lab.session.samples import Cursor, Sample, Samples
+from rodless_lab.session.samples import Cursor, Sample, Samples, instant
 
 
 class PlantTime(LiveSession):
     """The methods of a session that let plant time pass."""
 
-    _duration: float
     _telemetry: bool
-
-    @property
-    def latest(self) -> Sample:
-        """The newest sample that has come."""
-        run = self._received.runs - 1
-        return self._received.sample(run, self._received.complete(run) - 1)
 
     @timeout_was_patience
     def run_until(
@@ -57,9 +49,9 @@ class PlantTime(LiveSession):
                     f"run_until: {shown(condition)} refused, must be a plant time (s) or a "
                     "function of a sample"
                 )
-            instant = _instant(condition)
+            end = instant(condition)
             what = f"plant time {condition:g} s"
-            return self._run_until(lambda _, s: _instant(s.time) >= instant, what, timeout)
+            return self._run_until(lambda _, s: instant(s.time) >= end, what, timeout)
         wanted = condition
         return self._run_until(lambda _, sample: wanted(sample), what, timeout)
 
@@ -82,7 +74,7 @@ class PlantTime(LiveSession):
 
     def _check_goes_on(self, what: str) -> None:
         """Raise HarnessError where the run is over and ``what`` can no longer come."""
-        if self._duration and _instant(self.latest.time) >= _instant(self._duration):
+        if self._has_ended:
             raise HarnessError(
                 f"{what} has not come, and the run is over: the session's duration is "
                 f"{self._duration:g} s"
@@ -144,7 +136,7 @@ class PlantTime(LiveSession):
         """Whether the controller has said so, of the last sample, ``since`` then (s)."""
         name = self._observer.node.resolve_topic_name(CONTROLLER)
         said = self._observer.diagnostics.get(name)
-        if said is None or said.arrived < since or said.stamp < _instant(self.latest.time):
+        if said is None or said.arrived < since or said.stamp < instant(self.latest.time):
             return False
         return said.values.get(LAST_COMMAND) == CLOSED_VALVE
 
@@ -204,8 +196,3 @@ class PlantTime(LiveSession):
             self._ask(Trigger, "plant/reset")
             self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
         return self._received.sample(runs, 0)
-
-
-def _instant(time: float) -> int:
-    """Return plant ``time`` (s) in whole nanoseconds: sums of decimals are not what they look."""
-    return round(time * NANOSECONDS_PER_SECOND)

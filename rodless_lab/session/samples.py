@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
-from rodless_base.constants import SECONDS_PER_NANOSECOND
+from rodless_base.constants import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND
 
 Array = npt.NDArray[np.float64]
 
@@ -124,6 +124,11 @@ class Unstamped(NamedTuple):
 
     sent: int
     value: float
+
+
+def instant(time: float) -> int:
+    """Return plant ``time`` (s) in whole nanoseconds: sums of decimals are not what they look."""
+    return round(time * NANOSECONDS_PER_SECOND)
 
 
 @dataclass

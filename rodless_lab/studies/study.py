@@ -165,13 +165,15 @@ def read_study(given: str | Path) -> Study:
         In one line with file, key, value and the way out; nothing has run then.
     """
     path = find_file("studies", given)
-    return study_of(Fields.of_file(path, FIELDS), path)
+    fields = Fields.of_file(path, FIELDS)
+    study = study_of(fields, path)
+    check_set(fields.below("set"), [study])
+    return study
 
 
 def study_of(fields: Fields, path: Path) -> Study:
     """Take a study from the fields of its file and check all of its rows; raises StudyError."""
     base = read_base(fields, path.parent)
-    _check_set(fields.below("set"), base)
     dimensions = _dimensions(fields.below("vary"), base)
     design = fields.below("design")
     method = design.text("method", GRID)
@@ -188,9 +190,10 @@ def study_of(fields: Fields, path: Path) -> Study:
     return study
 
 
-def _check_set(fields: Fields, base: Base) -> None:
-    """Raise StudyError for what is set and read by no run."""
-    for name in sorted(idle_parameters(base) & fields.values.keys()):
+def check_set(fields: Fields, studies: Sequence[Study]) -> None:
+    """Raise StudyError for what is set and read by no run of any of ``studies``."""
+    unused = set.intersection(*(idle_parameters(study.base) for study in studies))
+    for name in sorted(unused & fields.values.keys()):
         raise fields.error(name, idle([name]))
 
 

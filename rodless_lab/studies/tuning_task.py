@@ -25,7 +25,7 @@ from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file
-from rodless_lab.studies.study import FIELDS, GRID, Study, read_dimension, study_of
+from rodless_lab.studies.study import FIELDS, GRID, Study, check_set, read_dimension, study_of
 
 Array = npt.NDArray[np.float64]
 
@@ -202,6 +202,7 @@ def read_task(given: str | Path) -> TuningTask:
         )
     search.end()
     trials = tuple(_trials(fields, score, path))
+    check_set(fields.below("set"), [trial.study for trial in trials])
     score.end()
     task = TuningTask(
         path.stem,
@@ -248,9 +249,9 @@ def _trials(fields: Fields, score: Fields, path: Path) -> Iterator[Trial]:
         figures = _sizes(own.below("figures"))
         own.end()
         common = {part: fields.values[part] for part in COMMON if part in fields.values}
-        yield Trial(
-            name, study_of(Fields.of(own.where, {**common, **changed}), path), Score(figures)
-        )
+        trial = study_of(Fields.of(own.where, {**common, **changed}), path)
+        check_set(own.below("set"), [trial])
+        yield Trial(name, trial, Score(figures))
 
 
 def _sizes(figures: Fields) -> dict[str, float]:

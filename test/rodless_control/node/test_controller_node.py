@@ -252,10 +252,15 @@ def test_a_new_gain_does_not_jump(bench: Bench) -> None:
 def test_positions_that_stop_close_the_valve_and_come_back_without_an_impulse(
     bench: Bench,
 ) -> None:
-    """After the timeout neutral commands come by themselves; then the integral is as it was."""
+    """After the timeout neutral commands come by themselves; then the integral is as it was.
+
+    The diagnostics say whose the last command was.
+    """
     bench.restart()
     for position in APPROACH:
         bench.agrees(position)
+    status = bench.observer.diagnostic(NODE, fresh=True)
+    assert status.values["last command"] == "of the law"
     before = bench.commands[-1].data
     start = len(bench.commands)
     bench.observer.set_parameters(NODE, {"controller.position_timeout": 0.1})
@@ -263,6 +268,7 @@ def test_positions_that_stop_close_the_valve_and_come_back_without_an_impulse(
     status = bench.observer.diagnostic(NODE, fresh=True)
     assert status.level == DiagnosticStatus.ERROR
     assert "valve closed" in status.message
+    assert status.values["last command"] == "closed valve"
     bench.observer.set_parameters(NODE, PATIENT)
     assert bench.count("positions lost") == 1
     assert {command.data for command in bench.commands[start:]} == {NEUTRAL}

@@ -86,7 +86,7 @@ def test_what_no_run_depends_on_cannot_be_set(
     tmp_path: Path, name: str, value: object, way_out: str
 ) -> None:
     """A period that is set for the nodes would leave every row at run.period, without a word."""
-    text = f"set: {{{name}: {value}}}\nvary: {{friction.coulomb: [5, 10]}}\n"
+    text = f"set: {{{name}: {value}}}\nvary: {{friction.forward.coulomb: [5, 10]}}\n"
     study = study_in(tmp_path, text)
     with pytest.raises(StudyError) as refused:
         read_study(study)

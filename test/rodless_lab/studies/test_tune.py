@@ -70,6 +70,45 @@ def with_trials(folder: Path, trials: str) -> Path:
     return path
 
 
+@pytest.mark.parametrize(
+    ("common", "step", "sine", "refused"),
+    [
+        ("reference.frequency: 0.5", "", "reference.type: sine", None),
+        ("reference.type: step, reference.target: 0.12", "", "reference.type: sine", None),
+        (
+            "reference.frequency: 0.5",
+            "",
+            "",
+            "small.yaml: set: reference.frequency: refused: no run",
+        ),
+        (
+            "reference.target: 0.12",
+            "",
+            "reference.type: sine, reference.target: 0.1",
+            "trials: sine: set: reference.target: refused: no run",
+        ),
+    ],
+)
+def test_what_is_set_for_all_trials_is_read_by_one_of_them(
+    tmp_path: Path, common: str, step: str, sine: str, refused: str | None
+) -> None:
+    """A frequency for the sine among them is none that nothing depends on; a trial's own may be."""
+    trials = f"""
+trials:
+  step: {{set: {{{step}}}, figures: {{mean_error: 1.0e-3}}}}
+  sine: {{set: {{{sine}}}, figures: {{peak_error: 1.0e-3}}}}
+"""
+    path = with_trials(tmp_path, trials)
+    text = path.read_text(encoding="utf-8").replace("set: {", f"set: {{{common}, ", 1)
+    path.write_text(text, encoding="utf-8")
+    if refused is None:
+        assert [trial.name for trial in read_task(path).trials] == ["step", "sine"]
+        return
+    with pytest.raises(StudyError) as error:
+        read_task(path)
+    assert refused in str(error.value)
+
+
 def test_the_values_found_score_better_than_those_before(tmp_path: Path) -> None:
     """Their score is that of the three rigs run by themselves; those in force were tried too."""
     task = read_task(written(tmp_path))
