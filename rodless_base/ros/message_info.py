@@ -8,11 +8,14 @@
 
 """Callbacks that are told when a message was sent and received, under every executor."""
 
+import math
 from collections.abc import Callable, Mapping
 from functools import wraps
 from time import time_ns
 from typing import Any
 from weakref import WeakSet
+
+from rclpy.subscription import Subscription
 
 # What rclpy tells about a message beside its content; times in ns of the system's clock.
 Info = Mapping[str, Any]
@@ -38,6 +41,19 @@ def with_info(receive: Callable[[Any, Info], None]) -> Callable[..., None]:
 def wants_info(callback: Callable[..., None]) -> bool:
     """Whether ``callback`` was made by :func:`with_info`, or wraps such a one."""
     return callback in _with_info or getattr(callback, "__wrapped__", None) in _with_info
+
+
+def take_waiting(subscription: Subscription, until: float = math.inf) -> None:
+    """Run the callback of ``subscription``, and no other one, for what has come.
+
+    Up to the first message that was sent at ``until`` (ns, wall clock) or later.
+    """
+    receive, waiting = subscription.callback, subscription.handle
+    with waiting:
+        while (taken := waiting.take_message(subscription.msg_type, subscription.raw)) is not None:
+            receive(*(taken if wants_info(receive) else taken[:1]))
+            if taken[1]["source_timestamp"] >= until:
+                return
 
 
 def delivered_now(sequence: int) -> Info:

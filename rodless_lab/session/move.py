@@ -206,8 +206,15 @@ class SetpointMove:
             return over or self._is_overtaken or self.track.is_elsewhere or self._has_gone
 
         self._rig.wait_for(ended, timeout)
-        # A listener that was late to match, such as a recorder, has it only if its sender stays.
-        self._rig.wait_for(lambda: has_arrived(self._setpoint), MESSAGE_TIMEOUT)
+        try:
+            return self._verdict()
+        finally:
+            # A listener that was late to match, such as a recorder, has it only if its sender
+            # stays.
+            self._rig.wait_for(lambda: has_arrived(self._setpoint), MESSAGE_TIMEOUT)
+
+    def _verdict(self) -> MoveResult:
+        """Return what is measured; raises :class:`RigError` where something has come between."""
         self._rig.check_alone()
         if self._is_refused:
             reason = self._refusal or "its log says why"

@@ -8,7 +8,6 @@
 
 """A ROS node that listens, commands and asks, in a context of its own."""
 
-import math
 import os
 import threading
 import time
@@ -31,7 +30,7 @@ from rclpy.task import Future
 from rodless_base.closing import Closing
 from rodless_base.one_line import has_half_character, shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
-from rodless_base.ros.message_info import wants_info, with_info
+from rodless_base.ros.message_info import take_waiting, with_info
 from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import QUEUE_DEPTH, stamp_nanoseconds
@@ -227,21 +226,6 @@ class Observer(Closing):
         receive = with_info(callback) if info else callback
         return self.node.create_subscription(kind, topic, receive, depth, raw=raw)
 
-    def take_waiting(self, subscription: Subscription, until: float = math.inf) -> None:
-        """Run the callback of ``subscription``, and no other one, for what has come.
-
-        Up to the first message that was sent at ``until`` (ns, wall clock) or later.
-        """
-        take = subscription.callback
-        waiting = subscription.handle
-        with waiting:
-            while (
-                taken := waiting.take_message(subscription.msg_type, subscription.raw)
-            ) is not None:
-                take(*(taken if wants_info(take) else taken[:1]))
-                if taken[1]["source_timestamp"] >= until:
-                    return
-
     def collect(self, kind: type, topic: str) -> list[Any]:
         """Return a list that grows by every message on ``topic``; wait until one can come."""
         messages: list[Any] = []
@@ -393,7 +377,7 @@ class Observer(Closing):
     def take_waiting_diagnostics(self) -> None:
         """Take what has come on ``/diagnostics`` without running any other callback."""
         _ = self.diagnostics  # subscribes
-        self.take_waiting(self._reports)
+        take_waiting(self._reports)
 
     def counter(self, node: str, name: str, fresh: bool = False) -> float:
         """Return a number from :meth:`diagnostic`; raises HarnessError for what is none."""

@@ -19,7 +19,7 @@ from std_msgs.msg import Float64
 from rodless_base.constants import CARRIAGE
 from rodless_base.frames import joint_among
 from rodless_base.ros.joint import carriage_position
-from rodless_base.ros.message_info import Info
+from rodless_base.ros.message_info import Info, take_waiting
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, PRESSURES, VALVE_VOLTAGE
 from rodless_lab.session.lag import LagWatch
@@ -67,7 +67,7 @@ class Receiver:
     def take_waiting(self, until: int) -> None:
         """Take what has come up to what was sent at ``until`` (ns, wall clock)."""
         for subscription in self._subscriptions:
-            self._observer.take_waiting(subscription, until)
+            take_waiting(subscription, until)
 
     def stand_in_for_a_controller(self) -> None:
         """Be the further subscriber of ``joint_states`` that the plant waits for."""

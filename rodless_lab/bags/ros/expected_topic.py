@@ -8,7 +8,6 @@
 
 """A topic that is listened to before anybody publishes it."""
 
-from collections import deque
 from collections.abc import Callable
 
 from rclpy.qos import QoSProfile
@@ -33,7 +32,7 @@ class ExpectedTopic:
     def __init__(self, listened: Offer) -> None:
         """Expect what others listen to."""
         self._listened = listened
-        self._taken: deque[tuple[int, int]] = deque(maxlen=REMEMBERED)
+        self._taken: dict[tuple[int, int], None] = {}  # in the order of their coming
 
     def serves(self, offer: Offer, profile: QoSProfile) -> bool:
         """Whether it can stay for ``offer``, to which one with ``profile`` would listen.
@@ -46,7 +45,9 @@ class ExpectedTopic:
 
     def take(self, info: Info) -> None:
         """Take note of a message that has come."""
-        self._taken.append(_identity(info))
+        if len(self._taken) == REMEMBERED:
+            del self._taken[next(iter(self._taken))]
+        self._taken[_identity(info)] = None
 
     def without_repeats(
         self, receive: Callable[[bytes, Info], None]

@@ -24,7 +24,7 @@ from rodless_base.ros.lasting_topics import (
     LOOK_PERIOD,
     LastingTopics,
 )
-from rodless_base.ros.message_info import Info, with_info
+from rodless_base.ros.message_info import Info, take_waiting, with_info
 from rodless_base.ros.unheard import has_unheard_publisher, unheard_text
 from rodless_base.topics import PRESSURES, VALVE_STATE
 from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
@@ -73,11 +73,11 @@ class Recorder:
         """Start looking for topics.
 
         ``optional`` topics are recorded besides where somebody publishes them.
-        ``on_topics`` is told the topics being recorded once :attr:`ready` turns true, and from
-        then on those that join them. ``on_trouble`` is told in a line of topics of which nothing
-        arrives, and of the clock and those of a plant that several nodes publish. ``on_failure`` is
-        called when the bag cannot be written any more. ``node_options`` are rclpy's, such as
-        ``context``.
+        ``on_topics`` is told the topics being recorded once every wanted topic is, or something has
+        come of it, and from then on those that join them. ``on_trouble`` is told in a line of
+        topics of which nothing arrives, of those of a plant that several nodes publish, and of a
+        clock that dates the bag and goes to and fro. ``on_failure`` is called when the bag cannot
+        be written any more. ``node_options`` are rclpy's, such as ``context``.
         """
         self.node = DirectNode(
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
@@ -126,6 +126,12 @@ class Recorder:
         topics = self._wanted or self._topics
         return bool(topics) and all(self._matched(topic) for topic in topics)
 
+    @property
+    def _has_begun(self) -> bool:
+        """Whether every wanted topic is, or was, by a sender that may have gone again."""
+        topics = self._wanted or self._topics
+        return all(self.received[topic] or self._matched(topic) for topic in topics)
+
     def _matched(self, topic: str) -> bool:
         subscription = self._subscriptions.get(topic)
         if subscription is None:
@@ -140,7 +146,7 @@ class Recorder:
         """
         now = time.time_ns()
         for subscription in self._subscriptions.values():
-            _take_sent(subscription, now)
+            take_waiting(subscription, now)
             self.node.deliver_waiting(subscription)
         self._write(self._clock.finish())
         self._look(DURATION_AT_THE_END)
@@ -156,7 +162,7 @@ class Recorder:
 
     def _tell(self) -> None:
         new = [topic for topic in self.topics if topic not in self._told]
-        if new and (self._told or self.ready):
+        if new and (self._told or self._has_begun):
             self._told += new
             self._on_topics(new)
 
@@ -165,7 +171,7 @@ class Recorder:
         if new := self._unheard.look(silent, duration):
             self._on_trouble(unheard_text(new))
         # Here, and not at once: the names of those who publish take a moment.
-        if self._watch.look():
+        if self._clock.base is not TimeBase.WALL and self._watch.look():
             self._on_trouble(torn_clock_text(self.node, self._clock_topic))
 
     @property
@@ -305,15 +311,3 @@ class Recorder:
 def _is_of_one_plant(topic: str) -> bool:
     """Whether ``topic`` is one that nobody but a plant publishes on."""
     return any(topic.endswith(f"/{own}") for own in (*PRESSURES.values(), VALVE_STATE))
-
-
-def _take_sent(subscription: Subscription, until: int) -> None:
-    """Hand the messages that wait in the queue and were sent ``until`` then to the callback."""
-    sent = 0
-    while sent <= until:
-        with subscription.handle:
-            taken = subscription.handle.take_message(subscription.msg_type, True)
-        if taken is None:
-            return
-        subscription.callback(*taken)
-        sent = taken[1]["source_timestamp"]

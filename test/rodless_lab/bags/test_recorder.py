@@ -491,6 +491,7 @@ def test_a_set_point_of_who_goes_at_once_is_recorded(
     plant.until(lambda: recorder.node.count_publishers("/setpoint") == 0)
     recording.until(lambda: recorder.received["/setpoint"])
     assert recorder.missing == []
+    recording.until(lambda: any("/setpoint" in topics for topics in recording.told))
     # The next one is there long enough to be looked at, and is recorded likewise.
     second = plant.publisher(Float64, "setpoint")
     plant.until(lambda: second.get_subscription_count() == 2)
@@ -534,10 +535,17 @@ def test_a_set_point_is_recorded_as_its_publisher_offers_it(
     assert profile["durability"] == ("transient_local" if "durability" in offered else "volatile")
 
 
-def test_a_bag_of_two_clocks_is_told_of(plant: Plant, recording: Recording) -> None:
-    """Once, with who publishes them, also where the clock only dates the bag."""
+@pytest.mark.parametrize("wall_time", [False, True])
+def test_a_bag_of_two_clocks_is_told_of(
+    plant: Plant, recording: Recording, wall_time: bool
+) -> None:
+    """Once, with who publishes them, also where the clock only dates the bag.
+
+    One that is dated by the wall clock is in order, whatever is told on a topic of it.
+    """
     troubles: list[str] = []
-    recorder = recording.start("valve/voltage", on_trouble=troubles.append)
+    topics = ("valve/voltage", "/clock") if wall_time else ("valve/voltage",)
+    recorder = recording.start(*topics, wall_time=wall_time, on_trouble=troubles.append)
     other = plant.publisher(Clock, "/clock")
     recording.until(lambda: recorder.ready)
     for clock in (plant.clock, other):
@@ -547,6 +555,12 @@ def test_a_bag_of_two_clocks_is_told_of(plant: Plant, recording: Recording) -> N
     for k in range(1, 2 * MANY_STEPS + 1):
         plant.clock.publish(Clock(clock=stamp(k)))
         other.publish(Clock(clock=stamp(5000 + k)))
+    if wall_time:
+        recording.until(lambda: recorder.received["/clock"] >= 4 * MANY_STEPS)
+        recorder._look()
+        recording.end()
+        assert troubles == []
+        return
     recording.until(lambda: troubles)
     recording.end()
     (line,) = troubles

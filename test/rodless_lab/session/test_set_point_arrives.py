@@ -82,19 +82,42 @@ def _listeners(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("late", [0, 1, 50])
-def test_a_move_waits_for_commands_and_for_every_listener(late: int) -> None:
+def test_a_move_waits_for_commands_and_for_every_listener(
+    monkeypatch: pytest.MonkeyPatch, late: int
+) -> None:
     """Commands that it measures come before it sends, the last receipt before it ends.
 
     So do those who might send another set-point: of one unmatched, it could not tell the number.
+    A recorder that has come since the controller was found is waited for too.
     """
     answers = [False] * late + [True]
     commands, arrivals, matches = iter(answers), iter(answers), iter(answers)
+    heard = iter([True, *answers])
+    monkeypatch.setattr("rodless_lab.session.move.setpoint_is_heard", lambda *_: next(heard))
     move = SetpointMove(Rig(arrivals, matches), 0.058)
     move.track = Track(commands)
     move.prepare()
-    assert list(commands) == list(matches) == []
+    assert list(commands) == list(matches) == list(heard) == []
     assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
     assert list(arrivals) == []
+
+
+def test_what_comes_after_a_move_does_not_change_how_it_ended() -> None:
+    """It has settled; another set-point is sent while a killed listener is waited for."""
+
+    def never() -> Iterator[bool]:
+        while True:
+            move._newest = (1, 0.1)
+            move.track.has_settled = False  # type: ignore[misc]
+            yield False
+
+    move = SetpointMove(Rig(never(), iter([True])), 0.058)
+    move.track = Track(iter([True]))
+    move.prepare()
+    move._send = lambda: setattr(move, "_is_out", True)  # type: ignore[method-assign]
+    move._newest = (0, 0.058)
+    assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
+    assert move._is_overtaken
 
 
 def test_who_has_been_killed_does_not_hold_a_move_back_for_ever() -> None:
