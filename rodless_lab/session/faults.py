@@ -11,6 +11,7 @@
 import time
 from collections.abc import Callable
 
+from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.node_process import NodeProcess
 
@@ -30,9 +31,15 @@ class Faults(LiveSession):
 
         A lock-step plant offers its last sample anew to a new controller, unless commands are
         relayed: reset it then. One that was killed remains in DDS discovery for about 20 s of wall
-        clock, for which lock-step waits.
+        clock, for which lock-step waits. Raises HarnessError for a controller beside a paused plant
+        in real time, whose next sample it would wait for.
         """
         managed = self._running(process)
+        if process == "controller" and self._mode == "realtime" and self._paused:
+            raise HarnessError(
+                "restart: the plant is paused, and a new controller answers its samples alone; "
+                "resume() first"
+            )
         managed.ask_to_stop()
         managed.end()
         if process == "controller" and self._mode == "lockstep":

@@ -9,7 +9,7 @@
 """A ROS node that records topics into a bag."""
 
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
@@ -31,6 +31,7 @@ from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_t
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.ros.clock_watch import ClockWatch, torn_clock_text
 from rodless_lab.bags.ros.expected_topic import ExpectedTopic
+from rodless_lab.bags.ros.publisher_counters import PublisherCounters
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
 from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
 from rodless_lab.bags.writer import BagWriter
@@ -99,6 +100,7 @@ class Recorder:
         self._expected: dict[str, ExpectedTopic] = {}
         self._topics: list[str] = []
         self._sequences: dict[str, int] = {}
+        self._counters: defaultdict[str, PublisherCounters] = defaultdict(PublisherCounters)
         self.received: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
         self._on_topics = on_topics
@@ -276,9 +278,9 @@ class Recorder:
         self._sequences[topic] = sequence
         if 0 < sequence <= before:
             self._count_turn(topic)
-        # Publishers count each for itself: with several, a gap tells nothing.
-        if sequence > before + 1 > 1 and self.node.count_publishers(topic) <= 1:
-            self.lost[topic] += sequence - before - 1
+        if missed := self._counters[topic].missed(sequence):
+            # With several publishers a gap tells nothing.
+            self.lost[topic] += missed if self.node.count_publishers(topic) <= 1 else 0
 
     def _count_turn(self, topic: str) -> None:
         """Count that another publisher has its turn: now and then it is one started again."""

@@ -99,12 +99,19 @@ def test_friction_and_supply_change_in_mid_run(rig_session: StartSession) -> Non
 
 
 def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> None:
-    """The plant goes on without, its valve closed; the new controller takes over."""
+    """The plant goes on without, its valve closed; the new controller takes over.
+
+    Not while the plant is paused: the wait for its first answer would be in vain, and is refused.
+    """
     rig = rig_session(plant=SLOW, controller=HOLD)
     rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
     rig.kill("controller")
     assert rig.exit_codes["controller"] == -signal.SIGKILL
     position = rig.run_for(0.5).position
+    rig.pause()
+    with pytest.raises(HarnessError, match=r"the plant is paused.*resume\(\) first"):
+        rig.restart("controller")
+    rig.resume()
     rig.restart("controller")
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
 
