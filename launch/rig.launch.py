@@ -27,8 +27,9 @@ from launch_ros.actions import Node
 
 from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
+from rodless_lab.session.domain import namespace_of_nodes
 from rodless_lab.session.file_parameters import check_together, own_parameters
-from rodless_lab.session.launch_arguments import misspelt, namespace_of_nodes
+from rodless_lab.session.launch_arguments import misspelt
 from rodless_lab.session.processes import clock_of_its_own, write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes

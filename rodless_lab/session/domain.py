@@ -8,7 +8,8 @@
 
 """A ROS domain of one's own on loopback, so that runs side by side do not hear each other.
 
-Also: whether the domain and the namespace that a user names are valid.
+Also: whether the domain and the namespace that a user names are valid, and which one a launch
+file's nodes have.
 """
 
 import errno
@@ -82,6 +83,22 @@ def full_namespace(namespace: str) -> str:
             f"{LONGEST_NAMESPACE}, as topics have names of 247 at most"
         )
     return f"/{namespace.strip('/')}"
+
+
+def namespace_of_nodes(pushed: str, given: str) -> str:
+    """Return the namespace of nodes that are ``given`` one, from the root on, as launch_ros does.
+
+    It is below that which PushRosNamespace has ``pushed``, unless it begins with a slash.
+
+    Examples
+    --------
+    >>> namespace_of_nodes("/cell", "left"), namespace_of_nodes("/cell", "/left")
+    ('/cell/left', '/left')
+    >>> namespace_of_nodes("", "")
+    '/'
+    """
+    below = given if given.startswith("/") else f"{pushed}/{given}"
+    return "/" + below.strip("/")
 
 
 @contextmanager

@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""What the launch files make of a namespace, and of arguments that they do not have."""
+"""What the launch files make of arguments that they do not have."""
 
 from collections.abc import Collection, Iterable, Iterator
 from difflib import get_close_matches
@@ -46,19 +46,3 @@ def _is_longer(one: str, other: str) -> bool:
     """Whether one of two names has all words of the other."""
     words, others = set(one.split("_")), set(other.split("_"))
     return words <= others or others <= words
-
-
-def namespace_of_nodes(pushed: str, given: str) -> str:
-    """Return the namespace of nodes that are ``given`` one, from the root on, as launch_ros does.
-
-    It is below that which PushRosNamespace has ``pushed``, unless it begins with a slash.
-
-    Examples
-    --------
-    >>> namespace_of_nodes("/cell", "left"), namespace_of_nodes("/cell", "/left")
-    ('/cell/left', '/left')
-    >>> namespace_of_nodes("", "")
-    '/'
-    """
-    below = given if given.startswith("/") else f"{pushed}/{given}"
-    return "/" + below.strip("/")

@@ -40,6 +40,9 @@ NAME_TIMEOUT = 2.0
 # Nodes report once a second: one that has not for so long, in wall-clock s, is silent.
 SILENCE = 3.0
 
+# Why a node is not found although the other one is.
+ABSENT = "it was not started, compiles still, has ended or is frozen"
+
 # Why a node says nothing any more. One that was killed is known for up to 20 s.
 # The plant runs no law but where both share a process, and then both are silent.
 _LAW = "held up by a law that does not return, "
@@ -190,10 +193,7 @@ class RunningRig(Closing):
         if elsewhere:
             advice = f"there is one in {', '.join(elsewhere)}: use --namespace"
         elif self.is_known(other):
-            advice = (
-                f"the {other} is there, so it was not started, compiles still, has ended or is "
-                "frozen; or choose another --namespace"
-            )
+            advice = f"the {other} is there, so {ABSENT}; or choose another --namespace"
         else:
             advice = (
                 "start a rig with rodless rig, whose first start compiles for a minute or more, or "

@@ -33,6 +33,7 @@ from rodless_lab.session.errors import (
     WaitTimeoutError,
 )
 from rodless_lab.session.running_rig import (
+    ABSENT,
     CONTROLLER,
     NODES,
     OTHER_NODE_TIMEOUT,
@@ -187,10 +188,7 @@ def _owner(name: str, names: Mapping[str, list[str]]) -> tuple[str, str]:
         near = difflib.get_close_matches(bare, there, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         absent = "".join(
-            f"; the {node} was not found: it was not started, compiles still, has ended or is "
-            "frozen"
-            for node in NODES
-            if node not in names
+            f"; the {node} was not found: {ABSENT}" for node in NODES if node not in names
         )
         raise RigError(f"{bare}: no such parameter on {' or '.join(asked)}{hint}{absent}")
     return owners[0], bare

@@ -29,8 +29,9 @@ class Silent:
 
     namespace = "/"
 
-    def __init__(self, *nodes: str) -> None:
+    def __init__(self, *nodes: str, joint: str = CARRIAGE) -> None:
         self._nodes = nodes
+        self._joint = joint
         self.waited: list[float] = []
         self.observer = self
 
@@ -39,7 +40,7 @@ class Silent:
         if "plant" in self._nodes and topic in (JOINT_STATES, *PRESSURES.values()):
             message = kind()
             if kind is JointState:
-                message.name, message.position = [CARRIAGE], [0.0]
+                message.name, message.position = [self._joint], [0.0]
             take(message)
 
     def diagnostic(self, node: str) -> Diagnostic | None:
@@ -52,12 +53,12 @@ class Silent:
         return False
 
     def samples_elsewhere(self) -> str | None:
-        """A plant that reports publishes its samples where they belong."""
-        return None
+        """Say where they are, whether they are missed or not."""
+        return "samples are elsewhere"
 
     def doubles(self) -> list[str]:
-        """Nothing is there twice."""
-        return []
+        """Say of one that it is there twice."""
+        return ["two plants"]
 
     def wait_for(self, condition: Callable[[], object], timeout: float) -> bool:
         """Wait as long as it takes, which is the whole timeout for what does not come."""
@@ -83,3 +84,15 @@ def test_what_a_node_that_reports_sends_is_waited_for() -> None:
     rig_status(cast(RunningRig, rig), TIMEOUT)
     assert len(rig.waited) == 1
     assert rig.waited[0] < TIMEOUT
+
+
+@pytest.mark.parametrize(
+    ("joint", "problems"),
+    [(CARRIAGE, ("two plants",)), ("slide", ("two plants", "samples are elsewhere"))],
+)
+def test_samples_are_looked_for_elsewhere_where_they_do_not_come(
+    joint: str, problems: tuple[str, ...]
+) -> None:
+    """As the last problem, and not of a rig whose position is known."""
+    rig = Silent(*NODES, joint=joint)
+    assert rig_status(cast(RunningRig, rig), TIMEOUT).problems == problems
