@@ -179,8 +179,11 @@ class BagClock:
 
 
 def leading_time(data: bytes) -> int:
-    """Return the time (ns) that a message in CDR begins with: a stamp, or a clock's."""
+    """Return the time (ns) that a message in CDR begins with: a stamp, or a clock's.
+
+    It is 0 for one before it: a bag has no such time, and anybody may send one.
+    """
     # The second byte of the encapsulation header tells the byte order.
     stamp = _LITTLE_ENDIAN if data[1] & 1 else _BIG_ENDIAN
     seconds, nanoseconds = stamp.unpack_from(data, 4)
-    return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
+    return max(int(seconds * NANOSECONDS_PER_SECOND + nanoseconds), 0)

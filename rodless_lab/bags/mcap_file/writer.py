@@ -118,13 +118,15 @@ class McapWriter(Closing):
     def add_message(
         self, channel: int, log_time: int, publish_time: int, data: bytes, sequence: int = 0
     ) -> None:
-        """Add a message, times in ns; raises OSError when a full chunk cannot be written."""
+        """Add a message, times in ns; raises OSError when a full chunk cannot be written.
+
+        Raises struct.error for numbers that the format has no room for; nothing is added then.
+        """
+        length = _MESSAGE_FIXED + len(data)
+        fixed = _MESSAGE.pack(Opcode.MESSAGE, length, channel, sequence, log_time, publish_time)
         entry = (log_time, len(self._chunk))
         self._entries.setdefault(channel, []).append(entry)
-        length = _MESSAGE_FIXED + len(data)
-        self._chunk += _MESSAGE.pack(
-            Opcode.MESSAGE, length, channel, sequence, log_time, publish_time
-        )
+        self._chunk += fixed
         self._chunk += data
         if len(self._chunk) >= CHUNK_SIZE:
             self.flush()

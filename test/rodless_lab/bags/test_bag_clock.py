@@ -159,3 +159,10 @@ def test_the_leading_time_is_read_from_the_serialized_message() -> None:
     assert leading_time(serialize_message(Clock(clock=stamp))) == 12_000_000_345
     big_endian = bytes([0, 0, 0, 0]) + (12).to_bytes(4, "big") + (345).to_bytes(4, "big")
     assert leading_time(big_endian) == 12_000_000_345
+
+
+@pytest.mark.parametrize("time", [Time(sec=-1), Time(sec=-(2**31), nanosec=999_999_999)])
+def test_a_time_before_zero_counts_as_zero(time: Time) -> None:
+    """A bag has no such time: of a stamp, and of a clock that dates all the others."""
+    assert leading_time(serialize_message(Clock(clock=time))) == 0
+    assert leading_time(serialize_message(FluidPressure(header=Header(stamp=time)))) == 0

@@ -8,6 +8,7 @@
 
 """A bag we write is a rosbag2 bag: an independent reader finds in it what was put in."""
 
+import struct
 import time
 from pathlib import Path
 
@@ -59,6 +60,21 @@ def test_an_independent_reader_gets_the_same_messages(sample_bag) -> None:
                 state = reader.deserialize(data, connection.msgtype)
                 assert state.position[0] == pytest.approx(1e-12 * log_time)
     assert read == sample_bag.messages
+
+
+@pytest.mark.parametrize("times", [(-1, 0), (0, -1), (2**64, 0)])
+def test_a_time_that_a_bag_has_no_room_for_takes_no_other_message_with_it(
+    tmp_path: Path, times: tuple[int, int]
+) -> None:
+    """It is refused, and what came before and comes after is there: an independent reader."""
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic(BagTopic("/setpoint", "std_msgs/msg/Float64"))
+        for k in range(4):
+            writer.write("/setpoint", bytes(12), k, k)
+            with pytest.raises(struct.error):
+                writer.write("/setpoint", bytes(12), *times)
+    with AnyReader([tmp_path / "bag"]) as reader:
+        assert [log_time for _, log_time, _ in reader.messages()] == [0, 1, 2, 3]
 
 
 def test_an_independent_reader_gets_types_quality_of_service_and_hashes(sample_bag) -> None:

@@ -579,6 +579,32 @@ def test_a_wanted_topic_that_nobody_publishes_is_known(recording: Recording) -> 
     recording.end()
 
 
+@pytest.mark.parametrize("told", [True, False])
+def test_a_stamp_or_a_clock_before_zero_takes_nothing_with_it(
+    plant: Plant, recording: Recording, told: bool
+) -> None:
+    """Anybody may send one, before there is a clock or beside it: the bag is whole, and closes."""
+    recorder = recording.start("joint_states", "joint_commands", "valve/voltage", "/clock")
+    commands = plant.publisher(JointState, "joint_commands")
+    clock = plant.publisher(Clock, "/clock")
+    recording.until(lambda: recorder.ready)
+    plant.until_heard_by(plant.clock, plant.states, plant.voltage, commands, clock)
+    before = JointState(header=Header(stamp=Time(sec=-1)), name=["carriage"], position=[0.05])
+    commands.publish(before)
+    if told:
+        clock.publish(Clock(clock=Time(sec=-1)))
+    plant.send(50)
+    commands.publish(before)
+    plant.send(50)
+    assert plant.delivered()
+    assert commands.wait_for_all_acked(Duration(seconds=TIMEOUT))
+    assert clock.wait_for_all_acked(Duration(seconds=TIMEOUT))
+    bag = recording.end()
+    assert [len(bag[f"/{name}"]) for name in ("joint_states", "valve/voltage")] == [100, 100]
+    assert len(bag["/joint_commands"]) == 2
+    assert list(bag["/joint_states"].log_time) == [1_000_000 * k for k in range(100)]
+
+
 def test_plant_time_is_taken_from_a_clock_that_is_not_recorded(
     plant: Plant, recording: Recording
 ) -> None:
