@@ -110,8 +110,8 @@ class ControllerParameters(ParameterSet):
         name, own = self.text("controller.law"), self.DECLARATIONS["controller.law"].default
         if name != own:
             raise ParameterError(
-                f"controller.law: {name!r} refused: these are the parameters of {own!r}; "
-                f"use ControllerParameters.for_law({name!r})"
+                f"controller.law: {shown(name)} refused: these are the parameters of {own!r}; "
+                f"use ControllerParameters.for_law({shown(name)})"
             )
         self.of_law()
         frames.check(self)

@@ -118,7 +118,7 @@ def waypoints(message: JointTrajectory, joint: str) -> tuple[Waypoint, ...]:
     names = list(message.joint_names)
     if names != [joint]:
         raise ParameterError(
-            f"trajectory: refused, it is for the joints {', '.join(names) or '(none)'}, "
+            f"trajectory: refused, it is for the joints {listed(names) or '(none)'}, "
             f"this controller has {joint}"
         )
     return tuple(_waypoint(point, number) for number, point in enumerate(message.points, 1))

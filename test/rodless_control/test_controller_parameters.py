@@ -116,3 +116,10 @@ def test_a_reference_that_is_not_in_force_may_lie_outside() -> None:
         short.with_values({"reference.type": "step"})
     longer = {"reference.maximum": 0.3, "reference.type": "step", "reference.target": 0.25}
     assert ControllerParameters(longer)["reference.target"] == 0.25
+
+
+def test_a_law_of_any_length_is_refused_in_a_short_line() -> None:
+    """Whoever sets it may send three thousand letters; they are not sent back."""
+    with pytest.raises(ParameterError, match="these are the parameters of 'pid'") as refused:
+        ControllerParameters().with_values({"controller.law": "x" * 3000})
+    assert len(str(refused.value)) < 400

@@ -54,6 +54,7 @@ BAD_TRAJECTORIES = [
     ([], [point(1.0, positions=[0.1])], "for the joints (none), this controller has carriage"),
     (["slide"], [point(1.0, positions=[0.1])], "for the joints slide, this"),
     (["carriage", "a"], [point(1.0, positions=[0.1, 0.2])], "for the joints carriage, a, this"),
+    (["slide"] * 1000, [point(1.0, positions=[0.1])], "slide and 980 more, this controller"),
     (["carriage"], [point(1.0)], "point 1: 0 positions, must be 1"),
     (["carriage"], [point(1.0, positions=[0.1, 0.2])], "point 1: 2 positions, must be 1"),
     (["carriage"], [point(1.0, positions=[0.1], effort=[1.0])], "1 effort, must be none"),
