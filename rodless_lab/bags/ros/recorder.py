@@ -278,9 +278,10 @@ class Recorder:
         self._sequences[topic] = sequence
         if 0 < sequence <= before:
             self._count_turn(topic)
-        if missed := self._counters[topic].missed(sequence):
-            # With several publishers a gap tells nothing.
-            self.lost[topic] += missed if self.node.count_publishers(topic) <= 1 else 0
+        missed = self._counters[topic].missed(sequence)
+        # With several publishers a gap tells nothing.
+        if missed and self.node.count_publishers(topic) <= 1:
+            self.lost[topic] += missed
 
     def _count_turn(self, topic: str) -> None:
         """Count that another publisher has its turn: now and then it is one started again."""

@@ -436,6 +436,24 @@ def test_without_a_list_topics_are_told_as_they_come(plant: Plant, recording: Re
     recording.end()
 
 
+def test_a_gap_is_a_loss_only_of_a_publisher_that_is_alone(
+    plant: Plant, recording: Recording
+) -> None:
+    """With two of them nothing is told, not even of a topic that it has lost none."""
+    topic = "/supply/pressure"
+    both = [plant.publisher(FluidPressure, topic) for _ in range(2)]
+    recorder = recording.start(topic)
+    recording.until(lambda: recorder.node.count_publishers(topic) == 2)
+    for number in (10, 15):
+        recorder._count_lost(topic, number)
+    assert dict(recorder.lost) == {}
+    plant.node.destroy_publisher(both.pop())
+    recording.until(lambda: recorder.node.count_publishers(topic) == 1)
+    recorder._count_lost(topic, 20)
+    assert dict(recorder.lost) == {topic: 4}
+    recording.end()
+
+
 def test_a_bag_of_two_plants_of_one_name_is_told_of(plant: Plant, recording: Recording) -> None:
     """Of topics that a plant alone publishes; several may send set-points, or report.
 
