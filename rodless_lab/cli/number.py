@@ -15,7 +15,12 @@ from rodless_base.one_line import shown
 
 
 def number(text: str) -> float:
-    """Return the number that ``text`` is, NaN for what is none: no bound holds for that."""
+    """Return the number that ``text`` is, NaN for what is none: no bound holds for that.
+
+    A number as people and files write it, not as Python's own source does (``1_0``).
+    """
+    if not text.isascii() or "_" in text:
+        return math.nan
     try:
         return float(text)
     except ValueError:

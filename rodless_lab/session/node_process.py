@@ -72,9 +72,15 @@ class Guard:
         if self._process is None:
             return
         assert self._process.stdin is not None
+        # Only what runs reads the end of its input.
+        self._process.send_signal(signal.SIGCONT)
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.close()
-        self._process.wait()
+        try:
+            self._process.wait(2 * guard.TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
         self._process = None
 
 

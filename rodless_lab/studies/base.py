@@ -23,7 +23,7 @@ from rodless_lab.simulation.closed_loop import Loop
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import DATA_SHEET
+from rodless_sim.instruments.instruments import SENSORS
 
 SEED = "sensors.seed"
 EACH_ITS_SEED = "refused: each row has a seed of its own, which design.seed draws"
@@ -94,8 +94,9 @@ def read_base(fields: Fields, folder: Path) -> Base:
     given = fields.text("base", "calibrated")
     sensors = fields.text("sensors", "base")
     changes = dict(fields.below("set").values)
-    if sensors not in ("base", "data-sheet"):
-        raise fields.error("sensors", f"{shown(sensors)} refused, must be base or data-sheet")
+    if sensors not in ("base", *SENSORS):
+        must = f"must be base, {' or '.join(SENSORS)}"
+        raise fields.error("sensors", f"{shown(sensors)} refused, {must}")
     if SEED in changes:
         raise fields.error("set", f"{SEED} {EACH_ITS_SEED}")
     laws = _laws(fields, changes, given, folder)
@@ -112,8 +113,8 @@ def read_base(fields: Fields, folder: Path) -> Base:
     run = fields.below("run")
     times = run.number("duration", 6.0), run.number("period", 1e-3), run.number("since", 0.0)
     run.end()
-    if sensors == "data-sheet":
-        rig = rig.with_values(DATA_SHEET)
+    if sensors in SENSORS:
+        rig = rig.with_values(SENSORS[sensors])
     for name in changes:
         refuse_of_both(fields, "set", name, controllers)
     own = {name: value for name, value in changes.items() if name in rig}

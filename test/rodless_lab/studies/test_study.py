@@ -19,6 +19,7 @@ from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.saved_study import read_saved_study, study_text
 from rodless_lab.studies.shipped import shipped
 from rodless_lab.studies.study import Study, read_study
+from rodless_sim import RigParameters
 
 GOOD = """
 base: calibrated
@@ -76,6 +77,18 @@ def test_a_logarithmic_axis_is_even_in_its_logarithm(tmp_path: Path) -> None:
     study = read_study(written(tmp_path, text + "scale: logarithmic}}"))
     values = [float(str(study.row(k).levels["friction.capture_velocity"])) for k in range(5)]
     assert np.log10(values) == pytest.approx([-8.0, -7.0, -6.0, -5.0, -4.0])
+
+
+def test_ideal_sensors_take_away_those_of_the_base(tmp_path: Path) -> None:
+    """`calibrated` has noise, and a study may ask for the rig without it."""
+    varied = "vary: {controller.ki: [10.0, 20.0]}"
+    kept = read_study(written(tmp_path, f"base: calibrated\n{varied}")).row(0).base.rig
+    ideal = read_study(written(tmp_path, f"sensors: ideal\n{varied}")).row(0).base.rig
+    assert kept.number("sensors.position_noise") > 0.0
+    changed = [name for name in ideal if ideal[name] != kept[name] and "seed" not in name]
+    assert changed
+    for name in changed:
+        assert ideal[name] == RigParameters.DECLARATIONS[name].default, name
 
 
 def test_sensors_law_and_reference_are_set_by_the_names_of_the_nodes(tmp_path: Path) -> None:
@@ -212,7 +225,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("run: {period: fast}", "run: period: 'fast' refused, must be a number"),
         ("traces: {columns: [speed]}", "traces: columns: 'speed' refused, there are time"),
         ("traces: {columns: [position], every: 0}", "traces: every: 0 refused"),
-        ("sensors: perfect", "sensors: 'perfect' refused, must be base or data-sheet"),
+        ("sensors: perfect", "sensors: 'perfect' refused, must be base, ideal or data-sheet"),
         ("vry: {}", "vry: no such field; did you mean vary?"),
         ("[1, 2]", "[1, 2] refused, must be names and values"),
         ("run: 0", "run: 0 refused, must be names and values"),

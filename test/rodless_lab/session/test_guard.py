@@ -1,0 +1,60 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The process that outlives a session to end its nodes: it never holds up the session itself."""
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rodless_lab.session.node_process import Guard
+
+
+def children() -> set[int]:
+    """Return the process IDs of what this process has started and not yet waited for."""
+    tasks = Path("/proc/self/task").glob("*/children")
+    return {int(pid) for task in tasks for pid in task.read_text().split()}
+
+
+@pytest.fixture
+def watched() -> Iterator[subprocess.Popen[bytes]]:
+    """Return a process that leads a group of its own, as a node does."""
+    with subprocess.Popen(["sleep", "600"], start_new_session=True) as process:
+        yield process
+        process.kill()
+
+
+def test_a_guard_that_was_stopped_still_ends_what_it_watches(
+    watched: subprocess.Popen[bytes],
+) -> None:
+    """Somebody has sent it SIGSTOP: it is woken, does its work, and is waited for."""
+    guard = Guard()
+    before = children()
+    guard.tell(f"+{watched.pid}")
+    (pid,) = children() - before
+    os.kill(pid, signal.SIGSTOP)
+    guard.close()
+    assert watched.wait(10.0) == -signal.SIGINT
+    assert children() - before == set()
+
+
+def test_a_guard_that_was_killed_is_not_missed(watched: subprocess.Popen[bytes]) -> None:
+    """Words to it get lost and its end is no error: it had nothing to do while all went well."""
+    guard = Guard()
+    before = children()
+    guard.tell(f"+{watched.pid}")
+    (pid,) = children() - before
+    os.kill(pid, signal.SIGKILL)
+    os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
+    guard.tell(f"-{watched.pid}")
+    guard.close()
+    assert watched.poll() is None
