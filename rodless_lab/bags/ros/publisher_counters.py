@@ -13,17 +13,25 @@ REMEMBERED = 16
 
 
 class PublisherCounters:
-    """The last number of each publisher of a topic: who it is does not come with a message."""
+    """The last number of each publisher of a topic: who it is does not come with a message.
+
+    :attr:`turns` counts numbers that go back: another publisher has its turn, now and then one
+    started again.
+    """
 
     def __init__(self) -> None:
         """Nothing has come."""
         self._last: set[int] = set()
+        self._newest = 0
+        self.turns = 0
 
     def missed(self, number: int) -> int:
         """Take a message's ``number`` (from 1 on, 0 for unknown); return how many before it lack.
 
         They lack of the publisher that is nearest below it; none of one that begins.
         """
+        self.turns += 0 < number <= self._newest
+        self._newest = number
         before = max((last for last in self._last if last < number), default=0)
         self._last.discard(before)
         self._last.add(number)

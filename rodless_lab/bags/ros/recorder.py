@@ -99,14 +99,12 @@ class Recorder:
         # Those that nobody has been seen to publish, and those that are in the bag.
         self._expected: dict[str, ExpectedTopic] = {}
         self._topics: list[str] = []
-        self._sequences: dict[str, int] = {}
         self._counters: defaultdict[str, PublisherCounters] = defaultdict(PublisherCounters)
         self.received: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
         self._on_topics = on_topics
         self._told: list[str] = []
         self._unheard = LastingTopics(partial(has_unheard_publisher, self.node))
-        self._turns: Counter[str] = Counter()
         self._watch = ClockWatch()
         self._on_trouble = on_trouble
         self._on_failure = on_failure
@@ -274,19 +272,13 @@ class Recorder:
         return receive
 
     def _count_lost(self, topic: str, sequence: int) -> None:
-        before = self._sequences.get(topic, 0)
-        self._sequences[topic] = sequence
-        if 0 < sequence <= before:
-            self._count_turn(topic)
-        missed = self._counters[topic].missed(sequence)
+        counters = self._counters[topic]
+        before = counters.turns
+        missed = counters.missed(sequence)
         # With several publishers a gap tells nothing.
         if missed and self.node.count_publishers(topic) <= 1:
             self.lost[topic] += missed
-
-    def _count_turn(self, topic: str) -> None:
-        """Count that another publisher has its turn: now and then it is one started again."""
-        self._turns[topic] += 1
-        if self._turns[topic] == MANY_TURNS and _is_of_one_plant(topic):
+        if before < counters.turns == MANY_TURNS and _is_of_one_plant(topic):
             self._on_trouble(
                 f"{topic}: several nodes publish on it, and the bag mixes what they say; stop all "
                 "plants but one, and record anew"

@@ -32,3 +32,20 @@ def test_what_lacks_is_counted_of_who_has_sent_it(numbers: list[int], missed: in
     """By hand; numbers as they come."""
     counters = PublisherCounters()
     assert sum(counters.missed(number) for number in numbers) == missed
+
+
+@pytest.mark.parametrize(
+    ("numbers", "turns"),
+    [
+        ([7, 8, 11], 0),
+        ([500, 1, 2, 3], 1),  # started again
+        ([100, 1, 101, 2, 102, 3], 3),  # two that take turns: each second number goes back
+        ([0, 0, 0], 0),  # a middleware that does not count
+    ],
+)
+def test_turns_are_numbers_that_go_back(numbers: list[int], turns: int) -> None:
+    """By hand; one of them is a publisher started again, many are several at once."""
+    counters = PublisherCounters()
+    for number in numbers:
+        counters.missed(number)
+    assert counters.turns == turns

@@ -13,8 +13,8 @@ import io
 import pandas
 from matplotlib.figure import Figure
 
-from rodless_lab.figures.files import table_of
 from rodless_lab.figures.style import panels
+from rodless_lab.figures.table import table_of
 
 
 def broken_labels() -> Figure:

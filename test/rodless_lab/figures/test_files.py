@@ -19,8 +19,9 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from rodless_base.atomic_write import write_together
-from rodless_lab.figures.files import figure_contents, png, table_of
+from rodless_lab.figures.files import figure_contents, png
 from rodless_lab.figures.style import label, panels
+from rodless_lab.figures.table import table_of
 
 TIME = np.linspace(0.0, 1.0, 11)
 

@@ -15,7 +15,7 @@ import pandas
 import pyarrow as arrow
 import pytest
 
-from rodless_lab.figures.files import table_of
+from rodless_lab.figures.table import table_of
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.pictures import draw_sensitivities
 from rodless_lab.studies.results import Results
