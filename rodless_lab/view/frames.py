@@ -24,7 +24,12 @@ WINDOW = 20.0
 def setup(state: ViewState) -> dict[str, Any]:
     """Return what a page must know before its first frame."""
     playback = state.playback
-    common = {"stroke": state.stroke, "closed": state.closed_voltage, "first_term": len(COLUMNS)}
+    common = {
+        "stroke": state.stroke,
+        "atmosphere": state.atmosphere,
+        "closed": state.closed_voltage,
+        "first_term": len(COLUMNS),
+    }
     if playback is None:
         return {**common, "mode": "live", "window": WINDOW, "terms": list(state.terms)}
     return {

@@ -40,7 +40,8 @@ class RigView(ui.element, component="rig_view.js", esm={"rodless-view": "static"
         if not (self._ready and self.client.has_socket_connection):
             return
         state = self._state
-        key = (state.playback, state.stroke, state.closed_voltage, state.terms)
+        drawn_by = (state.stroke, state.atmosphere, state.closed_voltage)
+        key = (state.playback, drawn_by, state.terms)
         if key != self._set_up:
             self._set_up, self._mark, self._said = key, Mark(), ()
             self.run_method("setup", frames.setup(state))

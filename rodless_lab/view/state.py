@@ -13,7 +13,7 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from rodless_base.constants import CLOSED_VOLTAGE, STROKE
+from rodless_base.constants import CLOSED_VOLTAGE, STANDARD_ATMOSPHERE, STROKE
 from rodless_base.parameters import ParameterError
 from rodless_lab.view.inputs import BY_THEMSELVES
 from rodless_lab.view.playback import Playback
@@ -87,6 +87,11 @@ class ViewState:
     def stroke(self) -> float:
         """Stroke in m."""
         return self.number("cylinder.stroke", STROKE)
+
+    @property
+    def atmosphere(self) -> float:
+        """Absolute pressure (Pa) that the valve exhausts to."""
+        return self.number("atmosphere.pressure", STANDARD_ATMOSPHERE)
 
     @property
     def closed_voltage(self) -> float:

@@ -2,7 +2,6 @@
 import { pressureColour } from "./colours.js";
 
 const NS = "http://www.w3.org/2000/svg";
-const ATMOSPHERE = 101325;
 
 // Where the piston's centre is at 0 and at the full stroke, and half its length; in drawing units.
 const LEFT = 262;
@@ -109,6 +108,7 @@ export class Scene {
     this.shown = {};
     this.onTarget = onTarget;
     this.stroke = 0.2;
+    this.atmosphere = 101325;
     this.closed = 5.08;
     this.supply = 6e5;
     this.target = null;
@@ -134,8 +134,9 @@ export class Scene {
     else part.setAttribute(what, value);
   }
 
-  setup({ stroke, closed, mode }) {
+  setup({ stroke, atmosphere, closed, mode }) {
     this.stroke = stroke;
+    this.atmosphere = atmosphere;
     this.closed = closed;
     this.isLive = mode === "live";
     if (this.isLive) this.ghost(null);
@@ -172,14 +173,14 @@ export class Scene {
     this.put(".motion", "text", motion);
     this.put(".pa", "text", kilopascals(a));
     this.put(".pb", "text", kilopascals(b));
-    this.put(".low", "text", (ATMOSPHERE / 1e3).toFixed(0));
+    this.put(".low", "text", (this.atmosphere / 1e3).toFixed(0));
     this.put(".high", "text", (this.supply / 1e3).toFixed(0));
     this.valve(voltage, spool, valve, a, b);
     this.flows(flows);
   }
 
   colour(pressure) {
-    return pressureColour(pressure, ATMOSPHERE, Math.max(this.supply, ATMOSPHERE + 1e5));
+    return pressureColour(pressure, this.atmosphere, Math.max(this.supply, this.atmosphere + 1e5));
   }
 
   carriage(position, piston, lost, a, b) {

@@ -352,6 +352,18 @@ def test_the_supply_can_be_cut(tab: Tab, observer: "Observer") -> None:
         observer.set_parameters("plant", {"supply.pressure": before})
 
 
+def test_the_colours_begin_at_the_atmosphere_of_the_rig(tab: Tab, observer: "Observer") -> None:
+    """Their lower end is written beside them, in kPa, and goes with the parameter."""
+    shows = "low => document.querySelector('svg.scene .low').textContent === low"
+    before = observer.get_parameters("plant", ["atmosphere.pressure"])["atmosphere.pressure"]
+    tab.wait(shows, "101")
+    try:
+        observer.set_parameters("plant", {"atmosphere.pressure": 9e4})
+        tab.wait(shows, "90")
+    finally:
+        observer.set_parameters("plant", {"atmosphere.pressure": before})
+
+
 def listeners(observer: "Observer", topic: str) -> set[str]:
     """Return the names of the nodes that listen to a topic."""
     return {one.node_name for one in observer.node.get_subscriptions_info_by_topic(topic)}

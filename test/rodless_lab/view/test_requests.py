@@ -210,6 +210,13 @@ def test_a_frame_has_what_is_new(state: ViewState) -> None:
     assert frames.setup(state)["stroke"] == 0.2
 
 
+def test_colours_begin_at_the_atmosphere_of_the_rig(state: ViewState) -> None:
+    """In the mountains an exhausted chamber has the colour that it has at sea level."""
+    assert frames.setup(state)["atmosphere"] == 101325.0
+    state.take_parameters("plant", {"atmosphere.pressure": 7e4})
+    assert frames.setup(state)["atmosphere"] == 7e4
+
+
 # Of a rig that says neither its reference nor where spool and piston are.
 NOTHING = (None, None, None, None)
 
