@@ -27,6 +27,7 @@ from launch_ros.actions import Node
 
 from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
+from rodless_base.written_number import written_number
 from rodless_lab.session.domain import namespace_of_nodes
 from rodless_lab.session.file_parameters import check_together, own_parameters
 from rodless_lab.session.launch_arguments import misspelt
@@ -34,6 +35,7 @@ from rodless_lab.session.processes import clock_of_its_own, write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
 from rodless_sim.cylinder_series import sizes
 from rodless_sim.description import robot_description
+from rodless_sim.instruments.instruments import SENSORS
 from rodless_sim.physics.heat import ENERGY_BALANCE
 from rodless_sim.scenario import scenario_parameter
 
@@ -52,7 +54,7 @@ ARGUMENTS = (
     (
         "sensors",
         "preset",
-        ["preset", "ideal", "data_sheet"],
+        ["preset", *(name.replace("-", "_") for name in SENSORS)],
         "instruments: the preset's, ideal, or the paper's",
     ),
     ("parameters", "", None, "parameter file on top of those"),
@@ -254,7 +256,7 @@ def scenario_of_argument(given: str) -> dict[str, str]:
 def number(argument: str, text: str, parameter: str) -> float:
     """Return the number that an argument is; RuntimeError where its parameter takes no such one."""
     try:
-        value = float(text)
+        value = written_number(text)
         RigParameters.DECLARATIONS[parameter].check(value)
     except ParameterError as error:
         raise RuntimeError(f"{argument}:={text}: {error}") from None

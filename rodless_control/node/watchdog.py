@@ -71,7 +71,8 @@ class Watchdog:
         """That no positions come now, if so, and what has been done about it."""
         if self._following or self._arrived:
             return None
-        safe = "plant stands still" if self.in_lockstep and self._lost else "valve closed"
+        stands = self.in_lockstep and (self._lost or self.report is not None)
+        safe = "plant stands still" if stands else "valve closed"
         return f"no position{self._with_pressures}: {safe}"
 
     def poll(self) -> None:

@@ -83,7 +83,10 @@ class BagWriter(Closing):
     def write(
         self, topic: str, data: bytes, log_time: int, publish_time: int, sequence: int = 0
     ) -> None:
-        """Add a message in CDR, times in ns; raises :class:`BagError` when the disk is full."""
+        """Add a message in CDR, times in ns; raises :class:`BagError` when the disk is full.
+
+        Raises struct.error for times that the file has no room for.
+        """
         channel = self._channels[topic]
         self._attempt(self._file.add_message, channel, log_time, publish_time, data, sequence)
 

@@ -16,7 +16,7 @@ from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import VALVE_VOLTAGE
-from rodless_lab.cli.number import whole
+from rodless_lab.cli.number import real, whole
 from rodless_lab.identification.excitation import CREEP, EXCITATIONS, PERIOD, excitation
 from rodless_lab.session.errors import HarnessError
 
@@ -70,14 +70,14 @@ def _parser() -> Parser:
     )
     parser.add_argument(
         "--closed-voltage",
-        type=float,
+        type=real,
         default=CLOSED_VOLTAGE,
         metavar="V",
         help="where the valve of the rig is closed (%(default)g)",
     )
     parser.add_argument(
         "--creep",
-        type=float,
+        type=real,
         metavar="V",
         help=f"for friction: how far from there the carriage creeps ({CREEP:g}); of a valve with "
         "0.4 %% of hysteresis, as the preset calibrated has, 0.29",

@@ -18,7 +18,7 @@ from rodless_base.atomic_write import cannot_be_written, check_files_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
-from rodless_lab.cli.number import millimetres
+from rodless_lab.cli.number import millimetres, whole
 from rodless_lab.experiments import sine
 from rodless_lab.experiments.catalogue import EXPERIMENTS
 from rodless_lab.experiments.experiment import Options
@@ -99,8 +99,6 @@ def chosen(options: argparse.Namespace, runner: Runner) -> Options:
             f"--position {asked.position * 1e3:g}: must be from 0 to {stroke * 1e3:g} mm, "
             "the stroke"
         )
-    if asked.seed < 0:
-        raise ValueError(f"--seed {asked.seed}: must not be negative")
     sine.check_within_stroke(asked.amplitude, asked.centre)
     return asked
 
@@ -159,7 +157,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
         action="store_true",
         help="let the nodes do what moves, over topics in lock-step (default: in process)",
     )
-    parser.add_argument("--seed", type=int, help=f"of the sensors' noise ({default.seed})")
+    parser.add_argument("--seed", type=whole, help=f"of the sensors' noise ({default.seed})")
     parser.add_argument(
         "-o",
         "--output",

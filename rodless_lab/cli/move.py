@@ -63,13 +63,13 @@ def _move(rig: "RunningRig", options: argparse.Namespace) -> int:
     print(f"from {move.track.position * 1e3:.2f} to {options.position:g} mm", flush=True)
     result = move.make(options.timeout, show, lambda text: print(f"\n{text}", file=sys.stderr))
     show.end(move.track)
-    code = _report(result, move.track.position * 1e3, options)
+    code = _report(result, options)
     for obstacle in [] if result.settled else rig.obstacles():
         print(obstacle, file=sys.stderr)
     return code
 
 
-def _report(result: "MoveResult", position: float, options: argparse.Namespace) -> int:
+def _report(result: "MoveResult", options: argparse.Namespace) -> int:
     from rodless_lab.runs.step_metrics import metric_lines  # noqa: PLC0415  imports numpy
 
     if result.metrics is None:
@@ -79,6 +79,7 @@ def _report(result: "MoveResult", position: float, options: argparse.Namespace) 
     if result.from_sending is not None:
         print(f"times count from when the set-point was sent: {result.from_sending}")
     if not result.settled:
+        position = result.position * 1e3
         print(
             f"not settled within {options.timeout:g} s: the carriage is at {position:.2f} mm, "
             f"{position - options.position:+.2f} mm from the set-point",

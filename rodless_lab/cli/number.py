@@ -12,19 +12,23 @@ import argparse
 import math
 
 from rodless_base.one_line import shown
+from rodless_base.written_number import written_number
 
 
 def number(text: str) -> float:
-    """Return the number that ``text`` is, NaN for what is none: no bound holds for that.
-
-    A number as people and files write it, not as Python's own source does (``1_0``).
-    """
-    if not text.isascii() or "_" in text:
-        return math.nan
+    """Return the number that ``text`` is, NaN for what is none: no bound holds for that."""
     try:
-        return float(text)
+        return written_number(text)
     except ValueError:
         return math.nan
+
+
+def real(text: str) -> float:
+    """Return the number that ``text`` is; raises ArgumentTypeError."""
+    try:
+        return written_number(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a number") from None
 
 
 def millimetres(text: str) -> float:

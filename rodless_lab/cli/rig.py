@@ -21,6 +21,7 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.parameters import ParameterError
 from rodless_base.start import Stop
 from rodless_lab.bags.default_bag import default_bag
+from rodless_lab.cli.number import real
 from rodless_lab.cli.running_rig import add_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
 from rodless_sim import RigParameters
@@ -108,7 +109,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         default="preset",
         help="as the preset has them (default), ideal, or as accurate as those of the paper",
     )
-    parser.add_argument("--supply-pressure", type=float, metavar="PA", help="Pa, absolute")
+    parser.add_argument("--supply-pressure", type=real, metavar="PA", help="Pa, absolute")
     parser.add_argument(
         "--cylinder", metavar="MODEL", help="of the CY3R series, such as CY3R32-500"
     )

@@ -16,6 +16,7 @@ from pathlib import Path
 from rodless_base.atomic_write import check_files_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
+from rodless_lab.cli.number import whole
 from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/sweeps")
@@ -110,7 +111,7 @@ def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("study", metavar="STUDY", help="a YAML file, or one that ships: friction")
     _add_output(parser)
-    parser.add_argument("--workers", type=int, help="threads (default: one for each core)")
+    parser.add_argument("--workers", type=whole, help="threads (default: one for each core)")
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask cluster that runs the rows instead"
     )
@@ -122,7 +123,7 @@ def _replay_parser() -> Parser:
         prog="rodless sweep replay",
         description="Run one row of a sweep again and compare all of its numbers bit for bit.",
     )
-    parser.add_argument("row", type=int, metavar="ROW")
+    parser.add_argument("row", type=whole, metavar="ROW")
     _add_output(parser)
     parser.add_argument(
         "--ros", action="store_true", help="by the nodes, over DDS in lock-step, too"

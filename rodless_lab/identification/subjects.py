@@ -38,7 +38,7 @@ from rodless_lab.identification.pressures.valve import (
 from rodless_lab.identification.verdict import Verdict
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import ParameterError, RigParameters
-from rodless_sim.instruments.instruments import SENSORS
+from rodless_sim.instruments.instruments import sensors_of
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def assumed_parameters(base: str, sensors: str) -> RigParameters:
     """Return what is taken as known: a preset or file, and how accurate the sensors are.
 
     ``sensors`` is ``data-sheet``, ``base`` (as ``base`` says) or ``ideal``. Raises
-    :class:`ParameterError` that names the file.
+    :class:`ParameterError` that names the file or the value.
     """
     if base in preset_names():
         parameters = RigParameters.preset(base)
@@ -124,6 +124,8 @@ def assumed_parameters(base: str, sensors: str) -> RigParameters:
                 f"{base}: neither a preset ({', '.join(preset_names())}) nor a file that can be "
                 f"read: {error.strerror or error}"
             ) from error
-    if sensors == "base":
-        return parameters
-    return parameters.with_values(SENSORS[sensors])
+    try:
+        values = sensors_of(sensors)
+    except ValueError as error:
+        raise ParameterError(f"sensors: {error}") from error
+    return parameters.with_values(values)

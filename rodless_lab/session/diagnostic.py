@@ -16,6 +16,9 @@ from typing import NamedTuple
 from rodless_base.one_line import listed, shown
 from rodless_lab.session.errors import HarnessError
 
+# Of the largest count that is believed.
+DIGITS = 9
+
 
 class Diagnostic(NamedTuple):
     """One report: its level is one of DiagnosticStatus.OK, .WARN, .ERROR and .STALE."""
@@ -47,6 +50,13 @@ def number_among(values: Mapping[str, str], name: str, otherwise: float) -> floa
     text = values.get(name, "")
     number = float(text) if _is_number(text) else math.nan
     return number if math.isfinite(number) else otherwise
+
+
+def count_among(values: Mapping[str, str], name: str) -> int:
+    """Return a count among ``values``, 0 where there is none that anybody could have counted."""
+    text = values.get(name, "")
+    is_count = text.isascii() and text.isdecimal() and len(text) <= DIGITS
+    return int(text) if is_count else 0
 
 
 def _is_number(text: str) -> bool:

@@ -31,15 +31,12 @@ class Faults(LiveSession):
 
         A lock-step plant offers its last sample anew to a new controller, unless commands are
         relayed: reset it then. One that was killed remains in DDS discovery for about 20 s of wall
-        clock, for which lock-step waits. Raises HarnessError for a controller beside a paused plant
-        in real time, whose next sample it would wait for.
+        clock, for which lock-step waits. Raises HarnessError for a controller beside a plant in
+        real time that is paused or whose run is over: it would wait for the next sample.
         """
         managed = self._running(process)
-        if process == "controller" and self._mode == "realtime" and self._paused:
-            raise HarnessError(
-                "restart: the plant is paused, and a new controller answers its samples alone; "
-                "resume() first"
-            )
+        if process == "controller" and self._mode == "realtime":
+            self._check_samples_come()
         managed.ask_to_stop()
         managed.end()
         if process == "controller" and self._mode == "lockstep":
@@ -50,12 +47,28 @@ class Faults(LiveSession):
         runs, began = self._received.runs, time.time_ns()
         if process == "controller":
             managed.start()
-            answers = self._received.answers
-            self._wait(lambda: answers and answers[-1].sent > began, "the new controller")
+            self._wait(lambda: self._has_answered_since(began), "the new controller")
             return
         with self._received.expecting_run():
             managed.start()
             self._wait(lambda: self._received.runs > runs, f"sample 0 of the new {process}")
+
+    def _check_samples_come(self) -> None:
+        """Raise HarnessError where a new controller would find no sample to answer."""
+        reason = "the plant is paused" if self._paused else "the run is over"
+        if self._paused or self._has_ended:
+            way_out = "resume()" if self._paused else "reset()"
+            raise HarnessError(
+                f"restart: {reason}, and a new controller answers samples alone; {way_out} first"
+            )
+
+    def _has_answered_since(self, began: int) -> bool:
+        """Whether a command was sent after ``began`` (ns); HarnessError once none can be."""
+        answers = self._received.answers
+        if answers and answers[-1].sent > began:
+            return True
+        self._check_goes_on("an answer of the new controller")
+        return False
 
     def freeze(self, process: str) -> None:
         """Hold a process where it is, as a machine does that has no time for it."""

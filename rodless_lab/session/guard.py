@@ -30,7 +30,8 @@ def end(groups: Iterable[int]) -> None:
     """Stop process groups: SIGINT first, as Ctrl-C does, then SIGKILL."""
     leaders = {}
     for group in groups:
-        with contextlib.suppress(ProcessLookupError):
+        # One that cannot be ended keeps no other from it.
+        with contextlib.suppress(OSError):
             leaders[group] = os.pidfd_open(group)
             # Only what runs can act on a signal.
             os.killpg(group, signal.SIGCONT)
@@ -38,7 +39,7 @@ def end(groups: Iterable[int]) -> None:
     deadline = time.monotonic() + TIMEOUT
     for group, leader in leaders.items():
         select.select([leader], [], [], max(deadline - time.monotonic(), 0.0))
-        with contextlib.suppress(ProcessLookupError):
+        with contextlib.suppress(OSError):
             os.killpg(group, signal.SIGKILL)
 
 

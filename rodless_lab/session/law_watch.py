@@ -11,7 +11,7 @@
 from collections.abc import Callable
 
 from rodless_control.node.answers import CLOSED_BY_FAILURE
-from rodless_lab.session.diagnostic import Diagnostic, number_among
+from rodless_lab.session.diagnostic import Diagnostic, count_among
 from rodless_lab.session.errors import LawFailedError
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.running_rig import CONTROLLER, SILENT, is_silent
@@ -37,7 +37,7 @@ class LawWatch:
         if said is None or said is self._seen:
             return
         self._seen = said
-        failures = int(number_among(said.values, LAW_FAILURES, 0))
+        failures = count_among(said.values, LAW_FAILURES)
         if failures:
             # Reports count from the last ~/reset on, of which nobody may have told the session.
             lines = self._lines

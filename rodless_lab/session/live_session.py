@@ -182,6 +182,14 @@ class LiveSession:
         """Whether the newest sample is the last one of the session's duration, if it has one."""
         return bool(self._duration) and instant(self.latest.time) >= instant(self._duration)
 
+    def _check_goes_on(self, what: str) -> None:
+        """Raise HarnessError where the run is over and ``what`` can no longer come."""
+        if self._has_ended:
+            raise HarnessError(
+                f"{what} has not come, and the run is over: the session's duration is "
+                f"{self._duration:g} s"
+            )
+
     def _between_spins(self) -> None:
         self._processes.check()
         if self._law_watch is not None:

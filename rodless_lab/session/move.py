@@ -8,6 +8,7 @@
 
 """Send the carriage of a running rig somewhere and follow it until it has settled."""
 
+import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -21,9 +22,10 @@ from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.message_info import Info
 from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_base.topics import JOINT_STATES, REFERENCE, SETPOINT, VALVE_VOLTAGE
-from rodless_lab.session.diagnostic import number_among
+from rodless_lab.session.diagnostic import count_among
+from rodless_lab.session.errors import InterruptedRunError
 from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, RigError, RunningRig
-from rodless_lab.session.setpoint import has_arrived, setpoint_is_heard
+from rodless_lab.session.setpoint import has_arrived, hears_all_setpoints, setpoint_is_heard
 from rodless_lab.session.track import MoveResult, Track
 
 # Wall-clock s, for the nodes to be found, and for their first or next message. Fast DDS takes up to
@@ -77,10 +79,8 @@ class SetpointMove:
             self._check_target()
         self._wait_until_heard()
         # Each sender is matched apart: of one that is not, what replaces ours is not known.
-        senders = self._rig.observer.node.count_publishers
         self._rig.wait_for(
-            lambda: setpoints.get_publisher_count() >= senders(self._setpoint.topic_name),
-            FIND_TIMEOUT,
+            lambda: hears_all_setpoints(self._rig.observer.node, setpoints), FIND_TIMEOUT
         )
         # A recorder that has come in the meantime, too.
         self._rig.wait_for(self._is_heard, FIND_TIMEOUT)
@@ -209,13 +209,15 @@ class SetpointMove:
         try:
             return self._verdict()
         finally:
+            # Two rigs of one name explain whatever has been found.
+            self._rig.check_alone()
             # A listener that was late to match, such as a recorder, has it only if its sender
-            # stays.
-            self._rig.wait_for(lambda: has_arrived(self._setpoint), MESSAGE_TIMEOUT)
+            # stays. Who does not want to wait for that has the measurement all the same.
+            with contextlib.suppress(InterruptedRunError):
+                self._rig.wait_for(lambda: has_arrived(self._setpoint), MESSAGE_TIMEOUT)
 
     def _verdict(self) -> MoveResult:
         """Return what is measured; raises :class:`RigError` where something has come between."""
-        self._rig.check_alone()
         if self._is_refused:
             reason = self._refusal or "its log says why"
             raise RigError(f"the controller refuses {self._target * 1e3:g} mm: {reason}")
@@ -258,7 +260,7 @@ class SetpointMove:
     @property
     def _refused(self) -> int:
         said = self._rig.diagnostic(CONTROLLER)
-        return int(number_among(said.values, REFUSED, 0)) if said is not None else 0
+        return count_among(said.values, REFUSED) if said is not None else 0
 
     @property
     def _is_refused(self) -> bool:

@@ -29,6 +29,9 @@ TIMEOUT = 60.0
 # 2 s; a crowded machine may need longer.
 STOP_TIMEOUT = 10.0
 
+# A guard that ends what it still watches takes its own timeout, and a moment to read and to go.
+CLOSE_TIMEOUT = 2.0 * guard.TIMEOUT
+
 
 class Guard:
     """Another process, which ends those it is told of should this one be killed."""
@@ -68,7 +71,7 @@ class Guard:
         )
 
     def close(self) -> None:
-        """End it; whatever it still watches ends too."""
+        """End it; whatever it still watches ends too, unless that takes longer than it may."""
         if self._process is None:
             return
         assert self._process.stdin is not None
@@ -77,7 +80,7 @@ class Guard:
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.close()
         try:
-            self._process.wait(2 * guard.TIMEOUT)
+            self._process.wait(CLOSE_TIMEOUT)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

@@ -72,14 +72,6 @@ class PlantTime(LiveSession):
         assert sample is not None
         return sample
 
-    def _check_goes_on(self, what: str) -> None:
-        """Raise HarnessError where the run is over and ``what`` can no longer come."""
-        if self._has_ended:
-            raise HarnessError(
-                f"{what} has not come, and the run is over: the session's duration is "
-                f"{self._duration:g} s"
-            )
-
     @timeout_was_patience
     def run_for(self, duration: float, timeout: float | None = None) -> Sample:
         """Let the rig run for ``duration`` s of plant time; see :meth:`run_until`.

@@ -20,7 +20,7 @@ from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.ros.unheard import WAY_OUT, has_unheard_publisher
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES
-from rodless_lab.session.diagnostic import Diagnostic, number_among
+from rodless_lab.session.diagnostic import Diagnostic, count_among
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import TIMEOUT, Observer
@@ -172,7 +172,7 @@ class RunningRig(Closing):
     def _reported_namesakes(self, node: str) -> int:
         """How many nodes ``node`` says there are of its name, itself included; 0 while unknown."""
         said = self.diagnostic(node)
-        return int(number_among(said.values, NAMESAKES, 0)) if said is not None else 0
+        return count_among(said.values, NAMESAKES) if said is not None else 0
 
     def namesakes(self, node: str) -> str | None:
         """Say that several nodes are called ``node`` here, as of two rigs; None where one is."""

@@ -22,6 +22,7 @@ from rodless_base.one_line import shown
 from rodless_base.parameter_file import is_of_rclpy
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER, Parameter
 from rodless_base.ros.parameters import ros_value
+from rodless_base.written_number import written_number
 from rodless_base.yaml_file import yaml_value
 from rodless_control.laws import LAWS, of_other_law
 from rodless_control.parameters import LAW
@@ -215,8 +216,6 @@ def typed_value(name: str, text: str, kind: int) -> object:
         return text
     convert, wanted = _KINDS.get(kind, (yaml_value, "a value"))
     try:
-        if "_" in text:  # Python reads 600_000, files of parameters do not
-            raise ValueError(text)
         return convert(text)
     except (ValueError, yaml.YAMLError) as error:
         raise RigError(f"{name}: {shown(text)} refused, must be {wanted}") from error
@@ -229,26 +228,26 @@ def _boolean(text: str) -> bool:
 
 
 def _integer(text: str) -> int:
+    real = written_number(text)
     try:
         number = int(text)
     except ValueError:
-        real = float(text)  # such as 1e3
         if not real.is_integer():
             raise
-        number = int(real)
+        number = int(real)  # such as 1e3
     if not SMALLEST_INTEGER <= number <= LARGEST_INTEGER:
         raise ValueError(text)
     return number
 
 
 def _numbers(text: str) -> list[float]:
-    return [float(part) for part in text.strip("[] ").split(",")]
+    return [written_number(part) for part in text.strip("[] ").split(",")]
 
 
 _KINDS: dict[int, tuple[Callable[[str], object], str]] = {
     ParameterType.PARAMETER_BOOL: (_boolean, "true or false"),
     ParameterType.PARAMETER_INTEGER: (_integer, "a whole number of at most 64 bits"),
-    ParameterType.PARAMETER_DOUBLE: (float, "a number"),
+    ParameterType.PARAMETER_DOUBLE: (written_number, "a number"),
     ParameterType.PARAMETER_DOUBLE_ARRAY: (_numbers, "numbers with commas between them"),
 }
 

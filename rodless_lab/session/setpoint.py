@@ -13,7 +13,8 @@ import warnings
 from rclpy.duration import Duration
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 # What a recorder publishes too; a controller publishes more.
 OF_ANY_NODE = ("/rosout", "/parameter_events", "/events/write_split")
@@ -57,6 +58,20 @@ def setpoint_is_heard(node: Node, publisher: Publisher) -> bool:
     return publisher.get_subscription_count() >= len(listeners) and any(
         _controls(node, listener.node_name, listener.node_namespace) for listener in listeners
     )
+
+
+def hears_all_setpoints(node: Node, subscription: Subscription) -> bool:
+    """Whether every sender of set-points is matched that a controller would hear.
+
+    It listens reliably, as ``subscription`` does: best-effort senders match neither.
+    """
+    senders = node.get_publishers_info_by_topic(subscription.topic_name)
+    heard = [
+        sender
+        for sender in senders
+        if sender.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT
+    ]
+    return bool(subscription.get_publisher_count() >= len(heard))
 
 
 def _controls(node: Node, name: str, namespace: str) -> bool:

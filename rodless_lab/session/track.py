@@ -32,9 +32,11 @@ class MoveResult:
 
     ``metrics`` is None where the carriage was there already. Times count from the first sample
     after which the reference changed, or from the sending, and then ``from_sending`` says why.
+    ``position`` (m) is where the carriage was at the end.
     """
 
     settled: bool
+    position: float
     metrics: StepMetrics | None
     from_sending: str | None
 
@@ -163,7 +165,7 @@ class Track:
             why = "the reference has not changed"
         start = self._positions[first]
         if abs(start - self._target) <= SETTLING_BAND:
-            return MoveResult(self.has_settled, None, why)
+            return MoveResult(self.has_settled, self.position, None, why)
         voltages = [value for sent, value in self._voltages if sent >= self._sent[first]]
         if not voltages:
             raise ValueError(f"no command on {VALVE_VOLTAGE} since the set-point")
@@ -180,7 +182,7 @@ class Track:
         if not self.has_settled:
             # In the band by the end, but not for long enough to be called settled.
             metrics = replace(metrics, settling_time=math.nan)
-        return MoveResult(self.has_settled, metrics, why)
+        return MoveResult(self.has_settled, self.position, metrics, why)
 
     def _sample_of(self, reference_sent: int) -> int:
         """Return the index of the sample that a reference belongs to.

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rodless_base.one_line import described, in_one_line, shown
+from rodless_base.one_line import described, in_one_line
 from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
@@ -23,7 +23,7 @@ from rodless_lab.simulation.closed_loop import Loop
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_sim import RigParameters
-from rodless_sim.instruments.instruments import SENSORS
+from rodless_sim.instruments.instruments import sensors_of
 
 SEED = "sensors.seed"
 EACH_ITS_SEED = "refused: each row has a seed of its own, which design.seed draws"
@@ -92,11 +92,12 @@ def read_base(fields: Fields, folder: Path) -> Base:
     A parameter file that ``base`` names stands in ``folder``, where the study does.
     """
     given = fields.text("base", "calibrated")
-    sensors = fields.text("sensors", "base")
+    choice = fields.text("sensors", "base")
+    try:
+        sensors = sensors_of(choice)
+    except ValueError as error:
+        raise fields.error("sensors", str(error)) from error
     changes = dict(fields.below("set").values)
-    if sensors not in ("base", *SENSORS):
-        must = f"must be base, {' or '.join(SENSORS)}"
-        raise fields.error("sensors", f"{shown(sensors)} refused, {must}")
     if SEED in changes:
         raise fields.error("set", f"{SEED} {EACH_ITS_SEED}")
     laws = _laws(fields, changes, given, folder)
@@ -113,8 +114,7 @@ def read_base(fields: Fields, folder: Path) -> Base:
     run = fields.below("run")
     times = run.number("duration", 6.0), run.number("period", 1e-3), run.number("since", 0.0)
     run.end()
-    if sensors in SENSORS:
-        rig = rig.with_values(SENSORS[sensors])
+    rig = rig.with_values(sensors)
     for name in changes:
         refuse_of_both(fields, "set", name, controllers)
     own = {name: value for name, value in changes.items() if name in rig}

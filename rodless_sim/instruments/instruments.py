@@ -26,6 +26,7 @@ import numpy.typing as npt
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.kernels import kernel
 from rodless_base.measurement import Measurement
+from rodless_base.one_line import shown
 from rodless_base.parameter_file import preset_directory, read_parameter_file
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_sim.instruments.transmitter import Transmitter, followed, read, volts
@@ -150,6 +151,13 @@ IDEAL, DATA_SHEET = _of_file("ideal"), _of_file("data_sheet")
 
 # In the words of the command line, in place of a preset's instruments.
 SENSORS = MappingProxyType({"ideal": IDEAL, "data-sheet": DATA_SHEET})
+
+
+def sensors_of(choice: str) -> Mapping[str, object]:
+    """Return what one of :data:`SENSORS` sets, nothing for ``base``; raises ValueError."""
+    if choice not in ("base", *SENSORS):
+        raise ValueError(f"{shown(choice)} refused, must be base, {' or '.join(SENSORS)}")
+    return SENSORS.get(choice, {})
 
 
 def position_range(parameters: ParameterSet) -> float:

@@ -32,6 +32,10 @@ def test_a_lock_step_plant_that_is_stopped_changes_no_number(rig_session: StartS
     for frozen in (False, True):
         rig = rig_session("lockstep", controller=STEP, duration=0.2, paused=True)
         if frozen:
+            # A controller that has never had a position has lost none.
+            rig.wait_until(
+                lambda rig=rig: np.isfinite(rig.samples().voltage[0]), "the answer to sample 0"
+            )
             rig.freeze("plant")
             rig.wait_until(lambda rig=rig: rig.counter("controller", "positions lost") == 1, "loss")
             text = "no position: plant stands still"

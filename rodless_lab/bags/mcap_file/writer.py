@@ -36,6 +36,7 @@ CHUNK_SIZE = 64 * 1024
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED = _MESSAGE.size - 9
+LARGEST_SEQUENCE = 2**32 - 1
 
 # Log time (ns) and place in its chunk of each message, by channel.
 Entries = dict[int, list[tuple[int, int]]]
@@ -120,10 +121,12 @@ class McapWriter(Closing):
     ) -> None:
         """Add a message, times in ns; raises OSError when a full chunk cannot be written.
 
-        Raises struct.error for numbers that the format has no room for; nothing is added then.
+        The format has room for 32 bits of the ``sequence``; a publisher's counter has 64. Raises
+        struct.error for other numbers that it has no room for; nothing is added then.
         """
         length = _MESSAGE_FIXED + len(data)
-        fixed = _MESSAGE.pack(Opcode.MESSAGE, length, channel, sequence, log_time, publish_time)
+        lowest = sequence & LARGEST_SEQUENCE
+        fixed = _MESSAGE.pack(Opcode.MESSAGE, length, channel, lowest, log_time, publish_time)
         entry = (log_time, len(self._chunk))
         self._entries.setdefault(channel, []).append(entry)
         self._chunk += fixed

@@ -21,20 +21,24 @@ class PublisherCounters:
 
     def __init__(self) -> None:
         """Nothing has come."""
-        self._last: set[int] = set()
-        self._newest = 0
+        # In the order in which they were last heard.
+        self._last: dict[int, None] = {}
+        self._previous = 0
         self.turns = 0
 
-    def missed(self, number: int) -> int:
-        """Take a message's ``number`` (from 1 on, 0 for unknown); return how many before it lack.
+    def take(self, number: int) -> int:
+        """Take a message's ``number``, from 1 on, 0 for unknown; return how many before it missed.
 
-        They lack of the publisher that is nearest below it; none of one that begins.
+        They are counted for the publisher whose last number is the nearest below; of one that
+        begins none is missed. One that is first heard in its midst and above another's last number
+        is taken for that one.
         """
-        self.turns += 0 < number <= self._newest
-        self._newest = number
+        self.turns += 0 < number <= self._previous
+        self._previous = number
         before = max((last for last in self._last if last < number), default=0)
-        self._last.discard(before)
-        self._last.add(number)
+        self._last.pop(before, None)
+        self._last.pop(number, None)
+        self._last[number] = None
         if len(self._last) > REMEMBERED:
-            self._last.remove(min(self._last))
+            del self._last[next(iter(self._last))]
         return number - before - 1 if before else 0

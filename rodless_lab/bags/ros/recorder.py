@@ -128,7 +128,7 @@ class Recorder:
 
     @property
     def _has_begun(self) -> bool:
-        """Whether every wanted topic is, or was, by a sender that may have gone again."""
+        """Whether each wanted topic is recorded, or something has come of a sender since gone."""
         topics = self._wanted or self._topics
         return all(self.received[topic] or self._matched(topic) for topic in topics)
 
@@ -246,7 +246,8 @@ class Recorder:
 
         def receive(data: bytes, info: Info) -> None:
             received = info["received_timestamp"] or time.time_ns()
-            sent = info["source_timestamp"] or received
+            # A publisher may send what is no time: DDS has a negative one for that.
+            sent = max(info["source_timestamp"], 0) or received
             clock = leading_time(data) if is_clock else None
             if clock is not None:
                 self._watch.take(clock)
@@ -274,8 +275,8 @@ class Recorder:
     def _count_lost(self, topic: str, sequence: int) -> None:
         counters = self._counters[topic]
         before = counters.turns
-        missed = counters.missed(sequence)
-        # With several publishers a gap tells nothing.
+        missed = counters.take(sequence)
+        # While several are there, a gap may be told of the wrong one.
         if missed and self.node.count_publishers(topic) <= 1:
             self.lost[topic] += missed
         if before < counters.turns == MANY_TURNS and _is_of_one_plant(topic):

@@ -180,3 +180,14 @@ def test_flushed_messages_are_in_the_file(tmp_path: Path) -> None:
         writer.flush()
         assert data in (tmp_path / "bag" / "bag_0.mcap").read_bytes()
         assert writer.counts == {"/x": 1}
+
+
+def test_the_counter_of_a_publisher_may_outgrow_the_file(tmp_path: Path) -> None:
+    """A rig of 1 kHz has sent 2³² messages after 50 days; the file has room for the lowest bits."""
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
+        for number in (2**32 - 1, 2**32, 2**32 + 1):
+            writer.write("/x", bytes(12), number, number, number)
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as stream:
+        numbers = [m.sequence for _, _, m in make_reader(stream).iter_messages()]
+    assert numbers == [2**32 - 1, 0, 1]

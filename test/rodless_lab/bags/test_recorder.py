@@ -439,7 +439,10 @@ def test_without_a_list_topics_are_told_as_they_come(plant: Plant, recording: Re
 def test_a_gap_is_a_loss_only_of_a_publisher_that_is_alone(
     plant: Plant, recording: Recording
 ) -> None:
-    """With two of them nothing is told, not even of a topic that it has lost none."""
+    """With two of them nothing is told, not even of a topic that it has lost none.
+
+    Numbers are given by hand: on this machine DDS loses nothing when it is asked to.
+    """
     topic = "/supply/pressure"
     both = [plant.publisher(FluidPressure, topic) for _ in range(2)]
     recorder = recording.start(topic)

@@ -85,7 +85,6 @@ def test_a_number_out_of_its_limits_ends_with_1_and_is_named(
     [
         (["--position", "250"], "--position 250: must be from 0 to 200 mm"),
         (["--amplitude", "300"], "a sine of 300 mm about 100 mm leaves the stroke of 200 mm"),
-        (["--seed", "-1"], "--seed -1: must not be negative"),
         (["--amplitude", "-5"], "a sine of -5 mm: must be 0.01 mm or more"),
         (["--amplitude", "0"], "a sine of 0 mm: must be 0.01 mm or more"),
         (["--amplitude", "1e-300"], "a sine of 1e-300 mm: must be 0.01 mm or more"),
@@ -116,6 +115,15 @@ def test_a_length_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixtu
     with pytest.raises(SystemExit, match="2"):
         main(["sine", "--centre", text], Quiet())
     assert f"argument --centre: '{text}' is not a length in mm" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["-1", "1.5", "1_0", "x"])
+def test_a_seed_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """By its value and its option."""
+    with pytest.raises(SystemExit, match="2"):
+        main(["all", "--seed", text], Quiet())
+    said = f"argument --seed: '{text}' is not a whole number from 0 on"
+    assert said in capsys.readouterr().err
 
 
 # By the field of Options: what the user writes, and what it is then.

@@ -116,6 +116,20 @@ def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> 
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
 
 
+def test_no_new_controller_is_awaited_once_the_run_is_over(rig_session: StartSession) -> None:
+    """Its first answer would not come: neither then, nor where the run ends while it starts."""
+    rig = rig_session(duration=0.3)
+    rig.run()
+    pid = rig.pids["controller"]
+    with pytest.raises(HarnessError, match=r"the run is over.*reset\(\) first"):
+        rig.restart("controller")
+    assert rig.pids["controller"] == pid
+    rig.reset()
+    # No node starts in 0.3 s.
+    with pytest.raises(HarnessError, match=r"the run is over"):
+        rig.restart("controller")
+
+
 def test_a_lockstep_run_goes_on_with_a_restarted_controller(rig_session: StartSession) -> None:
     """No sample is missing and none is there twice, although the last one is offered anew."""
     rig = rig_session("lockstep", controller=HOLD)

@@ -8,27 +8,42 @@
 
 """The process that outlives a session to end its nodes: it never holds up the session itself."""
 
+import contextlib
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from rodless_lab.session import node_process
 from rodless_lab.session.node_process import Guard
 
 
 def children() -> set[int]:
     """Return the process IDs of what this process has started and not yet waited for."""
-    tasks = Path("/proc/self/task").glob("*/children")
-    return {int(pid) for task in tasks for pid in task.read_text().split()}
+    found = set()
+    for task in Path("/proc/self/task").glob("*/children"):
+        with contextlib.suppress(OSError):  # of a thread that has ended meanwhile
+            found |= set(map(int, task.read_text().split()))
+    return found
 
 
-@pytest.fixture
-def watched() -> Iterator[subprocess.Popen[bytes]]:
+def waiting(action: str) -> list[str]:
+    """Return the command of a process that takes SIGINT so, and says when it does."""
+    program = f"import signal; signal.signal(2, signal.{action}); print(flush=True); signal.pause()"
+    return [sys.executable, "-I", "-S", "-c", program]
+
+
+@pytest.fixture(params=["SIG_DFL"])
+def watched(request: pytest.FixtureRequest) -> Iterator[subprocess.Popen[bytes]]:
     """Return a process that leads a group of its own, as a node does."""
-    with subprocess.Popen(["sleep", "600"], start_new_session=True) as process:
+    command = waiting(request.param)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"\n"
         yield process
         process.kill()
 
@@ -45,6 +60,20 @@ def test_a_guard_that_was_stopped_still_ends_what_it_watches(
     guard.close()
     assert watched.wait(10.0) == -signal.SIGINT
     assert children() - before == set()
+
+
+@pytest.mark.parametrize("watched", ["SIG_IGN"], indirect=True)
+def test_a_guard_that_takes_too_long_is_not_waited_for(
+    watched: subprocess.Popen[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It gives what ignores SIGINT its full time, and a session that is to end has less here."""
+    monkeypatch.setattr(node_process, "CLOSE_TIMEOUT", 0.1)
+    guard = Guard()
+    before = children()
+    guard.tell(f"+{watched.pid}")
+    guard.close()
+    assert children() - before == set()
+    assert watched.poll() is None
 
 
 def test_a_guard_that_was_killed_is_not_missed(watched: subprocess.Popen[bytes]) -> None:

@@ -69,7 +69,7 @@ def test_a_node_that_reports_no_more_is_silent(observer: Observer) -> None:
     observer.node.destroy_publisher(publisher)
 
 
-@pytest.mark.parametrize("count", ["many", "", "-3", "9" * 5000], ids=["text", "none", "less", "9"])
+@pytest.mark.parametrize("count", ["many", "", "-3", "2.7", "1_0", "1e300", "９", "9" * 50])
 def test_a_count_of_namesakes_that_is_none_is_not_believed(observer: Observer, count: str) -> None:
     """Whatever a node writes there, the rig is found."""
     publisher = diagnostics_publisher(observer.node)

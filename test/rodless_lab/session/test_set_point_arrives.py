@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from rodless_lab.session.errors import InterruptedRunError
 from rodless_lab.session.move import SetpointMove
 from rodless_lab.session.running_rig import RunningRig
 
@@ -21,17 +22,16 @@ from rodless_lab.session.running_rig import RunningRig
 class Rig(RunningRig):
     """A rig whose nodes are unknown, and whose topics have a publisher each."""
 
-    def __init__(self, arrivals: Iterator[bool], matches: Iterator[bool]) -> None:
+    def __init__(self, arrivals: Iterator[bool]) -> None:
         publisher = SimpleNamespace(
             topic_name="/setpoint",
             publish=lambda _: None,
             wait_for_all_acked=lambda _: next(arrivals),
         )
-        subscription = SimpleNamespace(get_publisher_count=lambda: next(matches))
         self.observer: Any = SimpleNamespace(
             node=SimpleNamespace(count_publishers=lambda _: 1),
             publisher=lambda *_, **__: publisher,
-            subscribe=lambda *_, **__: subscription,
+            subscribe=lambda *_, **__: None,
         )
 
     def wait_for(self, condition: Callable[[], object], timeout: float) -> bool:  # noqa: ARG002
@@ -77,8 +77,10 @@ class Track:
 
 
 @pytest.fixture(autouse=True)
-def _listeners(monkeypatch: pytest.MonkeyPatch) -> None:
+def _others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All who listen to set-points and send them are matched."""
     monkeypatch.setattr("rodless_lab.session.move.setpoint_is_heard", lambda *_: True)
+    monkeypatch.setattr("rodless_lab.session.move.hears_all_setpoints", lambda *_: True)
 
 
 @pytest.mark.parametrize("late", [0, 1, 50])
@@ -94,7 +96,8 @@ def test_a_move_waits_for_commands_and_for_every_listener(
     commands, arrivals, matches = iter(answers), iter(answers), iter(answers)
     heard = iter([True, *answers])
     monkeypatch.setattr("rodless_lab.session.move.setpoint_is_heard", lambda *_: next(heard))
-    move = SetpointMove(Rig(arrivals, matches), 0.058)
+    monkeypatch.setattr("rodless_lab.session.move.hears_all_setpoints", lambda *_: next(matches))
+    move = SetpointMove(Rig(arrivals), 0.058)
     move.track = Track(commands)
     move.prepare()
     assert list(commands) == list(matches) == list(heard) == []
@@ -111,7 +114,7 @@ def test_what_comes_after_a_move_does_not_change_how_it_ended() -> None:
             move.track.has_settled = False  # type: ignore[misc]
             yield False
 
-    move = SetpointMove(Rig(never(), iter([True])), 0.058)
+    move = SetpointMove(Rig(never()), 0.058)
     move.track = Track(iter([True]))
     move.prepare()
     move._send = lambda: setattr(move, "_is_out", True)  # type: ignore[method-assign]
@@ -120,14 +123,30 @@ def test_what_comes_after_a_move_does_not_change_how_it_ended() -> None:
     assert move._is_overtaken
 
 
-def test_who_has_been_killed_does_not_hold_a_move_back_for_ever() -> None:
+def test_who_has_been_killed_does_not_hold_a_move_back_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A listener never says that it has the set-point; a sender is never matched."""
 
     def never() -> Iterator[bool]:
         while True:
             yield False
 
-    move = SetpointMove(Rig(never(), never()), 0.058)
+    monkeypatch.setattr("rodless_lab.session.move.hears_all_setpoints", lambda *_: False)
+    move = SetpointMove(Rig(never()), 0.058)
+    move.track = Track(iter([True]))
+    move.prepare()
+    assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
+
+
+def test_who_does_not_wait_for_the_last_receipt_keeps_the_measurement() -> None:
+    """Ctrl-C in the seconds for a listener that was killed: the move is over and measured."""
+
+    def interrupted() -> Iterator[bool]:
+        raise InterruptedRunError
+        yield
+
+    move = SetpointMove(Rig(interrupted()), 0.058)
     move.track = Track(iter([True]))
     move.prepare()
     assert move.make(1.0, lambda _: None, lambda _: None) == "measured"

@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from std_msgs.msg import Float64
 
 from rodless_lab.session.observer import Observer
-from rodless_lab.session.setpoint import setpoint_is_heard
+from rodless_lab.session.setpoint import hears_all_setpoints, setpoint_is_heard
 
 
 @contextmanager
@@ -59,3 +59,20 @@ def test_a_listener_that_cannot_be_matched_is_not_waited_for(observer: Observer)
         observer.wait(lambda: observer.node.count_subscribers("/setpoint") == 2, "both listeners")
         observer.wait(lambda: setpoint_is_heard(observer.node, publisher), "the controller")
         assert publisher.get_subscription_count() == 1
+
+
+def test_a_sender_whom_no_controller_hears_is_not_waited_for(observer: Observer) -> None:
+    """A best-effort one matches neither the controller nor who watches for set-points with it."""
+    watch = observer.subscribe(Float64, "/wanted", lambda _: None)
+    node = Node("sender", context=observer.context, use_global_arguments=False)
+    try:
+        node.create_publisher(Float64, "/wanted", qos_profile_sensor_data)
+        observer.wait(lambda: observer.node.count_publishers("/wanted") == 1, "the sender")
+        assert watch.get_publisher_count() == 0
+        assert hears_all_setpoints(observer.node, watch)
+        node.create_publisher(Float64, "/wanted", 1)
+        observer.wait(lambda: observer.node.count_publishers("/wanted") == 2, "both senders")
+        observer.wait(lambda: hears_all_setpoints(observer.node, watch), "the one that counts")
+        assert watch.get_publisher_count() == 1
+    finally:
+        node.destroy_node()
