@@ -181,7 +181,7 @@ class BagClock:
 def leading_time(data: bytes) -> int:
     """Return the time (ns) that a message in CDR begins with: a stamp, or a clock's.
 
-    It is 0 for one before it: a bag has no such time, and anybody may send one.
+    A time before zero counts as 0: a bag has no such time, and anybody may send one.
     """
     # The second byte of the encapsulation header tells the byte order.
     stamp = _LITTLE_ENDIAN if data[1] & 1 else _BIG_ENDIAN

@@ -21,7 +21,7 @@ CATCH_UP_TIMEOUT = 10.0
 
 
 class CatchUp:
-    """The way of what was ``received`` up to the moment at which this is made."""
+    """Follows what is ``received`` until all has come that was sent before this was made."""
 
     def __init__(self, received: Received, paused: bool) -> None:
         """Begin with what has come so far, of a plant that may be ``paused``."""
