@@ -27,6 +27,7 @@ from numba.core import caching
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 
 from rodless_base.one_line import in_one_line
+from rodless_base.regular_file import NotAFileError, read_file
 
 # Ubuntu 24.04 has numba 0.58, where the name begins with an underscore.
 LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator") or caching._UserProvidedCacheLocator
@@ -120,8 +121,11 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
     @staticmethod
     def _read(path: str) -> bytes | None:
         try:
-            whole = Path(path).read_bytes()
+            whole = read_file(Path(path))
         except FileNotFoundError:
+            return None
+        except NotAFileError as error:
+            complain(f"no file of compiled code but {error.strerror}, compiling anew: {path}")
             return None
         checksum, content = whole[:CHECKSUM_BYTES], whole[CHECKSUM_BYTES:]
         if hashlib.sha256(content).digest() != checksum:

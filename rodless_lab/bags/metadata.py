@@ -27,6 +27,9 @@ METADATA_FILE = "metadata.yaml"
 # What rosbag2 puts behind the name of a storage file that it has compressed as a whole.
 COMPRESSED = ".zstd"
 
+# How ROS 2 encodes messages.
+CDR = "cdr"
+
 STORAGES = (".mcap", ".db3")
 
 # What holds everything that metadata.yaml says.
@@ -94,6 +97,7 @@ class BagTopic:
     type_name: str
     type_hash: str = ""
     qos: tuple[Mapping[str, object], ...] = ()
+    encoding: str = CDR
 
     @property
     def qos_text(self) -> str:
@@ -153,7 +157,7 @@ def _topic_entry(topic: BagTopic, count: int) -> dict[str, Any]:
         "topic_metadata": {
             "name": topic.name,
             "type": topic.type_name,
-            "serialization_format": "cdr",
+            "serialization_format": CDR,
             "offered_qos_profiles": [dict(profile) for profile in topic.qos],
             "type_description_hash": topic.type_hash,
         },

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from rodless_base.columns import Columns
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.file_path import file_path
-from rodless_base.one_line import listed
+from rodless_base.one_line import listed, shown
 from rodless_lab.bags.description_check import (
     READ_ANYHOW,
     RECOVER,
@@ -30,6 +30,7 @@ from rodless_lab.bags.description_check import (
 )
 from rodless_lab.bags.message_definition import message_class
 from rodless_lab.bags.metadata import (
+    CDR,
     BagError,
     BagTopic,
     is_plain,
@@ -86,6 +87,11 @@ class TopicMessages(Columns):
                 f"{self.topic.name}: the bag does not say of which type its messages are, so they "
                 "cannot be read"
             )
+        if self.topic.encoding != CDR:
+            raise BagError(
+                f"{self.topic.name}: its messages are in {shown(self.topic.encoding)}, must be in "
+                f"{CDR}, as ROS 2 writes them"
+            )
         try:
             kind = message_class(name)
         except (ImportError, AttributeError) as error:
@@ -99,7 +105,7 @@ class TopicMessages(Columns):
 
         try:
             return deserialize_message(self.payloads[place], kind)
-        except MemoryError:  # not its fault
+        except (MemoryError, Warning):  # not its fault; somebody may have made errors of warnings
             raise
         except Exception as error:  # rclpy raises whatever the middleware reports
             raise BagError(

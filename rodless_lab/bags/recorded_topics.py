@@ -85,6 +85,7 @@ class RecordedTopics(dict[int, BagTopic]):
             type_name="" if schema is None else schema.name,
             type_hash=channel.metadata.get("topic_type_hash", ""),
             qos=self._profiles.of(channel),
+            encoding=channel.message_encoding,
         )
         return self[number]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rodless_lab.bags.decompress import Decompressor, TooLargeError
-from rodless_lab.bags.metadata import BagError, BagTopic
+from rodless_lab.bags.metadata import CDR, BagError, BagTopic
 
 # What a message takes beside its content, in bytes.
 MESSAGE_SIZE = 100
@@ -33,7 +33,12 @@ def sqlite_messages(
         raise BagError(f"{file}: {_EXTRA}") from error
     try:
         with Reader(file) as reader:
-            topics = {one.id: BagTopic(one.topic, one.msgtype) for one in reader.connections}
+            topics = {
+                one.id: BagTopic(
+                    one.topic, one.msgtype, encoding=getattr(one.ext, "serialization_format", CDR)
+                )
+                for one in reader.connections
+            }
             if not all(isinstance(one.name, str) for one in topics.values()):
                 raise BagError("a topic's name is no text")
             for count, (connection, time, data) in enumerate(reader.messages()):

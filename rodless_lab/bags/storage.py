@@ -20,7 +20,7 @@ from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
-from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, memory_for
+from rodless_lab.bags.metadata import CDR, COMPRESSED, BagError, BagTopic, memory_for
 from rodless_lab.bags.recorded_topics import Profiles, RecordedTopics
 from rodless_lab.bags.sqlite_file import sqlite_messages
 
@@ -80,10 +80,26 @@ class Storage:
         """Messages by topic."""
         return {name: len(one.payloads) for name, one in self.recorded.items()}
 
+    def of(self, topic: BagTopic) -> Recorded:
+        """Return what there is of ``topic``; raises :class:`BagError` where it has another type."""
+        found = self.recorded.setdefault(topic.name, Recorded(topic))
+        if found.topic is not topic and _form(found.topic) != _form(topic):
+            raise BagError(
+                f"{topic.name}: messages of two types, {_form(found.topic)} and {_form(topic)}, "
+                "which cannot be told apart; give one of them another name"
+            )
+        return found
+
     def note_damage(self, fault: str) -> None:
         """Take note that the rest of a file cannot be read."""
         self.fault = self.fault or fault
         self.damaged = True
+
+
+def _form(topic: BagTopic) -> str:
+    """Return how the messages of a topic are to be read."""
+    kind = topic.type_name or "no type"
+    return kind if topic.encoding == CDR else f"{kind} in {topic.encoding}"
 
 
 def read_storage(file: Path, into: Storage) -> None:
@@ -126,7 +142,7 @@ def _read_plain(file: Path, into: Storage) -> None:
     decompressor, is_mcap = into.decompressor, file.suffix == ".mcap"
     messages = _mcap(file, into) if is_mcap else sqlite_messages(file, decompressor)
     for topic, log_time, publish_time, data in messages:
-        recorded = into.recorded.setdefault(topic.name, Recorded(topic))
+        recorded = into.of(topic)
         compressed = is_zstd(data)
         recorded.compressed |= compressed
         recorded.add(log_time, publish_time, decompressor.message(data) if compressed else data)
@@ -146,4 +162,4 @@ def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes
     except McapError as error:
         into.note_damage(f"{file.name} {error}")
     for topic in map(topics.__getitem__, reader.index.channels):
-        into.recorded.setdefault(topic.name, Recorded(topic))
+        into.of(topic)

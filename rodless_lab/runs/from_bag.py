@@ -49,6 +49,12 @@ LONGER = 4
 # Stamps are whole nanoseconds: what is closer (s) to an even time differs by rounding alone.
 SAME_INSTANT = 5e-10
 
+# A command belongs to the sample it was computed from, whose own time it may miss by a hair (s).
+HAIR = 1e-6
+
+# Of voltages between samples, more than this share of the samples is no accident.
+OFTEN = 0.01
+
 # Beyond it, in m, Pa or V, nothing can be computed with or drawn.
 LARGEST_READING = 1e100
 
@@ -167,10 +173,16 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     held = _held(bag, namespace, origin)
     voltage, doubt = (held, "") if held is not None else _commanded(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
+    setpoint = _setpoint(bag, namespace, sent, float(run.time[0]))
+    remarks = [
+        *bag.notes,
+        setpoint.doubt if setpoint else "",
+        _refused_setpoints(bag, namespace),
+        _unstamped(bag, namespace, joint),
+        _between(bag, joint, held, run),
+    ]
     start = float(run.time[0])
     run = replace(run, time=run.time - start, doubt=doubt, commanded=held is None)
-    setpoint = _setpoint(bag, namespace, sent, start)
-    remarks = [*bag.notes, setpoint.doubt if setpoint else ""]
     if strange := off_any_rig(run):
         remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
     run = replace(
@@ -186,7 +198,10 @@ def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, start: float) -> Setp
     name = f"{namespace}/{SETPOINT}"
     if name not in bag or not len(bag[name]):
         return None
-    when, wanted = plain_numbers(bag[name], sent)
+    numbers = _finite(bag[name])
+    if not numbers:
+        return None
+    when, wanted = plain_numbers(bag[name].at(numbers), sent)
     doubt = ""
     if sent.why_useless:
         doubt = (
@@ -194,6 +209,58 @@ def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, start: float) -> Setp
             "given; record with `rodless record`"
         )
     return Setpoint(when - start, wanted, doubt)
+
+
+def _unstamped(bag: Bag, namespace: str, joint: TopicMessages) -> str:
+    """Say which pressures are dated by another clock than the positions, if any."""
+    if not joint.stamp_time.any():
+        return ""
+    names = [f"{namespace}/{topic}" for topic in PRESSURES.values()]
+    without = [name for name in names if not bag[name].stamp_time.any()]
+    if not without:
+        return ""
+    return (
+        f"{bag.path}: {', '.join(without)}: without stamps, dated by when they were recorded and "
+        f"not as {joint.topic.name} is; publish them with stamps"
+    )
+
+
+def _between(
+    bag: Bag, joint: TopicMessages, held: tuple[Array, Array] | None, run: MeasuredRun
+) -> str:
+    """Say how many voltages the run, which has one from each sample to the next, has no room for.
+
+    Its time still counts as that of ``held`` does.
+    """
+    if held is None:
+        return ""
+    when, voltage = held
+    inside = (when >= run.time[0]) & (when <= run.time[-1])
+    sample = np.searchsorted(run.time, when[inside] + HAIR, side="right") - 1
+    between = when[inside] > run.time[sample] + HAIR
+    lost = int(np.count_nonzero(between & (voltage[inside] != run.voltage[sample])))
+    if lost <= OFTEN * len(run.time):
+        return ""
+    return (
+        f"{bag.path}: {lost} voltages of {VALVE_STATE} lie between the samples of "
+        f"{joint.topic.name}, which come every {1e3 * run.period:g} ms, and are left out; a replay "
+        "departs: record positions as often"
+    )
+
+
+def _finite(messages: TopicMessages) -> list[int]:
+    found: list[int] = np.flatnonzero(np.isfinite(_field(messages, "data"))).tolist()
+    return found
+
+
+def _refused_setpoints(bag: Bag, namespace: str) -> str:
+    """Say how many set-points the controller cannot have taken, if any."""
+    name = f"{namespace}/{SETPOINT}"
+    if name not in bag or not len(bag[name]):
+        return ""
+    count = len(bag[name]) - len(_finite(bag[name]))
+    of = f"{count} of {len(bag[name])} set-points"
+    return f"{bag.path}: {name}: {of} are no number and left out" if count else ""
 
 
 def _carriage(bag: Bag, namespace: str) -> JointMessages:
@@ -312,10 +379,21 @@ def plain_numbers(messages: TopicMessages, sent: SampleTimes) -> tuple[Array, Ar
 
 
 def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
-    messages = bag[f"{namespace}/{topic}"]
+    name = f"{namespace}/{topic}"
+    if name not in bag:
+        _refuse_namespace(bag, topic)
+    messages = bag[name]
     if not len(messages):
         raise RunError(f"{messages.topic.name} holds no message")
     return messages
+
+
+def _refuse_namespace(bag: Bag, topic: str) -> None:
+    """Raise RunError where the ``topic`` was recorded of rigs in other namespaces."""
+    others = [name.removesuffix(f"/{topic}") for name in bag if name.endswith(f"/{topic}")]
+    if others:
+        where = " or ".join(one or "/" for one in others)
+        raise RunError(f"{topic} was recorded of a rig in {where}; give that as the namespace")
 
 
 def stamps_of(messages: TopicMessages, origin: int = 0) -> Array:
@@ -378,8 +456,7 @@ def _on_one_base(
     pressures: list[tuple[Array, Array]],
     voltage: tuple[Array, Array],
 ) -> MeasuredRun:
-    # A command belongs to the sample it was computed from, whose own time it may miss by a hair.
-    start = max(position[0][0], voltage[0][0] - 1e-6, *(time[0] for time, _ in pressures))
+    start = max(position[0][0], voltage[0][0] - HAIR, *(time[0] for time, _ in pressures))
     end = min(position[0][-1], *(time[-1] for time, _ in pressures))
     inside = position[0][(position[0] >= start) & (position[0] <= end)]
     if len(inside) < 2:
@@ -394,7 +471,7 @@ def _on_one_base(
             f"which come every {period:.4f} s otherwise"
         )
     time = np.linspace(inside[0], inside[-1], round((inside[-1] - inside[0]) / period) + 1)
-    last = np.searchsorted(voltage[0], time + 1e-6, side="right") - 1
+    last = np.searchsorted(voltage[0], time + HAIR, side="right") - 1
     pressure_a, pressure_b, supply = (_readings_at(time, *pressure) for pressure in pressures)
     return MeasuredRun(
         time=time,

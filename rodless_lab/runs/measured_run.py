@@ -114,7 +114,8 @@ class MeasuredRun(Columns):
                 raise RunError(f"{name}: {shown(values)} refused, must be an array of numbers")
             if np.ma.is_masked(values):
                 raise RunError(f"{name}: some samples are masked, fill or leave them out")
-            if kind in "iu":  # whole numbers without a sign have no differences below 0
+            # Whole numbers without a sign have no differences below 0, long doubles no solvers.
+            if kind in "iu" or values.itemsize > np.dtype(np.float64).itemsize:
                 object.__setattr__(self, name, values.astype(np.float64))
         if len(self.time) < FEWEST_SAMPLES:
             raise RunError(f"only {len(self.time)} samples, too few for a run")

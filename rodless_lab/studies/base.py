@@ -70,6 +70,15 @@ class Base:
         """Return the loop of law and reference; raises as :func:`rodless_lab.closed_loop`."""
         return Loop(self.controller, self.reference, self.duration, self.period)
 
+    def check_begins(self) -> None:
+        """Raise ParameterError where the reference begins to move once the run is over."""
+        begin = self.controller.number("reference.at")
+        if begin >= self.duration:
+            raise ParameterError(
+                f"reference.at: {begin:g} s refused, the run has ended by then; must be less than "
+                f"run.duration, {self.duration:g} s"
+            )
+
     @property
     def names(self) -> list[str]:
         """The names of all parameters that each law of the study has."""

@@ -8,7 +8,7 @@
 
 """A sweep's study file, and the rows it stands for."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -174,13 +174,17 @@ def read_study(given: str | Path) -> Study:
 def study_of(fields: Fields, path: Path) -> Study:
     """Take a study from the fields of its file and check all of its rows; raises StudyError."""
     base = read_base(fields, path.parent)
-    dimensions = _dimensions(fields.below("vary"), base)
     design = fields.below("design")
     method = design.text("method", GRID)
     if method not in DESIGNS:
         raise design.error("method", f"{shown(method)} refused, must be {', '.join(DESIGNS)}")
     if method == GRID and "rows" in design.values:
         raise design.error("rows", "refused: the rows of a grid follow from the counts in vary")
+    if method != GRID and "rows" not in design.values:
+        raise design.error("rows", f"missing; give how many rows of a {method} design to run")
+    dimensions = _dimensions(
+        fields.below("vary"), base, fields.below("set").values, counted=method == GRID
+    )
     count = design.whole("rows", 1, 1, MOST_ROWS)
     seed = design.whole("seed", 1, 0, LARGEST_SEED)
     design.end()
@@ -206,12 +210,15 @@ def _traces(fields: Fields) -> tuple[tuple[str, ...], int]:
     return tuple(map(str, columns)), every
 
 
-def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
+def _dimensions(
+    fields: Fields, base: Base, set_for_all: Collection[str], counted: bool
+) -> tuple[Dimension, ...]:
     found: list[Dimension] = []
     owners: dict[str, str] = {}
     unused = idle_parameters(base)
+    values: Mapping[str, object] = {**base.rig, **base.controller}
     for name in fields.values:
-        one = read_dimension(fields, name)
+        one = read_dimension(fields, name, counted)
         names = one.names(base.names)
         if not names:
             raise fields.error(name, base.unknown(name).partition(": ")[2])
@@ -221,6 +228,8 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
             raise fields.error(name, "cannot vary within a study; make one study for each")
         if unused.issuperset(names):
             raise fields.error(name, idle(names))
+        if one.factor and not any(map(_is_changed_by_factors, map(values.get, names))):
+            raise fields.error(name, "factor: refused, a factor changes nothing of 0; give values")
         if LAW in names and name != LAW:
             raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
         for parameter in names:
@@ -228,19 +237,27 @@ def _dimensions(fields: Fields, base: Base) -> tuple[Dimension, ...]:
             if parameter in owners:
                 other = in_one_line(owners[parameter])
                 raise fields.error(name, f"{parameter} is varied by {other} too; keep one")
+            if parameter in set_for_all and not one.factor:
+                raise fields.error(name, f"{parameter} is set for all rows too; keep one")
             owners[parameter] = name
         found.append(one)
     return tuple(found)
 
 
-def read_dimension(fields: Fields, name: str) -> Dimension:
-    """Take one axis: a list of values, or a range; raises StudyError."""
+def _is_changed_by_factors(value: object) -> bool:
+    return any(one != 0 for one in several(value))
+
+
+def read_dimension(fields: Fields, name: str, counted: bool) -> Dimension:
+    """Take one axis: a list of values, or a range, ``counted`` in a grid; raises StudyError."""
     given = fields.values[name]
     try:
         if isinstance(given, list):
             values = [tuple(value) if isinstance(value, list) else value for value in given]
             return Dimension(name, Choice(tuple(values)))
         own = fields.below(name)
+        if "count" in own.values and not counted:
+            raise own.error("count", "refused: counts are for grids; design.rows says how many")
         scale = own.text("scale", "linear")
         if scale not in ("linear", "logarithmic"):
             raise own.error("scale", f"{shown(scale)} refused, must be linear or logarithmic")
@@ -267,7 +284,7 @@ def _check_rows(study: Study, where: str) -> None:
         raise StudyError(f"{where}: design: {error}") from error
     for number in range(count):
         try:
-            study.row(number)
+            study.row(number).base.check_begins()
         except (ParameterError, DesignError) as error:
             raise StudyError(
                 f"{where}: vary: row {number} of {count}: {described(error)}"

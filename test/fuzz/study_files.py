@@ -24,10 +24,10 @@ from rodless_sim import RigParameters
 STUDY = """# A comment
 base: calibrated
 sensors: data-sheet
-set: {reference.type: step, reference.target: 0.058}
+set: {reference.type: step, reference.target: 0.058, reference.at: 0.01}
 vary:
   friction.*.static: {from: 0.6, to: 1.4, factor: true}
-  supply.pressure: {from: 5e5, to: 7e5, count: 3, scale: logarithmic}
+  supply.pressure: {from: 5e5, to: 7e5, scale: logarithmic}
   cylinder.model: [CY3R25-200, CY3R32-300]
 design: {method: sobol, rows: 2, seed: 1}
 traces: {columns: [position], every: 5}

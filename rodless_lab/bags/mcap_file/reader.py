@@ -26,6 +26,10 @@ from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
 
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
+_CHECKSUM = struct.Struct("<I")
+
+# In ns: ROS counts them with a sign, the file without.
+LARGEST_TIME = 2**63 - 1
 
 
 class McapError(ValueError):
@@ -76,6 +80,7 @@ class McapReader:
         self.index.end = len(MAGIC)
         for record in _records(content, len(MAGIC)):
             if record.opcode == Opcode.DATA_END:
+                _check_data(content, record)
                 self.complete = content[-len(MAGIC) :] == MAGIC
                 return
             try:
@@ -173,8 +178,21 @@ def _records(content: mmap.mmap | bytes, start: int) -> Iterator[_Record]:
         start = end
 
 
+def _check_data(content: mmap.mmap, end: _Record) -> None:
+    """Raise :class:`McapError` where the file has a checksum of all its data, and another one."""
+    (wanted,) = _CHECKSUM.unpack_from(end.content)
+    if not wanted:
+        return
+    with memoryview(content) as whole, whole[: end.start] as data:
+        found = zlib.crc32(data)
+    if found != wanted:
+        raise McapError("is damaged: the checksum of its data is wrong")
+
+
 def _message(content: bytes) -> McapMessage:
     channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content)
+    if max(log_time, publish_time) > LARGEST_TIME:
+        raise McapError(f"a message of {max(log_time, publish_time)} ns, a time that ROS has not")
     return McapMessage(channel, sequence, log_time, publish_time, content[_MESSAGE.size :])
 
 

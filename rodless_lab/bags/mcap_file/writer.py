@@ -30,6 +30,7 @@ from rodless_base.closing import Closing
 from rodless_base.forked import left_to_parent
 from rodless_lab.bags.file_lock import lock_to_write
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch, encoded
+from rodless_lab.bags.metadata import CDR
 
 # Bytes of messages a chunk holds before it is written: what a kill loses at most, beside time.
 CHUNK_SIZE = 64 * 1024
@@ -98,7 +99,7 @@ class McapWriter(Closing):
         channel = Channel(
             id=len(self.index.channels) + 1,
             topic=topic,
-            message_encoding="cdr",
+            message_encoding=CDR,
             metadata=metadata,
             schema_id=schema.id,
         )

@@ -8,13 +8,14 @@
 
 """Sound bags of what no simulated rig can do: one line that names bag and cause, exit code 2."""
 
+from dataclasses import replace as replaced
 from pathlib import Path
 
 import numpy as np
 import pytest
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
-from rig_bag import Spoil, with_arrays, write
+from rig_bag import Spoil, untouched, with_arrays, write
 from std_msgs.msg import Float64MultiArray
 
 from rodless_lab.bags.metadata import BagError, BagTopic
@@ -177,3 +178,76 @@ def test_what_is_no_namespace_is_refused(tmp_path: Path, namespace: object) -> N
     for read in (read_run, read_commands):
         with pytest.raises(TypeError, match=f"{namespace} refused, must be a namespace"):
             read(tmp_path, namespace)  # type: ignore[operator]
+
+
+def test_a_set_point_that_no_controller_takes_spoils_no_run(
+    tmp_path: Path, run: MeasuredRun
+) -> None:
+    """Somebody has sent NaN: the controller has refused it, and the run went on without."""
+    bag = write(tmp_path / "bag", run, setpoint=(0.03, np.nan))
+    found, setpoint = read_run_and_setpoint(bag)
+    assert setpoint is None
+    assert found.notes == (f"{bag}: /setpoint: 1 of 1 set-points are no number and left out",)
+    good, setpoint = read_run_and_setpoint(write(tmp_path / "good", run, setpoint=(0.03, 0.1)))
+    assert setpoint is not None
+    assert setpoint.position.tolist() == [0.1]
+    assert good.notes == ()
+
+
+def test_voltages_between_the_samples_are_told_of(tmp_path: Path) -> None:
+    """A position sensor that is slower than the valve's driver: the replay cannot have all."""
+    voltages = 5.0 + np.sin(0.1 * np.arange(200))
+    run = run_of_trace(simulate(RigParameters(), voltages, 1e-3, 0.1), 6e5)
+
+    def thinned(topic: str, sample: int, time: float, value: float) -> tuple[float, float] | None:
+        return (time, value) if sample % 10 == 0 or topic != "/joint_states" else None
+
+    whole, thin = (
+        read_run(write(tmp_path / name, run, spoil, held=True))
+        for name, spoil in (("whole", untouched), ("thin", thinned))
+    )
+    assert whole.notes == ()
+    (note,) = thin.notes
+    # 20 spans of ten voltages each, of which the first is kept.
+    assert f"{20 * 9} voltages of valve/state lie between the samples of /joint_states" in note
+    assert "which come every 10 ms, and are left out; a replay departs" in note
+
+
+def test_a_voltage_that_is_held_is_not_missed(tmp_path: Path, run: MeasuredRun) -> None:
+    """Between the samples nothing has changed: nothing is left out."""
+
+    def thinned(topic: str, sample: int, time: float, value: float) -> tuple[float, float] | None:
+        return (time, value) if sample % 5 == 0 or topic != "/joint_states" else None
+
+    assert read_run(write(tmp_path / "bag", run, thinned, held=True)).notes == ()
+
+
+def test_pressures_without_stamps_are_told_of(tmp_path: Path, run: MeasuredRun) -> None:
+    """They are dated by when they were recorded, positions by when they were."""
+    bag = write(tmp_path / "bag", run)
+    plain = read_bag(bag)
+    with BagWriter(tmp_path / "unstamped") as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+            for when, message in zip(plain[name].log_time, plain[name].messages, strict=True):
+                if name == "/chamber_a/pressure":
+                    message.header.stamp.sec = message.header.stamp.nanosec = 0
+                writer.write(name, serialize_message(message), int(when), int(when))
+    (note,) = read_run(tmp_path / "unstamped").notes
+    assert note.startswith(f"{tmp_path / 'unstamped'}: /chamber_a/pressure: without stamps, dated")
+    assert read_run(bag).notes == ()
+
+
+def test_a_rig_in_another_namespace_is_named(
+    tmp_path: Path, run: MeasuredRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With the word that finds it."""
+    plain = read_bag(write(tmp_path / "plain", run))
+    with BagWriter(tmp_path / "bag") as writer:
+        for name in plain:
+            writer.add_topic(replaced(plain[name].topic, name=f"/left{name}"))
+            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                writer.write(f"/left{name}", data, int(when), int(when))
+    said = refused(replay, tmp_path / "bag", capsys)
+    assert "joint_states was recorded of a rig in /left; give that as the namespace" in said
+    assert len(read_run(tmp_path / "bag", "/left").time) == len(run.time)

@@ -186,6 +186,7 @@ def test_a_pattern_of_nothing_that_acts_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("values", "said"), [("[5.0e5]", "1 row."), ("[5.0e5, 6.0e5]", "2 rows.")])
 def test_the_summary_counts_its_rows(tmp_path: Path, values: str, said: str) -> None:
     """One is no plural."""
-    text = f"vary: {{supply.pressure: {values}}}\nrun: {{duration: 0.01}}\n"
+    run = "set: {reference.at: 0.0}\nrun: {duration: 0.01}\n"
+    text = f"{run}vary: {{supply.pressure: {values}}}\n"
     found: Results = sweep(study_in(tmp_path, text), tmp_path / "out", workers=1)
     assert said in summary(found).splitlines()

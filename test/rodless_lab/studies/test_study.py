@@ -225,6 +225,21 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("run: {period: fast}", "run: period: 'fast' refused, must be a number"),
         ("traces: {columns: [speed]}", "traces: columns: 'speed' refused, there are time"),
         ("traces: {columns: [position], every: 0}", "traces: every: 0 refused"),
+        ("run: {duration: 0.45}", "row 0 of 1: reference.at: 0.5 s refused, the run has ended by"),
+        (
+            "vary: {reference.at: [0.1, 6.0]}",
+            "vary: row 1 of 2: reference.at: 6 s refused, the run",
+        ),
+        ("vary: {rail.tilt: {from: 1, to: 2, count: 2, factor: true}}", "changes nothing of 0"),
+        (
+            "set: {cylinder.moving_mass: 3.0}\nvary: {cylinder.moving_mass: [1.0, 2.0]}",
+            "vary: cylinder.moving_mass: cylinder.moving_mass is set for all rows too; keep one",
+        ),
+        ("design: {method: sobol}", "design: rows: missing; give how many rows of a sobol design"),
+        (
+            "design: {method: sobol, rows: 2}\nvary: {rail.tilt: {from: 0, to: 1, count: 7}}",
+            "rail.tilt: count: refused: counts are for grids; design.rows says how many",
+        ),
         ("sensors: perfect", "sensors: 'perfect' refused, must be base, ideal or data-sheet"),
         ("vry: {}", "vry: no such field; did you mean vary?"),
         ("[1, 2]", "[1, 2] refused, must be names and values"),

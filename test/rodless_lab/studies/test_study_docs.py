@@ -71,7 +71,9 @@ def test_the_python_on_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_the_page_names_every_column(tmp_path: Path) -> None:
     """Each column of the data set stands in the table of the page."""
     page = (DOCS / "sweeps.md").read_text(encoding="utf-8")
-    path = written(tmp_path, "run: {duration: 0.05}\ntraces: {columns: [position]}")
+    path = written(
+        tmp_path, "set: {reference.at: 0.0}\nrun: {duration: 0.05}\ntraces: {columns: [position]}"
+    )
     found = sweep(path, tmp_path / "out")
     assert "trace.position" in found.columns()
     assert [name for name in found.columns() if f"`{name}`" not in page] == []
@@ -97,7 +99,7 @@ def test_texts_are_drawn_over_their_axis(tmp_path: Path) -> None:
     """Both forms of friction stand below the panel, beside the numbers of the other axis."""
     path = written(
         tmp_path,
-        "run: {duration: 0.05}\n"
+        "set: {reference.at: 0.0}\nrun: {duration: 0.05}\n"
         "vary: {friction.form: [stribeck, saturating], supply.pressure: [5.0e5, 6.0e5]}",
     )
     figure = draw_rows(sweep(path, tmp_path / "out"))
@@ -133,7 +135,7 @@ def test_an_axis_has_the_unit_of_what_it_varies(tmp_path: Path) -> None:
     """Pa for the supply, 1 for a factor; a pattern of frictions in N and N s/m has none."""
     path = written(
         tmp_path,
-        "run: {duration: 0.02}\n"
+        "set: {reference.at: 0.0}\nrun: {duration: 0.02}\n"
         "vary:\n"
         "  supply.pressure: [5.0e5, 6.0e5]\n"
         "  cylinder.moving_mass: {from: 1, to: 2, count: 2, factor: true}\n"

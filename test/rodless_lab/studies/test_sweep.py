@@ -179,7 +179,8 @@ def test_an_axis_has_one_type_in_all_files(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(parts, "PART", 2)
     path = tmp_path / "study.yaml"
     path.write_text(
-        "run: {duration: 0.02}\nvary: {supply.ripple_amplitude: [0, 0.5], "
+        "set: {reference.at: 0.0}\nrun: {duration: 0.02}\n"
+        "vary: {supply.ripple_amplitude: [0, 0.5], "
         "supply.pressure: [500000, 600000]}",
         encoding="utf-8",
     )

@@ -392,8 +392,8 @@ def test_a_task_that_cannot_be_done_is_refused_in_one_line(
         ("generations: 2", "generations: 0", "search: generations: 0 refused"),
         (
             "cylinder.moving_mass: {",
-            "controller.kp: {",
-            "vary: controller.kp: refused, a task varies rigs alone",
+            "controller.ki: {",
+            "vary: controller.ki: refused, a task varies rigs alone",
         ),
         ("kd: {from: 1.0, to: 50.0}", "kd: [1.0, 2.0]", "must be a range, from and to"),
     ],

@@ -1,0 +1,140 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""MCAP files by other writers: what ROS 2 cannot mean is refused, and checksums are looked at."""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from mcap.writer import CompressionType, Writer
+from quiet_stop import Quiet
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64, Int64
+
+from rodless_lab import read_bag
+from rodless_lab.bags.message_definition import message_definition
+from rodless_lab.bags.metadata import BagError
+from rodless_lab.cli import recover
+
+FLOAT, INT = "std_msgs/msg/Float64", "std_msgs/msg/Int64"
+
+Messages = list[tuple[str, bytes, int, int]]  # type, payload, log and publish time
+
+
+def written(path: Path, messages: Messages, encoding: str = "cdr", **options: object) -> Path:
+    """Write messages of the topic ``/x``, a channel for each type, with the mcap library."""
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE, **options)
+        writer.start("ros2", "test")
+        channels: dict[str, int] = {}
+        for kind, data, log_time, publish_time in messages:
+            if kind not in channels:
+                found = message_definition(kind)
+                schema = writer.register_schema(kind, found.encoding, found.text.encode())
+                channels[kind] = writer.register_channel("/x", encoding, schema)
+            writer.add_message(channels[kind], log_time, data, publish_time)
+        writer.finish()
+    return path
+
+
+def numbers(count: int) -> Messages:
+    """Return messages of the numbers from 0 on."""
+    return [(FLOAT, serialize_message(Float64(data=float(k))), k, k) for k in range(count)]
+
+
+def spoilt(log_time: int, publish_time: int) -> Messages:
+    """Return ten messages, one of which has these times."""
+    messages = numbers(10)
+    messages[5] = (*messages[5][:2], log_time, publish_time)
+    return messages
+
+
+@pytest.mark.parametrize(
+    ("log_time", "publish_time"), [(2**63, 5), (5, 2**63), (2**64 - 1, 2**64 - 1)]
+)
+def test_a_time_that_ros_has_not_is_damage(
+    tmp_path: Path, log_time: int, publish_time: int
+) -> None:
+    """The file counts nanoseconds without a sign: what came before it can be read."""
+    bag = written(tmp_path / "x.mcap", spoilt(log_time, publish_time))
+    with pytest.raises(BagError, match=r"damaged at byte \d+: .* ns, a time that ROS has not"):
+        read_bag(bag)
+    found = read_bag(bag, recover=True)["/x"]
+    assert found.fields["data"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_the_last_time_that_ros_has_is_none(tmp_path: Path) -> None:
+    """Three centuries from now."""
+    bag = written(tmp_path / "x.mcap", spoilt(2**63 - 1, 2**63 - 1))
+    assert int(read_bag(bag)["/x"].log_time.max()) == 2**63 - 1
+
+
+def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:
+    """Both are eight bytes: a whole number would be read as another real one."""
+    messages = [*numbers(3), (INT, serialize_message(Int64(data=7)), 3, 3)]
+    bag = written(tmp_path / "x.mcap", messages)
+    with pytest.raises(BagError, match=f"/x: messages of two types, {FLOAT} and {INT}, which"):
+        read_bag(bag)
+
+
+def test_a_topic_of_two_types_in_two_files_is_refused(tmp_path: Path) -> None:
+    """As in a bag that somebody has put together of others."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    written(folder / "bag_0.mcap", numbers(3))
+    written(folder / "bag_1.mcap", [(INT, serialize_message(Int64(data=7)), 3, 3)])
+    with pytest.raises(BagError, match="messages of two types"):
+        read_bag(folder)
+
+
+def test_messages_in_another_encoding_are_not_read_as_cdr(tmp_path: Path) -> None:
+    """The bag can be read all the same: it is that topic's messages that cannot."""
+    bag = read_bag(written(tmp_path / "x.mcap", numbers(3), encoding="json"))
+    assert len(bag["/x"]) == 3
+    with pytest.raises(BagError, match="/x: its messages are in 'json', must be in cdr"):
+        _ = bag["/x"].messages
+
+
+LOOSE = {"use_chunking": False, "enable_data_crcs": True}
+
+
+def flipped(content: bytes) -> bytes:
+    """Turn the number 3 into another."""
+    assert content.count(struct.pack("<d", 3.0)) == 1
+    return content.replace(struct.pack("<d", 3.0), struct.pack("<d", 3.5))
+
+
+@pytest.mark.parametrize(
+    "spoil", [flipped, lambda content: content.replace(b"test", b"rest", 1)], ids=["data", "header"]
+)
+def test_the_checksum_of_all_data_is_looked_at(
+    tmp_path: Path, spoil: Callable[[bytes], bytes]
+) -> None:
+    """Where there are no chunks with their own, it is all that tells a flipped bit."""
+    bag = written(tmp_path / "x.mcap", numbers(10), **LOOSE)
+    assert read_bag(bag)["/x"].fields["data"].tolist() == [float(k) for k in range(10)]
+    bag.write_bytes(spoil(bag.read_bytes()))
+    with pytest.raises(BagError, match="damaged: the checksum of its data is wrong"):
+        read_bag(bag)
+    assert len(read_bag(bag, recover=True)["/x"]) == 10
+
+
+def test_recovery_does_not_call_a_wrong_checksum_sound(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It cuts off ends, and this bag has its end: code 2, and not a byte is changed."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    bag = written(folder / "bag_0.mcap", numbers(10), **LOOSE)
+    bag.write_bytes(flipped(bag.read_bytes()))
+    before = bag.read_bytes()
+    assert recover.main([str(folder)], Quiet()) == 2
+    assert "the checksum of its data is wrong" in capsys.readouterr().err
+    assert bag.read_bytes() == before
