@@ -125,7 +125,7 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         except FileNotFoundError:
             return None
         except NotAFileError as error:
-            complain(f"no file of compiled code but {error.strerror}, compiling anew: {path}")
+            complain(f"{error.strerror}, in place of compiled code, compiling anew: {path}")
             return None
         checksum, content = whole[:CHECKSUM_BYTES], whole[CHECKSUM_BYTES:]
         if hashlib.sha256(content).digest() != checksum:

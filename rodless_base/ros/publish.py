@@ -10,14 +10,20 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from time import monotonic
 from typing import Any, Generic, TypeVar
 
+from rclpy.duration import Duration
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from rodless_base.ros.topics import QUEUE_DEPTH
+
+# How long (wall-clock s) a node that ends waits for its readers: it promises to end within 2 s, and
+# two of them may share a process.
+END_TIMEOUT = 0.6
 
 # What /diagnostics calls messages that an Outbox had no room for.
 LOST = "messages lost to a stopped subscriber"
@@ -99,6 +105,19 @@ def _is_published(publisher: Publisher, message: object) -> bool:
     return True
 
 
+def wait_for_readers(outbox: Outbox, publishers: Iterable[Publisher], deadline: float) -> None:
+    """Give the readers of ``publishers`` time, to ``deadline`` (s, monotonic), for what they lack.
+
+    A publisher that ends takes with it what waits for a reader, such as a recorder that is behind.
+    Whoever has stopped reading is waited for no longer than a node may take to end.
+    """
+    while not outbox.flush() and monotonic() < deadline:
+        pass  # each try blocks for a moment
+    for publisher in publishers:
+        rest = max(deadline - monotonic(), 1e-3)
+        publisher.wait_for_all_acked(Duration(seconds=rest))
+
+
 class OnDemand:
     """A publisher that builds and sends messages while it has subscribers.
 
@@ -117,6 +136,11 @@ class OnDemand:
         """Look up and return the number of subscribers."""
         self.subscribers = int(self._publisher.get_subscription_count())
         return self.subscribers
+
+    @property
+    def publisher(self) -> Publisher:
+        """What it sends with."""
+        return self._publisher
 
     def close(self, node: Node) -> None:
         """End the publisher, which is ``node``'s, and forget what waits for it."""

@@ -16,6 +16,11 @@ from rodless_base.constants import NANOSECONDS_PER_SECOND
 # Samples a slow reader, such as a recorder on a busy disk, may fall behind before it loses any.
 QUEUE_DEPTH = 1000
 
+# Answers that may wait for a slow reader. A controller that may answer in real time cannot let one
+# hold it back, and a lock-step plant waits for a reader of its samples only where that is so far
+# behind: 5000 in the reader's queue and as many in the plant's, as Fast DDS has them.
+ANSWERS_DEPTH = 10_000
+
 # A queue that never drops: a reader that falls behind holds the sender back instead.
 LOSSLESS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 

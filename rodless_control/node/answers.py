@@ -9,9 +9,8 @@
 """One valve command for each sample: the law's, or a closed valve where there is none."""
 
 from collections.abc import Callable
-from time import perf_counter, time_ns
+from time import monotonic, perf_counter, time_ns
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
@@ -20,14 +19,11 @@ from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
 from rodless_base.ros.cdr import pack_float64
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.publish import Outbox
+from rodless_base.ros.publish import END_TIMEOUT, Outbox, wait_for_readers
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.law_pace import LawPace
 from rodless_control.node.telemetry import Telemetry
-
-# How long the last command may take to arrive; less than Ctrl-C promises.
-LAST_COMMAND_TIMEOUT = Duration(seconds=0.5)
 
 # How often, in s, the log repeats that samples are not finite.
 REPORT_PERIOD = 10.0
@@ -163,11 +159,11 @@ class Answers:
         self.by_law = False
         self._command(self._neutral_voltage())
 
-    def close_valve_for_good(self) -> None:
-        """Send the last command of all, and wait until it has arrived."""
-        self.close_valve()
-        # Destroyed at once, the publisher would take the message with it.
-        self._voltage.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
+    def wait_for_readers(self) -> None:
+        """Give whoever reads them time for what is on its way: destroyed, publishers take it."""
+        deadline = monotonic() + END_TIMEOUT
+        wait_for_readers(self._outbox, [self._voltage], deadline)
+        self.telemetry.wait_for_readers(deadline)
 
     def _command(self, voltage: float) -> None:
         self._outbox.send(self._voltage, pack_float64(voltage))

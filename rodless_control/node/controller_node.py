@@ -25,7 +25,7 @@ from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import check_arguments, run_node
 from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topic_types import check_topic_types
-from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
+from rodless_base.ros.topics import ANSWERS_DEPTH, LOSSLESS
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.loop import ControlLoop
@@ -60,7 +60,7 @@ class ControllerNode:
         # The name, and the parameters that it is from: it is asked for with every sample.
         self._joint_name = ""
         self._joint_of: ControllerParameters | None = None
-        qos = LOSSLESS if self._number("controller.recorders") > 0 else QUEUE_DEPTH
+        qos = LOSSLESS if self._number("controller.recorders") > 0 else ANSWERS_DEPTH
         self._answers = Answers(
             self.node, self._loop, qos, lambda: self._number("controller.neutral_voltage")
         )
@@ -92,7 +92,8 @@ class ControllerNode:
     def close(self) -> None:
         """Leave the valve closed and destroy the node."""
         if self._watchdog.may_command_unprompted:
-            self._answers.close_valve_for_good()
+            self._answers.close_valve()
+        self._answers.wait_for_readers()
         self.node.destroy_node()
 
     def _number(self, name: str) -> float:

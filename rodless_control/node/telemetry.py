@@ -18,7 +18,7 @@ from std_msgs.msg import Float64
 from rodless_base.one_line import described
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.cdr import pack_float64
-from rodless_base.ros.publish import OnDemand, Outbox, Throttled
+from rodless_base.ros.publish import OnDemand, Outbox, Throttled, wait_for_readers
 from rodless_base.ros.topics import LAST_ONE
 from rodless_base.topics import THROTTLED
 from rodless_control.controller import Law
@@ -75,6 +75,11 @@ class Telemetry:
         due = self._output.due(self._throttled.values())
         if due is not None:
             _publish(self._throttled, due)
+
+    def wait_for_readers(self, deadline: float) -> None:
+        """Give whoever reads the signals time, to ``deadline``, for what is on its way."""
+        heard = [one.publisher for one in self._publishers.values() if one.subscribers]
+        wait_for_readers(self._outbox, heard, deadline)
 
     @property
     def lost(self) -> int:

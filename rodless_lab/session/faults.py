@@ -24,7 +24,9 @@ class Faults(LiveSession):
 
     def kill(self, process: str) -> None:
         """Kill a process (``plant``, ``controller``; ``rig`` when they share one)."""
-        self._running(process).kill()
+        managed = self._running(process)
+        self._prepare_for_the_end_of(process)
+        managed.kill()
 
     def restart(self, process: str) -> None:
         """Stop a process, unless it was killed before, start it again, wait until it works.
@@ -37,8 +39,11 @@ class Faults(LiveSession):
         managed = self._running(process)
         if process == "controller" and self._mode == "realtime":
             self._check_samples_come()
+        self._prepare_for_the_end_of(process)
         managed.ask_to_stop()
         managed.end()
+        if process != "controller":
+            self._paused = False
         if process == "controller" and self._mode == "lockstep":
             self._wait(lambda: not self._heard(), "the old controller to be forgotten")
             managed.start()
@@ -52,6 +57,12 @@ class Faults(LiveSession):
         with self._received.expecting_run():
             managed.start()
             self._wait(lambda: self._received.runs > runs, f"sample 0 of the new {process}")
+
+    def _prepare_for_the_end_of(self, process: str) -> None:
+        """Take what waits for a test that computes: it would end with the process."""
+        if process != "controller" and self._processes[process].exit_code is None:
+            self._catch_up()
+            self._received.cut_run_short()
 
     def _check_samples_come(self) -> None:
         """Raise HarnessError where a new controller would find no sample to answer."""

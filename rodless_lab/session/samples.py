@@ -146,6 +146,8 @@ class Received:
     answers: list[Unstamped] = field(default_factory=list)
     # Of the reference and of each term of the controller's law, by name.
     terms: dict[str, list[Unstamped]] = field(default_factory=dict)
+    # Runs whose plant was ended: what was on its way ended with it, of one topic more than another.
+    cut_short: set[int] = field(default_factory=set)
 
     @property
     def topics(self) -> tuple[PlantTopic, ...]:
@@ -165,6 +167,10 @@ class Received:
         for topic in self.topics:
             topic.run_expected_since = since
 
+    def cut_run_short(self) -> None:
+        """Take note that the plant is ended in the run that it is in."""
+        self.cut_short.add(max(len(topic.runs) for topic in self.topics) - 1)
+
     @property
     def runs(self) -> int:
         """Number of runs of which a sample is complete."""
@@ -174,12 +180,13 @@ class Received:
         """Number of samples of a run (0, 1, …) of which every message has come.
 
         Raises LostSampleError where a topic has left a run that others are still in, by more than
-        ``LARGEST_DIFFERENCE``.
+        ``LARGEST_DIFFERENCE``, unless its plant was ended.
         """
         topics = self.topics
         counts = [len(topic.runs[run]) if run < len(topic.runs) else 0 for topic in topics]
         over = [count for count, topic in zip(counts, topics, strict=True) if topic.is_over(run)]
-        if over and max(counts) > min(over) + LARGEST_DIFFERENCE:
+        largest = math.inf if run in self.cut_short else LARGEST_DIFFERENCE
+        if over and max(counts) > min(over) + largest:
             raise LostSampleError(LOST)
         return min(counts)
 

@@ -106,6 +106,7 @@ class PlantNode:
         """Stop the plant and destroy the node."""
         self._time.close()
         self._equations.close()
+        self._publishers.wait_for_readers()
         self.node.destroy_node()
 
     def _make_time_keeper(self, values: RigParameters, clock: RunningClock) -> TimeKeeper:

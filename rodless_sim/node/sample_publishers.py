@@ -10,13 +10,14 @@
 
 from collections.abc import Callable
 from functools import partial
+from time import monotonic
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from rodless_base.measurement import Measurement
-from rodless_base.ros.publish import OnDemand, Outbox
+from rodless_base.ros.publish import END_TIMEOUT, OnDemand, Outbox, wait_for_readers
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.topics import JOINT_STATES
 from rodless_sim.node import messages
@@ -102,6 +103,11 @@ class SamplePublishers:
         for publisher in self._others:
             publisher.poll()
         return listening
+
+    def wait_for_readers(self) -> None:
+        """Give whoever reads the samples time for what is on its way, before the node ends."""
+        heard = [one.publisher for one in (*self._awaited, *self._others) if one.subscribers]
+        wait_for_readers(self.outbox, [*heard, self._joint_states], monotonic() + END_TIMEOUT)
 
     def publish(
         self, measurement: Measurement, state: State, truth: Callable[[], Measurement]

@@ -85,6 +85,21 @@ def test_a_damaged_file_is_made_anew(
     assert len(said()) == 1
 
 
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+def test_a_pipe_in_place_of_a_file_holds_nobody(
+    tmp_path: Path, said: Callable[[], list[str]], suffix: str
+) -> None:
+    """Nobody writes into it: it is not waited for, and the file takes its place."""
+    use(tmp_path)
+    file = only(tmp_path, suffix)
+    file.unlink()
+    os.mkfifo(file)
+    assert use(tmp_path) == 0
+    line = f"not a file but a pipe or device, in place of compiled code, compiling anew: {file}"
+    assert set(said()) == {line}
+    assert use(tmp_path) == 1
+
+
 def test_a_file_that_numba_cannot_read_is_made_anew(
     tmp_path: Path, said: Callable[[], list[str]]
 ) -> None:

@@ -14,12 +14,15 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
+from rclpy.node import Node
 from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_base.ros.message_info import take_waiting, with_info
+from rodless_base.ros.topics import LOSSLESS, stamp_nanoseconds
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
@@ -203,3 +206,31 @@ def test_a_second_publisher_of_another_name_holds_the_plant(
     observer.node.destroy_publisher(second)
     stamps.go_on()
     assert stamps.steps <= {0, PERIOD}
+
+
+@pytest.mark.parametrize("one_process", [False, True])
+def test_answers_wait_for_a_slow_reader_as_samples_do(
+    start_rig: StartRig, observer: Observer, one_process: bool
+) -> None:
+    """A recorder that is 8000 samples behind: its queue takes 5000, the rest wait, none is lost."""
+    numbers: list[int] = []
+    node = Node("slow", context=observer.context, use_global_arguments=False)
+    take = with_info(lambda _, info: numbers.append(info["publication_sequence_number"]))
+    answers = node.create_subscription(Float64, "/valve/voltage", take, LOSSLESS)
+    plant = {**LOCKSTEP, "time.duration": 8.0}
+    try:
+        with start_rig(plant=plant, controller=SINE, one_process=one_process):
+            observer.wait(
+                lambda: observer.diagnostic("/plant", fresh=True).message.startswith("ended"),
+                "the end of the run",
+                TIMEOUT,
+            )
+
+            def all_is_taken() -> bool:
+                take_waiting(answers)
+                return bool(numbers) and numbers[-1] >= 8000
+
+            observer.wait(all_is_taken, "the last answer", TIMEOUT)
+    finally:
+        node.destroy_node()
+    assert set(np.diff(numbers)) == {1}

@@ -146,6 +146,21 @@ def test_a_pause_under_way_is_said_and_ctrl_c_leaves_the_rig_running(
         assert move.wait() == 0
 
 
+def test_who_else_commands_the_valve_is_named(rodless: StartProcess, observer: Observer) -> None:
+    """The move settles, for the other one sends nothing now; its figures may not be the law's."""
+    other = observer.publisher(Float64, "/valve/voltage")
+    try:
+        observer.wait(
+            lambda: "2 nodes publish" in observer.diagnostic("/plant", fresh=True).message,
+            "the plant to find the other",
+        )
+        with rodless("move", "35") as move:
+            assert move.wait() == 0
+        assert "plant: 2 nodes publish on valve/voltage" in move.output
+    finally:
+        observer.node.destroy_publisher(other)
+
+
 def test_what_does_not_settle_in_time_is_said(rodless: StartProcess) -> None:
     """Half a second of rest cannot have passed within 0.2 s: exit code 1, and where it is."""
     with rodless("move", "150", "--timeout", "0.2") as move:

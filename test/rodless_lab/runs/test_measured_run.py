@@ -64,6 +64,12 @@ def test_stamps_may_be_rounded_and_jitter(time: np.ndarray) -> None:
     assert MeasuredRun(time, *[STILL] * 5).period == pytest.approx((time[-1] - time[0]) / 99)
 
 
+def test_long_doubles_are_made_real_ones() -> None:
+    """Solvers and compiled kernels know none."""
+    run = MeasuredRun(TIME.astype(np.longdouble), *[STILL.astype(np.longdouble)] * 5)
+    assert {values.dtype for values in run.columns().values()} == {np.dtype(np.float64)}
+
+
 def test_whole_numbers_are_made_real_ones() -> None:
     """Without a sign they have no difference below 0, and friction of it would be nonsense."""
     pascal = np.full(100, 400_000, dtype=np.uint32)

@@ -26,7 +26,13 @@ import numpy as np
 import pytest
 from running import StartSession
 
-from rodless_lab.harness import HarnessError, NodeDiedError, RigSession, SetpointWarning
+from rodless_lab.harness import (
+    HarnessError,
+    NodeDiedError,
+    RefusedError,
+    RigSession,
+    SetpointWarning,
+)
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -114,6 +120,41 @@ def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> 
     rig.resume()
     rig.restart("controller")
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
+
+
+@pytest.mark.parametrize("one_process", [False, True])
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_plant_that_ends_while_the_test_is_behind(
+    rig_session: StartSession, one_process: bool, killed: bool
+) -> None:
+    """Thousands of samples wait for a test that has computed: the next run is measured as ever.
+
+    Of the run before, all samples that came are whole and in order, or ``samples`` would raise.
+    """
+    rig = rig_session("lockstep", one_process=one_process, telemetry=True)
+    rig.run_for(0.2)
+    until = time.monotonic() + 1.0
+    while time.monotonic() < until:
+        pass  # a test that computes
+    name = "rig" if one_process else "plant"
+    if killed:
+        rig.kill(name)
+    rig.restart(name)
+    rig.run_for(0.1)
+    assert len(rig.samples(0)) > 500
+    assert rig.samples(1).time[100] == pytest.approx(0.1)
+
+
+def test_a_plant_that_was_paused_and_started_again_is_not(rig_session: StartSession) -> None:
+    """It runs, as a new one does: it takes no steps, and a new controller beside it is awaited."""
+    rig = rig_session()
+    rig.pause()
+    rig.restart("plant")
+    rig.run_for(0.05)
+    with pytest.raises(RefusedError):
+        rig.step()
+    rig.restart("controller")
+    rig.run_for(0.05)
 
 
 def test_no_new_controller_is_awaited_once_the_run_is_over(rig_session: StartSession) -> None:
