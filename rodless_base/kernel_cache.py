@@ -13,6 +13,7 @@ each file carries a checksum. Whatever is wrong with the cache, kernels are comp
 in memory; one line says so.
 """
 
+import errno
 import hashlib
 import logging
 import os
@@ -35,6 +36,9 @@ LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator") or caching._UserPro
 LOGGER = logging.getLogger("rodless_sim")
 
 COMPILING = "compiling, which takes about a minute"
+
+# What rebuilds a class that cannot be imported: whoever reads it has another class of that name.
+BY_VALUE = b"_make_skeleton_class"
 
 CHECKSUM_BYTES = hashlib.sha256().digest_size
 
@@ -115,6 +119,10 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
     def _write(self, path: str, value: object) -> None:
         content = self._dump(value)
+        if BY_VALUE in content:
+            raise OSError(
+                errno.ESTALE, "a class in it is not the one that its module has, as after a reload"
+            )
         with self._open_for_write(path) as file:
             file.write(hashlib.sha256(content).digest() + content)
 

@@ -10,6 +10,7 @@
 
 import errno
 import hashlib
+import importlib
 import logging
 import os
 import pickle
@@ -19,6 +20,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
@@ -112,6 +114,48 @@ def test_a_file_that_numba_cannot_read_is_made_anew(
     assert line.startswith("compiled code cannot be read, compiling anew: ")
     assert "\n" not in line
     assert use(tmp_path) == 1
+
+
+PAIR = """
+from typing import NamedTuple
+
+class Pair(NamedTuple):
+    first: float
+"""
+
+
+def first_of(pair: Any) -> Any:
+    """What is compiled here, for a class."""
+    return pair.first
+
+
+@pytest.mark.parametrize("reloaded", [False, True])
+def test_nothing_is_kept_of_a_class_that_was_loaded_twice(
+    tmp_path: Path,
+    said: Callable[[], list[str]],
+    monkeypatch: pytest.MonkeyPatch,
+    reloaded: bool,
+) -> None:
+    """As in a notebook that reloads modules: the next process would find a class that it has not.
+
+    It would refuse the code, at each start, until somebody has deleted the folder.
+    """
+    name = f"pair_{reloaded}".lower()
+    (tmp_path / f"{name}.py").write_text(PAIR, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    module = importlib.import_module(name)
+    pair = module.Pair(2.0)
+    if reloaded:
+        importlib.reload(module)
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    compiled = numba.njit(first_of)
+    kernels._keep(compiled, folder)
+    assert compiled(pair) == 2.0
+    assert bool(list(folder.rglob("*.nbc"))) != reloaded
+    assert bool(said()) == reloaded
+    if reloaded:
+        assert "cannot be kept, the next start compiles anew: a class in it is not" in said()[0]
 
 
 def test_compiling_is_announced_once_and_loading_is_not(

@@ -20,7 +20,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
-from unittest.mock import patch
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -144,8 +143,19 @@ def _modules() -> dict[str, ModuleType]:
 
 @contextmanager
 def _stand_in() -> Iterator[None]:
-    with patch.dict(sys.modules, _modules()):
+    stand_ins = _modules()
+    before = {name: sys.modules.get(name) for name in stand_ins}
+    sys.modules |= stand_ins
+    try:
         yield
+    finally:
+        # These alone: patch.dict would take away what was imported meanwhile, too, and whoever
+        # imports that again has its classes twice.
+        for name, module in before.items():
+            if module is None:
+                del sys.modules[name]
+            else:
+                sys.modules[name] = module
 
 
 def launch_nodes(file: str, **arguments: str) -> list[Node]:
