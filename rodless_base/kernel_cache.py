@@ -121,7 +121,9 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         content = self._dump(value)
         if BY_VALUE in content:
             raise OSError(
-                errno.ESTALE, "a class in it is not the one that its module has, as after a reload"
+                errno.ESTALE,
+                "a class in it cannot be imported: it was made in a script or notebook, or its "
+                "module was reloaded",
             )
         with self._open_for_write(path) as file:
             file.write(hashlib.sha256(content).digest() + content)

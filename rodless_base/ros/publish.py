@@ -8,6 +8,7 @@
 
 """Publish in order, and only what somebody reads: a message costs as much to build as to send."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from time import monotonic
@@ -24,6 +25,11 @@ from rodless_base.ros.topics import QUEUE_DEPTH
 # How long (wall-clock s) a node that ends waits for its readers: it promises to end within 2 s, and
 # two of them may share a process.
 END_TIMEOUT = 0.6
+
+NOT_RECEIVED = (
+    "ended before its readers had everything, of which the last is lost: a recorder that is behind "
+    "is to be ended first"
+)
 
 # What /diagnostics calls messages that an Outbox had no room for.
 LOST = "messages lost to a stopped subscriber"
@@ -58,12 +64,13 @@ class Outbox:
             self._waiting.popleft()
             self.lost += 1
 
-    def flush(self) -> bool:
-        """Try to publish what waits; return whether nothing is left.
+    def flush(self, deadline: float = math.inf) -> bool:
+        """Try to publish what waits, to ``deadline`` (s, monotonic); return whether none is left.
 
-        It is to be called now and then: publishing blocks for a moment where a reader is stopped.
+        It is to be called now and then: publishing blocks for a moment where a reader is stopped,
+        and where it is slow for each message.
         """
-        while self._waiting and _is_published(*self._waiting[0]):
+        while self._waiting and monotonic() < deadline and _is_published(*self._waiting[0]):
             self._waiting.popleft()
         return not self._waiting
 
@@ -105,17 +112,24 @@ def _is_published(publisher: Publisher, message: object) -> bool:
     return True
 
 
-def wait_for_readers(outbox: Outbox, publishers: Iterable[Publisher], deadline: float) -> None:
+def wait_for_readers(outbox: Outbox, publishers: Iterable[Publisher], deadline: float) -> bool:
     """Give the readers of ``publishers`` time, to ``deadline`` (s, monotonic), for what they lack.
 
     A publisher that ends takes with it what waits for a reader, such as a recorder that is behind.
-    Whoever has stopped reading is waited for no longer than a node may take to end.
+    Returns whether they have all.
     """
-    while not outbox.flush() and monotonic() < deadline:
-        pass  # each try blocks for a moment
+    while not (received := outbox.flush(deadline)) and monotonic() < deadline:
+        pass  # each try in vain blocks for a moment
     for publisher in publishers:
-        rest = max(deadline - monotonic(), 1e-3)
-        publisher.wait_for_all_acked(Duration(seconds=rest))
+        received &= _is_received(publisher, deadline - monotonic())
+    return received
+
+
+def _is_received(publisher: Publisher, timeout: float) -> bool:
+    try:
+        return bool(publisher.wait_for_all_acked(Duration(seconds=max(timeout, 1e-3))))
+    except rclpy_implementation.RCLError:
+        return False
 
 
 class OnDemand:

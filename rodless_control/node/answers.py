@@ -159,11 +159,14 @@ class Answers:
         self.by_law = False
         self._command(self._neutral_voltage())
 
-    def wait_for_readers(self) -> None:
-        """Give whoever reads them time for what is on its way: destroyed, publishers take it."""
+    def wait_for_readers(self) -> bool:
+        """Give whoever reads them time for what is on its way; return whether it has come.
+
+        To be called before the node ends.
+        """
         deadline = monotonic() + END_TIMEOUT
-        wait_for_readers(self._outbox, [self._voltage], deadline)
-        self.telemetry.wait_for_readers(deadline)
+        received = wait_for_readers(self._outbox, [self._voltage], deadline)
+        return self.telemetry.wait_for_readers(deadline) and received
 
     def _command(self, voltage: float) -> None:
         self._outbox.send(self._voltage, pack_float64(voltage))

@@ -23,6 +23,7 @@ from rodless_base.ros.message_info import Info
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import check_arguments, run_node
+from rodless_base.ros.publish import NOT_RECEIVED
 from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import ANSWERS_DEPTH, LOSSLESS
@@ -93,7 +94,8 @@ class ControllerNode:
         """Leave the valve closed and destroy the node."""
         if self._watchdog.may_command_unprompted:
             self._answers.close_valve()
-        self._answers.wait_for_readers()
+        if not self._answers.wait_for_readers():
+            self.node.get_logger().warning(NOT_RECEIVED)
         self.node.destroy_node()
 
     def _number(self, name: str) -> float:

@@ -76,10 +76,10 @@ class Telemetry:
         if due is not None:
             _publish(self._throttled, due)
 
-    def wait_for_readers(self, deadline: float) -> None:
-        """Give whoever reads the signals time, to ``deadline``, for what is on its way."""
+    def wait_for_readers(self, deadline: float) -> bool:
+        """Give whoever reads the signals time, to ``deadline``; return whether they have them."""
         heard = [one.publisher for one in self._publishers.values() if one.subscribers]
-        wait_for_readers(self._outbox, heard, deadline)
+        return wait_for_readers(self._outbox, heard, deadline)
 
     @property
     def lost(self) -> int:

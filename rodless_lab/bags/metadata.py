@@ -98,6 +98,8 @@ class BagTopic:
     type_hash: str = ""
     qos: tuple[Mapping[str, object], ...] = ()
     encoding: str = CDR
+    # Of further messages of the name, which cannot be told from the others any more.
+    other_types: tuple[str, ...] = ()
 
     @property
     def qos_text(self) -> str:

@@ -87,6 +87,12 @@ class TopicMessages(Columns):
                 f"{self.topic.name}: the bag does not say of which type its messages are, so they "
                 "cannot be read"
             )
+        if self.topic.other_types:
+            types = " and ".join((name, *self.topic.other_types))
+            raise BagError(
+                f"{self.topic.name}: messages of {types} under one name, which cannot be told "
+                "apart; record again with a name for each type"
+            )
         if self.topic.encoding != CDR:
             raise BagError(
                 f"{self.topic.name}: its messages are in {shown(self.topic.encoding)}, must be in "

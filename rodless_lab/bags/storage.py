@@ -10,7 +10,7 @@
 
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
-from rodless_lab.bags.metadata import CDR, COMPRESSED, BagError, BagTopic, memory_for
+from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, memory_for
 from rodless_lab.bags.recorded_topics import Profiles, RecordedTopics
 from rodless_lab.bags.sqlite_file import sqlite_messages
 
@@ -39,6 +39,17 @@ class Recorded:
     publish_time: list[int] = field(default_factory=list)
     payloads: list[bytes] = field(default_factory=list)
     compressed: bool = False  # message by message
+    latest: BagTopic | None = None  # of the last message, as its file has it
+
+    def note_type(self, topic: BagTopic) -> None:
+        """Take note of the type that messages are of from here on: a name may have several."""
+        self.latest = topic
+        if not self.payloads:
+            self.topic = topic
+        elif (topic.type_name, topic.encoding) != (self.topic.type_name, self.topic.encoding):
+            other = topic.type_name or "no type"
+            if other not in self.topic.other_types:
+                self.topic = replace(self.topic, other_types=(*self.topic.other_types, other))
 
     def add(self, log_time: int, publish_time: int, data: bytes) -> None:
         """Add a message."""
@@ -81,25 +92,16 @@ class Storage:
         return {name: len(one.payloads) for name, one in self.recorded.items()}
 
     def of(self, topic: BagTopic) -> Recorded:
-        """Return what there is of ``topic``; raises :class:`BagError` where it has another type."""
-        found = self.recorded.setdefault(topic.name, Recorded(topic))
-        if found.topic is not topic and _form(found.topic) != _form(topic):
-            raise BagError(
-                f"{topic.name}: messages of two types, {_form(found.topic)} and {_form(topic)}, "
-                "which cannot be told apart; give one of them another name"
-            )
+        """Return what there is of ``topic``, of whatever type."""
+        found = self.recorded.get(topic.name)
+        if found is None:
+            found = self.recorded[topic.name] = Recorded(topic)
         return found
 
     def note_damage(self, fault: str) -> None:
         """Take note that the rest of a file cannot be read."""
         self.fault = self.fault or fault
         self.damaged = True
-
-
-def _form(topic: BagTopic) -> str:
-    """Return how the messages of a topic are to be read."""
-    kind = topic.type_name or "no type"
-    return kind if topic.encoding == CDR else f"{kind} in {topic.encoding}"
 
 
 def read_storage(file: Path, into: Storage) -> None:
@@ -143,6 +145,8 @@ def _read_plain(file: Path, into: Storage) -> None:
     messages = _mcap(file, into) if is_mcap else sqlite_messages(file, decompressor)
     for topic, log_time, publish_time, data in messages:
         recorded = into.of(topic)
+        if topic is not recorded.latest:
+            recorded.note_type(topic)
         compressed = is_zstd(data)
         recorded.compressed |= compressed
         recorded.add(log_time, publish_time, decompressor.message(data) if compressed else data)

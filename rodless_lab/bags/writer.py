@@ -18,6 +18,7 @@ from pathlib import Path
 from rodless_base.atomic_write import cannot_be_written
 from rodless_base.closing import Closing
 from rodless_base.file_path import file_path
+from rodless_base.one_line import shown
 from rodless_lab.bags.being_written import locked
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.description_check import READ_ANYHOW, RECOVER, other_counts
@@ -26,6 +27,7 @@ from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.mcap_file.writer import McapWriter
 from rodless_lab.bags.message_definition import message_definition
 from rodless_lab.bags.metadata import (
+    CDR,
     METADATA_FILE,
     BagError,
     BagTopic,
@@ -67,7 +69,12 @@ class BagWriter(Closing):
             raise BagError(cannot_be_written(path, error)) from error
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Announce a topic, with the definition of its type as installed here."""
+        """Announce a topic, with the definition of its type as installed here.
+
+        Raises :class:`BagError` for one that is not in CDR, which it would be labelled as.
+        """
+        if topic.encoding != CDR:
+            raise BagError(f"{topic.name}: in {shown(topic.encoding)}, must be in {CDR}")
         definition = message_definition(topic.type_name)
         self._channels[topic.name] = self._file.add_channel(
             topic.name,

@@ -16,13 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from rodless_base.columns import Columns
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.reader import TopicMessages
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.int64]
 
-# Times of a sample and of what answers it may differ by a hair (ns) where both are plant time.
-_HAIR = 1000
+# Times of a sample and of what answers it may differ by a hair (s) where both are plant time.
+SAME_SAMPLE = 1e-6
+_HAIR = round(SAME_SAMPLE * NANOSECONDS_PER_SECOND)
 
 # How large a share of commands, or of samples, out of step is taken for an accident.
 _ACCIDENTS = 0.01
@@ -164,7 +166,7 @@ def held_from(
     times (s) and the voltage (V) that the valve held from each on, shape (m,), within ``limits``.
     """
     start, value = held
-    first = np.searchsorted(start, answered - 1e-6)
+    first = np.searchsorted(start, answered - SAME_SAMPLE)
     wanted = np.clip(voltage, *limits)
     found, least = np.full(len(voltage), np.nan), 0
     for k, (place, volts) in enumerate(zip(first, wanted, strict=True)):

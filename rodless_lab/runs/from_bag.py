@@ -28,7 +28,8 @@ from rodless_base.one_line import shown
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
-from rodless_lab.runs.commands import Commands, SampleTimes, held_from
+from rodless_lab.runs.bag_remarks import set_points_left_out, two_clocks, voltages_left_out
+from rodless_lab.runs.commands import SAME_SAMPLE, Commands, SampleTimes, held_from
 from rodless_lab.runs.joints import JointMessages, joint_messages, joint_values
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
 from rodless_lab.runs.missing_samples import missing_samples
@@ -48,12 +49,6 @@ LONGER = 4
 
 # Stamps are whole nanoseconds: what is closer (s) to an even time differs by rounding alone.
 SAME_INSTANT = 5e-10
-
-# A command belongs to the sample it was computed from, whose own time it may miss by a hair (s).
-HAIR = 1e-6
-
-# Of voltages between samples, more than this share of the samples is no accident.
-OFTEN = 0.01
 
 # Beyond it, in m, Pa or V, nothing can be computed with or drawn.
 LARGEST_READING = 1e100
@@ -173,15 +168,15 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     held = _held(bag, namespace, origin)
     voltage, doubt = (held, "") if held is not None else _commanded(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
-    setpoint = _setpoint(bag, namespace, sent, float(run.time[0]))
+    start = float(run.time[0])
+    setpoint, refused = _setpoint(bag, namespace, sent, start)
     remarks = [
         *bag.notes,
         setpoint.doubt if setpoint else "",
-        _refused_setpoints(bag, namespace),
-        _unstamped(bag, namespace, joint),
-        _between(bag, joint, held, run),
+        refused,
+        two_clocks(bag.path, [joint, *_beside(bag, namespace)]),
+        voltages_left_out(bag.path, joint.topic.name, held, run) if held is not None else "",
     ]
-    start = float(run.time[0])
     run = replace(run, time=run.time - start, doubt=doubt, commanded=held is None)
     if strange := off_any_rig(run):
         remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
@@ -193,74 +188,32 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     return Recording(run, setpoint, origin, start, sent)
 
 
-def _setpoint(bag: Bag, namespace: str, sent: SampleTimes, start: float) -> Setpoint | None:
-    """Set-points by times from ``start`` (s) on, if they were recorded."""
+def _setpoint(
+    bag: Bag, namespace: str, sent: SampleTimes, start: float
+) -> tuple[Setpoint | None, str]:
+    """Set-points by times from ``start`` (s) on, if they were recorded, and which are left out."""
     name = f"{namespace}/{SETPOINT}"
     if name not in bag or not len(bag[name]):
-        return None
-    numbers = _finite(bag[name])
-    if not numbers:
-        return None
-    when, wanted = plain_numbers(bag[name].at(numbers), sent)
+        return None, ""
+    messages = bag[name]
+    usable = np.flatnonzero(np.abs(_field(messages, "data")) <= LARGEST_READING).tolist()
+    left_out = set_points_left_out(bag.path, messages, usable)
+    if not usable:
+        return None, left_out
+    when, wanted = plain_numbers(messages.at(usable), sent)
     doubt = ""
     if sent.why_useless:
         doubt = (
             f"{bag.path}: {name}: {sent.why_useless}, so it is not known when set-points were "
             "given; record with `rodless record`"
         )
-    return Setpoint(when - start, wanted, doubt)
+    return Setpoint(when - start, wanted, doubt), left_out
 
 
-def _unstamped(bag: Bag, namespace: str, joint: TopicMessages) -> str:
-    """Say which pressures are dated by another clock than the positions, if any."""
-    if not joint.stamp_time.any():
-        return ""
-    names = [f"{namespace}/{topic}" for topic in PRESSURES.values()]
-    without = [name for name in names if not bag[name].stamp_time.any()]
-    if not without:
-        return ""
-    return (
-        f"{bag.path}: {', '.join(without)}: without stamps, dated by when they were recorded and "
-        f"not as {joint.topic.name} is; publish them with stamps"
-    )
-
-
-def _between(
-    bag: Bag, joint: TopicMessages, held: tuple[Array, Array] | None, run: MeasuredRun
-) -> str:
-    """Say how many voltages the run, which has one from each sample to the next, has no room for.
-
-    Its time still counts as that of ``held`` does.
-    """
-    if held is None:
-        return ""
-    when, voltage = held
-    inside = (when >= run.time[0]) & (when <= run.time[-1])
-    sample = np.searchsorted(run.time, when[inside] + HAIR, side="right") - 1
-    between = when[inside] > run.time[sample] + HAIR
-    lost = int(np.count_nonzero(between & (voltage[inside] != run.voltage[sample])))
-    if lost <= OFTEN * len(run.time):
-        return ""
-    return (
-        f"{bag.path}: {lost} voltages of {VALVE_STATE} lie between the samples of "
-        f"{joint.topic.name}, which come every {1e3 * run.period:g} ms, and are left out; a replay "
-        "departs: record positions as often"
-    )
-
-
-def _finite(messages: TopicMessages) -> list[int]:
-    found: list[int] = np.flatnonzero(np.isfinite(_field(messages, "data"))).tolist()
-    return found
-
-
-def _refused_setpoints(bag: Bag, namespace: str) -> str:
-    """Say how many set-points the controller cannot have taken, if any."""
-    name = f"{namespace}/{SETPOINT}"
-    if name not in bag or not len(bag[name]):
-        return ""
-    count = len(bag[name]) - len(_finite(bag[name]))
-    of = f"{count} of {len(bag[name])} set-points"
-    return f"{bag.path}: {name}: {of} are no number and left out" if count else ""
+def _beside(bag: Bag, namespace: str) -> list[TopicMessages]:
+    """Return what of the plant was recorded beside its positions and has stamps."""
+    names = [f"{namespace}/{topic}" for topic in (*PRESSURES.values(), VALVE_STATE)]
+    return [bag[name] for name in names if name in bag and len(bag[name])]
 
 
 def _carriage(bag: Bag, namespace: str) -> JointMessages:
@@ -275,10 +228,9 @@ def _missing(
     Times count from ``begin`` (ns, and s after that), as those of the run do.
     """
     origin, start = begin
-    topics = (*PRESSURES.values(), VALVE_STATE)
-    recorded = [bag[name] for topic in topics if (name := f"{namespace}/{topic}") in bag]
     stamps = {
-        found.topic.name: _seconds(found.stamp_time, origin) - start for found in (joint, *recorded)
+        found.topic.name: _seconds(found.stamp_time, origin) - start
+        for found in (joint, *_beside(bag, namespace))
     }
     lost = missing_samples(stamps, pace=1.0 if sent.why_useless else max(sent.speed, 1.0))
     if not lost:
@@ -390,7 +342,9 @@ def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
 
 def _refuse_namespace(bag: Bag, topic: str) -> None:
     """Raise RunError where the ``topic`` was recorded of rigs in other namespaces."""
-    others = [name.removesuffix(f"/{topic}") for name in bag if name.endswith(f"/{topic}")]
+    needed = (JOINT_STATES, *PRESSURES.values())
+    found = [name.removesuffix(f"/{topic}") for name in bag if name.endswith(f"/{topic}")]
+    others = [one for one in found if all(f"{one}/{own}" in bag for own in needed)]
     if others:
         where = " or ".join(one or "/" for one in others)
         raise RunError(f"{topic} was recorded of a rig in {where}; give that as the namespace")
@@ -456,7 +410,7 @@ def _on_one_base(
     pressures: list[tuple[Array, Array]],
     voltage: tuple[Array, Array],
 ) -> MeasuredRun:
-    start = max(position[0][0], voltage[0][0] - HAIR, *(time[0] for time, _ in pressures))
+    start = max(position[0][0], voltage[0][0] - SAME_SAMPLE, *(time[0] for time, _ in pressures))
     end = min(position[0][-1], *(time[-1] for time, _ in pressures))
     inside = position[0][(position[0] >= start) & (position[0] <= end)]
     if len(inside) < 2:
@@ -471,7 +425,7 @@ def _on_one_base(
             f"which come every {period:.4f} s otherwise"
         )
     time = np.linspace(inside[0], inside[-1], round((inside[-1] - inside[0]) / period) + 1)
-    last = np.searchsorted(voltage[0], time + HAIR, side="right") - 1
+    last = np.searchsorted(voltage[0], time + SAME_SAMPLE, side="right") - 1
     pressure_a, pressure_b, supply = (_readings_at(time, *pressure) for pressure in pressures)
     return MeasuredRun(
         time=time,

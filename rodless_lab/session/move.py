@@ -209,12 +209,12 @@ class SetpointMove:
         try:
             return self._verdict()
         finally:
-            # Two rigs of one name explain whatever has been found.
-            self._rig.check_alone()
             # A listener that was late to match, such as a recorder, has it only if its sender
             # stays. Who does not want to wait for that has the measurement all the same.
             with contextlib.suppress(InterruptedRunError):
                 self._rig.wait_for(lambda: has_arrived(self._setpoint), MESSAGE_TIMEOUT)
+            # Two rigs of one name explain whatever has been found.
+            self._rig.check_alone()
 
     def _verdict(self) -> MoveResult:
         """Return what is measured; raises :class:`RigError` where something has come between."""

@@ -169,7 +169,9 @@ class Received:
 
     def cut_run_short(self) -> None:
         """Take note that the plant is ended in the run that it is in."""
-        self.cut_short.add(max(len(topic.runs) for topic in self.topics) - 1)
+        runs = max(len(topic.runs) for topic in self.topics)
+        if runs:
+            self.cut_short.add(runs - 1)
 
     @property
     def runs(self) -> int:

@@ -76,7 +76,7 @@ class Base:
         if begin >= self.duration:
             raise ParameterError(
                 f"reference.at: {begin:g} s refused, the run has ended by then; must be less than "
-                f"run.duration, {self.duration:g} s"
+                f"run.duration, {self.duration:g} s, or 0 for a reference that stands"
             )
 
     @property

@@ -216,9 +216,9 @@ def _dimensions(
     found: list[Dimension] = []
     owners: dict[str, str] = {}
     unused = idle_parameters(base)
-    values: Mapping[str, object] = {**base.rig, **base.controller}
+    bases: list[Mapping[str, object]] = [base.rig, *base.by_law.values()]
     for name in fields.values:
-        one = read_dimension(fields, name, counted)
+        one = read_dimension(fields, name, "" if counted else "design.rows says how many")
         names = one.names(base.names)
         if not names:
             raise fields.error(name, base.unknown(name).partition(": ")[2])
@@ -228,7 +228,8 @@ def _dimensions(
             raise fields.error(name, "cannot vary within a study; make one study for each")
         if unused.issuperset(names):
             raise fields.error(name, idle(names))
-        if one.factor and not any(map(_is_changed_by_factors, map(values.get, names))):
+        values = [one_of[name] for one_of in bases for name in names if name in one_of]
+        if one.factor and not any(map(_is_changed_by_factors, values)):
             raise fields.error(name, "factor: refused, a factor changes nothing of 0; give values")
         if LAW in names and name != LAW:
             raise fields.error(name, f"{LAW} cannot vary with others; name it by itself")
@@ -248,16 +249,19 @@ def _is_changed_by_factors(value: object) -> bool:
     return any(one != 0 for one in several(value))
 
 
-def read_dimension(fields: Fields, name: str, counted: bool) -> Dimension:
-    """Take one axis: a list of values, or a range, ``counted`` in a grid; raises StudyError."""
+def read_dimension(fields: Fields, name: str, uncounted: str = "") -> Dimension:
+    """Take one axis: a list of values, or a range; raises StudyError.
+
+    ``uncounted`` says why a range has no count, if it has none.
+    """
     given = fields.values[name]
     try:
         if isinstance(given, list):
             values = [tuple(value) if isinstance(value, list) else value for value in given]
             return Dimension(name, Choice(tuple(values)))
         own = fields.below(name)
-        if "count" in own.values and not counted:
-            raise own.error("count", "refused: counts are for grids; design.rows says how many")
+        if "count" in own.values and uncounted:
+            raise own.error("count", f"refused: counts are for grids; {uncounted}")
         scale = own.text("scale", "linear")
         if scale not in ("linear", "logarithmic"):
             raise own.error("scale", f"{shown(scale)} refused, must be linear or logarithmic")

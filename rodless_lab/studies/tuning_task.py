@@ -223,7 +223,7 @@ def read_task(given: str | Path) -> TuningTask:
 def _ranges(fields: Fields) -> dict[str, Range]:
     found: dict[str, Range] = {}
     for name in fields.values:
-        one = read_dimension(fields, name, counted=False)
+        one = read_dimension(fields, name, "the search says how many")
         if not isinstance(one.axis, Range) or one.factor:
             raise fields.error(name, "must be a range, from and to in the parameter's unit")
         found[name] = one.axis

@@ -22,6 +22,7 @@ from rodless_base.ros.logs import log_through
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import check_arguments, run_node
+from rodless_base.ros.publish import NOT_RECEIVED
 from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import QUEUE_DEPTH
 from rodless_base.start import Stop, StoppedError
@@ -106,7 +107,8 @@ class PlantNode:
         """Stop the plant and destroy the node."""
         self._time.close()
         self._equations.close()
-        self._publishers.wait_for_readers()
+        if not self._publishers.wait_for_readers():
+            self.node.get_logger().warning(NOT_RECEIVED)
         self.node.destroy_node()
 
     def _make_time_keeper(self, values: RigParameters, clock: RunningClock) -> TimeKeeper:

@@ -104,10 +104,14 @@ class SamplePublishers:
             publisher.poll()
         return listening
 
-    def wait_for_readers(self) -> None:
-        """Give whoever reads the samples time for what is on its way, before the node ends."""
+    def wait_for_readers(self) -> bool:
+        """Give whoever reads the samples time for what is on its way; return whether it has come.
+
+        To be called before the node ends.
+        """
         heard = [one.publisher for one in (*self._awaited, *self._others) if one.subscribers]
-        wait_for_readers(self.outbox, [*heard, self._joint_states], monotonic() + END_TIMEOUT)
+        deadline = monotonic() + END_TIMEOUT
+        return wait_for_readers(self.outbox, [*heard, self._joint_states], deadline)
 
     def publish(
         self, measurement: Measurement, state: State, truth: Callable[[], Measurement]

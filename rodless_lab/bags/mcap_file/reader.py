@@ -79,11 +79,11 @@ class McapReader:
     def _messages(self, content: mmap.mmap) -> Iterator[McapMessage]:
         self.index.end = len(MAGIC)
         for record in _records(content, len(MAGIC)):
-            if record.opcode == Opcode.DATA_END:
-                _check_data(content, record)
-                self.complete = content[-len(MAGIC) :] == MAGIC
-                return
             try:
+                if record.opcode == Opcode.DATA_END:
+                    _check_data(content, record)
+                    self.complete = content[-len(MAGIC) :] == MAGIC
+                    return
                 yield from self._messages_in(record)
             except MemoryError:  # no damage
                 raise
@@ -186,13 +186,14 @@ def _check_data(content: mmap.mmap, end: _Record) -> None:
     with memoryview(content) as whole, whole[: end.start] as data:
         found = zlib.crc32(data)
     if found != wanted:
-        raise McapError("is damaged: the checksum of its data is wrong")
+        raise McapError("the checksum of all data before is wrong")
 
 
 def _message(content: bytes) -> McapMessage:
     channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content)
     if max(log_time, publish_time) > LARGEST_TIME:
-        raise McapError(f"a message of {max(log_time, publish_time)} ns, a time that ROS has not")
+        time = max(log_time, publish_time)
+        raise McapError(f"a message of {time} ns, later than ROS can express (2**63 ns)")
     return McapMessage(channel, sequence, log_time, publish_time, content[_MESSAGE.size :])
 
 

@@ -113,3 +113,48 @@ def test_messages_on_demand_are_built_for_subscribers_only() -> None:
     assert on_demand.poll() == 1
     on_demand.publish(1.0)
     assert bench.sent == [("first", 1.0)]
+
+
+class Slow(Stopped):
+    """One whose reader reads on so slowly that each message takes 62.5 ms to get out."""
+
+    def __init__(self, sent: list[tuple[str, float]], clock: list[float]) -> None:
+        super().__init__(sent, "slow", 1000)
+        self.clock = clock
+        self.waits: list[float] = []
+
+    def publish(self, message: Float64) -> None:
+        """Let time pass."""
+        self.clock[0] += 0.0625
+        super().publish(message)
+
+    def wait_for_all_acked(self, timeout: Any) -> bool:
+        """It takes longer than anybody waits."""
+        self.waits.append(timeout.nanoseconds * 1e-9)
+        return False
+
+
+def test_a_node_that_ends_waits_for_a_slow_reader_to_its_deadline(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However much waits: 12 messages of 62.5 ms fit into 0.75 s, and nothing is left for receipts."""
+    clock, bench = [100.0], Bench(room=0)
+    monkeypatch.setattr(publish, "monotonic", lambda: clock[0])
+    slow: Any = Slow(bench.sent, clock)
+    bench.outbox.send(bench.first, Float64(data=-1.0))
+    for value in range(100):
+        bench.outbox.send(slow, Float64(data=float(value)))
+    bench.first.room = 1
+    assert not publish.wait_for_readers(bench.outbox, [slow], clock[0] + 0.75)
+    assert [value for _, value in bench.sent] == [-1.0, *range(12)]
+    assert slow.waits == pytest.approx([1e-3])
+
+
+def test_readers_that_have_everything_are_not_waited_for() -> None:
+    """What has waited goes out first; whether all is received is what is returned."""
+    bench = Bench(room=0)
+    bench.send(1.0)
+    bench.first.room = 1
+    for publisher in (bench.first, bench.second):
+        publisher.wait_for_all_acked = lambda _: bench.sent == [("first", 1.0), ("second", 1.0)]
+    assert publish.wait_for_readers(bench.outbox, [bench.first, bench.second], 1e9)

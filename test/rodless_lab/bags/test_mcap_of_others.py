@@ -64,7 +64,7 @@ def test_a_time_that_ros_has_not_is_damage(
 ) -> None:
     """The file counts nanoseconds without a sign: what came before it can be read."""
     bag = written(tmp_path / "x.mcap", spoilt(log_time, publish_time))
-    with pytest.raises(BagError, match=r"damaged at byte \d+: .* ns, a time that ROS has not"):
+    with pytest.raises(BagError, match=r"damaged at byte \d+: .* ns, later than ROS can express"):
         read_bag(bag)
     found = read_bag(bag, recover=True)["/x"]
     assert found.fields["data"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
@@ -76,22 +76,37 @@ def test_the_last_time_that_ros_has_is_none(tmp_path: Path) -> None:
     assert int(read_bag(bag)["/x"].log_time.max()) == 2**63 - 1
 
 
-def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:
+def test_messages_of_two_types_are_refused(tmp_path: Path) -> None:
     """Both are eight bytes: a whole number would be read as another real one."""
     messages = [*numbers(3), (INT, serialize_message(Int64(data=7)), 3, 3)]
-    bag = written(tmp_path / "x.mcap", messages)
-    with pytest.raises(BagError, match=f"/x: messages of two types, {FLOAT} and {INT}, which"):
-        read_bag(bag)
+    bag = read_bag(written(tmp_path / "x.mcap", messages))
+    assert len(bag["/x"]) == 4
+    with pytest.raises(BagError, match=f"/x: messages of {FLOAT} and {INT} under one name"):
+        _ = bag["/x"].messages
 
 
-def test_a_topic_of_two_types_in_two_files_is_refused(tmp_path: Path) -> None:
+def test_messages_of_two_types_in_two_files_are_refused(tmp_path: Path) -> None:
     """As in a bag that somebody has put together of others."""
     folder = tmp_path / "bag"
     folder.mkdir()
     written(folder / "bag_0.mcap", numbers(3))
     written(folder / "bag_1.mcap", [(INT, serialize_message(Int64(data=7)), 3, 3)])
-    with pytest.raises(BagError, match="messages of two types"):
-        read_bag(folder)
+    with pytest.raises(BagError, match=f"/x: messages of {FLOAT} and {INT} under one name"):
+        _ = read_bag(folder)["/x"].messages
+
+
+def test_a_second_type_without_messages_is_none(tmp_path: Path) -> None:
+    """Somebody offered it and never sent anything."""
+    with (tmp_path / "x.mcap").open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start("ros2", "test")
+        for kind in (INT, FLOAT):
+            found = message_definition(kind)
+            schema = writer.register_schema(kind, found.encoding, found.text.encode())
+            channel = writer.register_channel("/x", "cdr", schema)
+        writer.add_message(channel, 1, serialize_message(Float64(data=2.5)), 1)
+        writer.finish()
+    assert read_bag(tmp_path / "x.mcap")["/x"].fields["data"].tolist() == [2.5]
 
 
 def test_messages_in_another_encoding_are_not_read_as_cdr(tmp_path: Path) -> None:
@@ -121,7 +136,9 @@ def test_the_checksum_of_all_data_is_looked_at(
     bag = written(tmp_path / "x.mcap", numbers(10), **LOOSE)
     assert read_bag(bag)["/x"].fields["data"].tolist() == [float(k) for k in range(10)]
     bag.write_bytes(spoil(bag.read_bytes()))
-    with pytest.raises(BagError, match="damaged: the checksum of its data is wrong"):
+    with pytest.raises(
+        BagError, match=r"damaged at byte \d+: the checksum of all data before is wrong"
+    ):
         read_bag(bag)
     assert len(read_bag(bag, recover=True)["/x"]) == 10
 
@@ -136,5 +153,18 @@ def test_recovery_does_not_call_a_wrong_checksum_sound(
     bag.write_bytes(flipped(bag.read_bytes()))
     before = bag.read_bytes()
     assert recover.main([str(folder)], Quiet()) == 2
-    assert "the checksum of its data is wrong" in capsys.readouterr().err
+    assert "the checksum of all data before is wrong" in capsys.readouterr().err
     assert bag.read_bytes() == before
+
+
+@pytest.mark.parametrize("length", [0, 2])
+def test_an_end_that_is_cut_within_its_record_is_damage(tmp_path: Path, length: int) -> None:
+    """It has room for no checksum."""
+    bag = written(tmp_path / "x.mcap", numbers(10), **LOOSE)
+    content = bag.read_bytes()
+    end = content.rindex(struct.pack("<BQ", 0x0F, 4))
+    rest = content[end + 13 :]
+    bag.write_bytes(content[:end] + struct.pack("<BQ", 0x0F, length) + bytes(length) + rest)
+    with pytest.raises(BagError, match="damaged at byte"):
+        read_bag(bag)
+    assert len(read_bag(bag, recover=True)["/x"]) == 10

@@ -187,7 +187,7 @@ def test_a_set_point_that_no_controller_takes_spoils_no_run(
     bag = write(tmp_path / "bag", run, setpoint=(0.03, np.nan))
     found, setpoint = read_run_and_setpoint(bag)
     assert setpoint is None
-    assert found.notes == (f"{bag}: /setpoint: 1 of 1 set-points are no number and left out",)
+    assert found.notes == (f"{bag}: /setpoint: 1 of 1 set-points are no number in m and left out",)
     good, setpoint = read_run_and_setpoint(write(tmp_path / "good", run, setpoint=(0.03, 0.1)))
     assert setpoint is not None
     assert setpoint.position.tolist() == [0.1]
@@ -213,6 +213,18 @@ def test_voltages_between_the_samples_are_told_of(tmp_path: Path) -> None:
     assert "which come every 10 ms, and are left out; a replay departs" in note
 
 
+@pytest.mark.parametrize("late", [4e-4, -4e-4])
+def test_voltages_with_stamps_of_their_own_are_not_missed(tmp_path: Path, late: float) -> None:
+    """A driver that stamps beside the sensor's samples, as often: each voltage has its sample."""
+    voltages = 5.0 + np.sin(0.1 * np.arange(200))
+    run = run_of_trace(simulate(RigParameters(), voltages, 1e-3, 0.1), 6e5)
+
+    def beside(topic: str, _: int, time: float, value: float) -> tuple[float, float]:
+        return (time + 1e-3 + late if topic == "/valve/state" else time + 1e-3), value
+
+    assert read_run(write(tmp_path / "bag", run, beside, held=True)).notes == ()
+
+
 def test_a_voltage_that_is_held_is_not_missed(tmp_path: Path, run: MeasuredRun) -> None:
     """Between the samples nothing has changed: nothing is left out."""
 
@@ -222,20 +234,33 @@ def test_a_voltage_that_is_held_is_not_missed(tmp_path: Path, run: MeasuredRun) 
     assert read_run(write(tmp_path / "bag", run, thinned, held=True)).notes == ()
 
 
-def test_pressures_without_stamps_are_told_of(tmp_path: Path, run: MeasuredRun) -> None:
-    """They are dated by when they were recorded, positions by when they were."""
+@pytest.mark.parametrize("unstamped", ["/chamber_a/pressure", "/joint_states"])
+def test_a_topic_without_stamps_beside_others_is_told_of(
+    tmp_path: Path, run: MeasuredRun, unstamped: str
+) -> None:
+    """It is dated by when it was recorded, the others by when they were."""
     bag = write(tmp_path / "bag", run)
     plain = read_bag(bag)
     with BagWriter(tmp_path / "unstamped") as writer:
         for name in plain:
             writer.add_topic(plain[name].topic)
             for when, message in zip(plain[name].log_time, plain[name].messages, strict=True):
-                if name == "/chamber_a/pressure":
+                if name == unstamped:
                     message.header.stamp.sec = message.header.stamp.nanosec = 0
                 writer.write(name, serialize_message(message), int(when), int(when))
     (note,) = read_run(tmp_path / "unstamped").notes
-    assert note.startswith(f"{tmp_path / 'unstamped'}: /chamber_a/pressure: without stamps, dated")
+    assert note.startswith(f"{tmp_path / 'unstamped'}: {unstamped}: without stamps, dated by")
     assert read_run(bag).notes == ()
+
+
+def test_what_is_shown_only_is_no_rig(tmp_path: Path, run: MeasuredRun) -> None:
+    """The plant publishes throttled positions for whoever looks on, below a name of their own."""
+    plain = read_bag(write(tmp_path / "plain", run))
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic(replaced(plain["/joint_states"].topic, name="/_throttled/joint_states"))
+        writer.write("/_throttled/joint_states", plain["/joint_states"].payloads[0], 0, 0)
+    with pytest.raises(RunError, match="/joint_states was not recorded; the bag holds /_throttled"):
+        read_run(tmp_path / "bag")
 
 
 def test_a_rig_in_another_namespace_is_named(

@@ -32,6 +32,7 @@ def test_the_force_goes_the_wrong_way_as_the_limits_say(
     """On a piston that its friction holds at 0.1 m, once the pressures have settled (40 s).
 
     In N, with the valve ``beyond`` (V) the closed position; more supply than the gap was fitted at.
+    To a fifth: the page gives a digit or two.
     """
     rig = RigParameters.preset(preset).with_values({"supply.pressure": absolute(supply)})
     for way in (1.0, -1.0):
