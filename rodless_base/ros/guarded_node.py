@@ -47,6 +47,8 @@ class GuardedNode(Node):  # type: ignore[misc]
         # First: rclpy creates the parameter services in its own __init__.
         self.callback_errors = 0
         self.make_safe: Callable[[str], None] = lambda _reason: None
+        # Until when (s, monotonic) it may wait for its readers as it ends.
+        self.end_by = 0.0
         super().__init__(*arguments, **options)
 
     def take_error(self, error: BaseException) -> str:

@@ -13,6 +13,7 @@ import shlex
 import sys
 from collections.abc import Callable, Sequence
 from io import UnsupportedOperation
+from time import monotonic
 from typing import Protocol
 
 import rclpy
@@ -29,6 +30,7 @@ from rodless_base.parameters import ParameterError
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
+from rodless_base.ros.publish import END_TIMEOUT
 from rodless_base.start import Stop, StoppedError, split_ros_arguments
 
 # How often to look for a request to stop, in wall-clock s.
@@ -185,6 +187,9 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     except StoppedError:
         return 0
     finally:
+        deadline = monotonic() + END_TIMEOUT
+        for member in running:
+            member.node.end_by = deadline
         for member in reversed(running):
             member.close()
         leave_ros()

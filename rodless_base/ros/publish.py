@@ -22,9 +22,9 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from rodless_base.ros.topics import QUEUE_DEPTH
 
-# How long (wall-clock s) a node that ends waits for its readers: it promises to end within 2 s, and
-# two of them may share a process.
-END_TIMEOUT = 0.6
+# How long (wall-clock s) the nodes of a process that ends wait for their readers, all in all: they
+# promise to end within 2 s, and a stopped reader may hold them up for some of that before.
+END_TIMEOUT = 0.5
 
 NOT_RECEIVED = (
     "ended before its readers had everything, of which the last is lost: a recorder that is behind "

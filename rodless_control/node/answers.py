@@ -9,7 +9,7 @@
 """One valve command for each sample: the law's, or a closed valve where there is none."""
 
 from collections.abc import Callable
-from time import monotonic, perf_counter, time_ns
+from time import perf_counter, time_ns
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -19,7 +19,7 @@ from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.measurement import Measurement
 from rodless_base.ros.cdr import pack_float64
 from rodless_base.ros.message_info import Info
-from rodless_base.ros.publish import END_TIMEOUT, Outbox, wait_for_readers
+from rodless_base.ros.publish import Outbox, wait_for_readers
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.law_pace import LawPace
@@ -159,12 +159,11 @@ class Answers:
         self.by_law = False
         self._command(self._neutral_voltage())
 
-    def wait_for_readers(self) -> bool:
+    def wait_for_readers(self, deadline: float) -> bool:
         """Give whoever reads them time for what is on its way; return whether it has come.
 
-        To be called before the node ends.
+        To be called before the node ends; ``deadline`` is in s, monotonic.
         """
-        deadline = monotonic() + END_TIMEOUT
         received = wait_for_readers(self._outbox, [self._voltage], deadline)
         return self.telemetry.wait_for_readers(deadline) and received
 

@@ -91,10 +91,10 @@ class ControllerNode:
         self.node.get_logger().info(started_line(self.node, self._parameters.values))
 
     def close(self) -> None:
-        """Leave the valve closed and destroy the node."""
+        """Leave the valve closed, give readers time, and destroy the node."""
         if self._watchdog.may_command_unprompted:
             self._answers.close_valve()
-        if not self._answers.wait_for_readers():
+        if not self._answers.wait_for_readers(self.node.end_by):
             self.node.get_logger().warning(NOT_RECEIVED)
         self.node.destroy_node()
 

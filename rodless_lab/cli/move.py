@@ -64,8 +64,8 @@ def _move(rig: "RunningRig", options: argparse.Namespace) -> int:
     result = move.make(options.timeout, show, lambda text: print(f"\n{text}", file=sys.stderr))
     show.end(move.track)
     code = _report(result, options)
-    # A move that has settled was measured beside them, too, such as another node's commands.
-    for obstacle in rig.obstacles():
+    # A move that has settled was measured beside another node's commands, too.
+    for obstacle in rig.rivals() if result.settled else rig.obstacles():
         print(obstacle, file=sys.stderr)
     return code
 

@@ -19,11 +19,12 @@ from rodless_base.ros.diagnostics import COMMANDED_BY, NAMESAKES
 from rodless_base.ros.namesakes import count_nodes, namesakes_text
 from rodless_base.ros.unheard import WAY_OUT, has_unheard_publisher
 from rodless_base.start import Stop
-from rodless_base.topics import JOINT_STATES
+from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.diagnostic import Diagnostic, count_among
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import TIMEOUT, Observer
+from rodless_sim.node.rivals import publishers_of, rivals_text
 
 NODES = PLANT, CONTROLLER = "plant", "controller"
 
@@ -258,6 +259,11 @@ class RunningRig(Closing):
             for node, said in reports.items()
             if said is None or self.is_silent(node) or said.level != DiagnosticStatus.OK
         ]
+
+    def rivals(self) -> list[str]:
+        """Say that several nodes command the valve, if they do."""
+        text = rivals_text(publishers_of(self.observer.node, self.name(VALVE_VOLTAGE)))
+        return [] if text is None else [text]
 
     def parameter_types(self, node: str, names: Sequence[str]) -> dict[str, int]:
         """Return the declared types of parameters, as in ``rcl_interfaces/ParameterType``."""

@@ -235,7 +235,8 @@ def _ranges(fields: Fields) -> dict[str, Range]:
 def _trials(fields: Fields, score: Fields, path: Path) -> Iterator[Trial]:
     """Yield what a rig has to do: each of ``trials`` changes set, vary and run of the study."""
     given = fields.below("trials")
-    study = study_of(fields, path)
+    # With trials it is they that run.
+    study = study_of(fields, path, runs=not given.values)
     if not given.values:
         yield Trial("", study, Score(_sizes(score.below("figures"))))
         return
@@ -246,6 +247,9 @@ def _trials(fields: Fields, score: Fields, path: Path) -> Iterator[Trial]:
         changed = {
             part: {**fields.below(part).values, **own.below(part).values} for part in CHANGED
         }
+        for name_of_axis in own.below("vary").values:
+            if name_of_axis not in own.below("set").values:
+                changed["set"].pop(name_of_axis, None)
         figures = _sizes(own.below("figures"))
         own.end()
         common = {part: fields.values[part] for part in COMMON if part in fields.values}

@@ -104,10 +104,10 @@ class PlantNode:
             raise
 
     def close(self) -> None:
-        """Stop the plant and destroy the node."""
+        """Stop the plant, give its readers time, and destroy the node."""
         self._time.close()
         self._equations.close()
-        if not self._publishers.wait_for_readers():
+        if not self._publishers.wait_for_readers(self.node.end_by):
             self.node.get_logger().warning(NOT_RECEIVED)
         self.node.destroy_node()
 

@@ -10,14 +10,13 @@
 
 from collections.abc import Callable
 from functools import partial
-from time import monotonic
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from rodless_base.measurement import Measurement
-from rodless_base.ros.publish import END_TIMEOUT, OnDemand, Outbox, wait_for_readers
+from rodless_base.ros.publish import OnDemand, Outbox, wait_for_readers
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH
 from rodless_base.topics import JOINT_STATES
 from rodless_sim.node import messages
@@ -104,13 +103,12 @@ class SamplePublishers:
             publisher.poll()
         return listening
 
-    def wait_for_readers(self) -> bool:
+    def wait_for_readers(self, deadline: float) -> bool:
         """Give whoever reads the samples time for what is on its way; return whether it has come.
 
-        To be called before the node ends.
+        To be called before the node ends; ``deadline`` is in s, monotonic.
         """
         heard = [one.publisher for one in (*self._awaited, *self._others) if one.subscribers]
-        deadline = monotonic() + END_TIMEOUT
         return wait_for_readers(self.outbox, [*heard, self._joint_states], deadline)
 
     def publish(

@@ -52,7 +52,14 @@ def difference(constants: tuple[()], x: float, y: float) -> float:  # noqa: ARG0
 
 
 # What a copy of the package needs to compile functions.
-BASE = ("__init__.py", "boxing.py", "kernels.py", "kernel_cache.py", "one_line.py")
+BASE = (
+    "__init__.py",
+    "boxing.py",
+    "kernels.py",
+    "kernel_cache.py",
+    "one_line.py",
+    "regular_file.py",
+)
 CONSTANTS = (Line(3.0), Curve(0.5, 2), ())
 ALONE = (3.0 * 4.0 + 10.0, 0.5 * 4.0**2 - 10.0, 4.0 - 10.0)
 FUNCTIONS = (line, curve, difference)

@@ -36,7 +36,14 @@ from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 
 # What a copy of the package needs to compile functions.
-BASE = ("__init__.py", "boxing.py", "kernels.py", "kernel_cache.py", "one_line.py")
+BASE = (
+    "__init__.py",
+    "boxing.py",
+    "kernels.py",
+    "kernel_cache.py",
+    "one_line.py",
+    "regular_file.py",
+)
 INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
 IMPORT = "from rodless_base.kernels import kernel\n"
 OUTER = IMPORT + (

@@ -10,6 +10,7 @@
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -168,21 +169,31 @@ def test_a_point_at_a_limit_is_within_it() -> None:
 def test_a_long_trajectory_costs_little_more_than_its_points() -> None:
     """A controller that takes 20,000 points is soon back: of a polynomial each it made seconds.
 
-    Compared in one run with as many polynomials of numpy's, which are no more than made.
+    Compared in one run with as many polynomials of numpy's, which are no more than made; the best
+    of three tries, in time of this thread: others may be at work beside it.
     """
     angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
     given = [
         Waypoint(*row, 0.0)
         for row in np.stack([angles, 0.05 * np.cos(angles), -0.05 * np.sin(angles)]).T.tolist()
     ]
-    begin = time.perf_counter()
-    low, high = Trajectory(given).extremes()
-    taken = time.perf_counter() - begin
-    begin = time.perf_counter()
-    for point in given:
-        Polynomial([point.position, 0.0, 0.0]).deriv()
-    assert taken < 0.8 * (time.perf_counter() - begin)
-    assert (low, high) == (pytest.approx(-0.05), 0.05)
+    found: list[tuple[float, float]] = []
+
+    def polynomials() -> None:
+        for point in given:
+            Polynomial([point.position, 0.0, 0.0]).deriv()
+
+    def least(action: Callable[[], object]) -> float:
+        times = []
+        for _ in range(3):
+            begin = time.thread_time()
+            action()
+            times.append(time.thread_time() - begin)
+        return min(times)
+
+    taken = least(lambda: found.append(Trajectory(given).extremes()))
+    assert taken < 0.8 * least(polynomials)
+    assert found[0] == (pytest.approx(-0.05), 0.05)
 
 
 def test_it_may_end_with_the_least_speed_of_the_standard_controller() -> None:

@@ -137,7 +137,7 @@ class Slow(Stopped):
 def test_a_node_that_ends_waits_for_a_slow_reader_to_its_deadline(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """However much waits: 12 messages of 62.5 ms fit into 0.75 s, and nothing is left for receipts."""
+    """However much waits: 12 messages of 62.5 ms in 0.75 s, and nothing is left for receipts."""
     clock, bench = [100.0], Bench(room=0)
     monkeypatch.setattr(publish, "monotonic", lambda: clock[0])
     slow: Any = Slow(bench.sent, clock)

@@ -208,8 +208,8 @@ def test_voltages_between_the_samples_are_told_of(tmp_path: Path) -> None:
     )
     assert whole.notes == ()
     (note,) = thin.notes
-    # 20 spans of ten voltages each, of which the first is kept.
-    assert f"{20 * 9} voltages of valve/state lie between the samples of /joint_states" in note
+    # 20 spans of ten voltages each, of which the first is kept; the last of all is kept, too.
+    assert f"{20 * 9 - 1} voltages of valve/state lie between the samples of /joint_states" in note
     assert "which come every 10 ms, and are left out; a replay departs" in note
 
 

@@ -233,7 +233,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("vary: {rail.tilt: {from: 1, to: 2, count: 2, factor: true}}", "changes nothing of 0"),
         (
             "set: {cylinder.moving_mass: 3.0}\nvary: {cylinder.moving_mass: [1.0, 2.0]}",
-            "vary: cylinder.moving_mass: cylinder.moving_mass is set for all rows too; keep one",
+            "vary: cylinder.moving_mass: cylinder.moving_mass is set, too; keep one",
         ),
         ("design: {method: sobol}", "design: rows: missing; give how many rows of a sobol design"),
         (

@@ -269,6 +269,42 @@ def test_a_trial_with_other_rigs_is_refused(tmp_path: Path, axis: str) -> None:
         read_task(path)
 
 
+def test_what_trials_have_in_common_need_not_run_by_itself(tmp_path: Path) -> None:
+    """Its reference would begin once its run is over; those of the trials begin before."""
+    trials = """
+trials:
+  short: {set: {reference.at: 0.1}, figures: {mean_error: 1.0e-3}}
+  long: {run: {duration: 0.9}, figures: {mean_error: 1.0e-3}}
+"""
+    path = with_trials(tmp_path, trials)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("reference.at: 0.02", "reference.at: 0.7"), encoding="utf-8")
+    assert [trial.study.base.duration for trial in read_task(path).trials] == [0.6, 0.9]
+    path.write_text(
+        text.replace("reference.at: 0.02", "reference.at: 0.7").replace(
+            "{reference.at: 0.1}", "{}"
+        ),
+        encoding="utf-8",
+    )
+    with pytest.raises(StudyError, match=r"reference\.at: 0\.7 s refused, the run has ended by then"):
+        read_task(path)
+
+
+def test_a_trial_may_vary_what_the_others_set(tmp_path: Path) -> None:
+    """If all do, they have the same rigs; what is set for all gives way."""
+    vary = "vary: {supply.pressure: {from: 5.0e5, to: 6.0e5}}"
+    trials = f"""
+trials:
+  first: {{{vary}, figures: {{mean_error: 1.0e-3}}}}
+  second: {{{vary}, figures: {{mean_error: 1.0e-3}}}}
+"""
+    path = with_trials(tmp_path, trials)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("set: {", "set: {supply.pressure: 7.0e5, "), encoding="utf-8")
+    axes = [[one.name for one in trial.study.dimensions] for trial in read_task(path).trials]
+    assert axes == [["cylinder.moving_mass", "supply.pressure"]] * 2
+
+
 def test_a_grid_has_other_rigs_too(tmp_path: Path) -> None:
     """For finals and the report: as many, drawn within its ranges, none of them of the grid."""
     text = written(tmp_path).read_text(encoding="utf-8")
