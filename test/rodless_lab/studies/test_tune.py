@@ -286,7 +286,7 @@ trials:
         ),
         encoding="utf-8",
     )
-    with pytest.raises(StudyError, match=r"reference\.at: 0\.7 s refused, the run has ended by then"):
+    with pytest.raises(StudyError, match=r"reference\.at: 0\.7 s refused, the run"):
         read_task(path)
 
 
