@@ -42,19 +42,20 @@ def millimetres(text: str) -> float:
 # Digits of the longest whole number that is read: no count is longer, and Python reads none of
 # thousands.
 DIGITS = 18
+BOUND = f" of at most {DIGITS} digits"
 
 
 def positive_whole(text: str) -> int:
     """Return the positive whole number that ``text`` is; raises ArgumentTypeError."""
     if not _is_whole(text) or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{shown(text)} is not a positive whole number")
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a positive whole number{BOUND}")
     return int(text)
 
 
 def whole(text: str) -> int:
     """Return the whole number from 0 on that ``text`` is; raises ArgumentTypeError."""
     if not _is_whole(text):
-        raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number from 0 on")
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number from 0 on{BOUND}")
     return int(text)
 
 

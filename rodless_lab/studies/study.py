@@ -291,9 +291,12 @@ def _check_rows(study: Study, where: str) -> None:
     except DesignError as error:
         raise StudyError(f"{where}: design: {error}") from error
     for number in range(count):
+        place = f"row {number} of {count}"
         try:
-            study.row(number).base.check_begins()
+            row = study.row(number)
         except (ParameterError, DesignError) as error:
-            raise StudyError(
-                f"{where}: vary: row {number} of {count}: {described(error)}"
-            ) from error
+            raise StudyError(f"{where}: vary: {place}: {described(error)}") from error
+        try:
+            row.base.check_begins()
+        except ParameterError as error:
+            raise StudyError(f"{where}: run: {place}: {described(error)}") from error

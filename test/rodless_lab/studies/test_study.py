@@ -228,7 +228,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("run: {duration: 0.45}", "row 0 of 1: reference.at: 0.5 s refused, the run has ended by"),
         (
             "vary: {reference.at: [0.1, 6.0]}",
-            "vary: row 1 of 2: reference.at: 6 s refused, the run",
+            "run: row 1 of 2: reference.at: 6 s refused, the run",
         ),
         ("vary: {rail.tilt: {from: 1, to: 2, count: 2, factor: true}}", "changes nothing of 0"),
         (
