@@ -17,12 +17,14 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 from running import StartProcess, StartRig, until_it_says
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from rodless_base.ros.message_info import take_waiting, with_info
 from rodless_base.ros.topics import LOSSLESS, stamp_nanoseconds
+from rodless_base.topics import PRESSURES
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
@@ -217,9 +219,15 @@ def test_answers_wait_for_a_slow_reader_as_samples_do(
     node = Node("slow", context=observer.context, use_global_arguments=False)
     take = with_info(lambda _, info: numbers.append(info["publication_sequence_number"]))
     answers = node.create_subscription(Float64, "/valve/voltage", take, LOSSLESS)
-    plant = {**LOCKSTEP, "time.duration": 8.0}
+    # It begins once somebody hears all of it, and that is when the slow one is known.
+    plant = {**LOCKSTEP, "time.duration": 8.0, "time.recorders": 1}
     try:
         with start_rig(plant=plant, controller=SINE, one_process=one_process):
+            observer.wait(answers.get_publisher_count, "the controller to be found", TIMEOUT)
+            for topic in PRESSURES.values():
+                observer.subscribe(FluidPressure, f"/{topic}", lambda _: None)
+            observer.subscribe(Clock, "/clock", lambda _: None)
+            observer.subscribe(JointState, "/joint_states", lambda _: None)
             observer.wait(
                 lambda: observer.diagnostic("/plant", fresh=True).message.startswith("ended"),
                 "the end of the run",
@@ -228,7 +236,7 @@ def test_answers_wait_for_a_slow_reader_as_samples_do(
 
             def most_is_taken() -> bool:
                 take_waiting(answers)
-                # The first ones may go before anybody is known to listen.
+                # The first ones may go before it is known to listen.
                 return bool(numbers) and numbers[-1] >= 7500
 
             observer.wait(most_is_taken, "the last answers", TIMEOUT)
