@@ -10,16 +10,15 @@
 
 import json
 import math
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from kernel_copy import copy_kernels
 from unmeasured import unmeasured
 
-from rodless_base import kernels
 from rodless_base.kernels import dispatch, kernel, total
 
 
@@ -51,15 +50,6 @@ def difference(constants: tuple[()], x: float, y: float) -> float:  # noqa: ARG0
     return x - y
 
 
-# What a copy of the package needs to compile functions.
-BASE = (
-    "__init__.py",
-    "boxing.py",
-    "kernels.py",
-    "kernel_cache.py",
-    "one_line.py",
-    "regular_file.py",
-)
 CONSTANTS = (Line(3.0), Curve(0.5, 2), ())
 ALONE = (3.0 * 4.0 + 10.0, 0.5 * 4.0**2 - 10.0, 4.0 - 10.0)
 FUNCTIONS = (line, curve, difference)
@@ -146,11 +136,9 @@ def test_they_are_cached_with_the_kernel_that_calls_them(tmp_path: Path) -> None
     """
     times, plus = "return constants * x", "return constants + x"
     # A package of kernels beside a copy of the base: others are not cached.
-    base, probe = tmp_path / "rodless_base", tmp_path / "rodless_probe"
-    for folder in (base, probe):
-        folder.mkdir()
-    for name in BASE:
-        shutil.copy(Path(kernels.__file__).parent / name, base)
+    copy_kernels(tmp_path)
+    probe = tmp_path / "rodless_probe"
+    probe.mkdir()
     (probe / "__init__.py").touch()
     for file, (first, second) in {"one": (times, plus), "other": (plus, times)}.items():
         text = PROBE.format(first=first, second=second)

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 import numba
 import numpy as np
 import pytest
+from kernel_copy import copy_kernels
 from unmeasured import unmeasured
 
 import rodless_base
@@ -35,15 +36,6 @@ from rodless_sim.instruments.instruments import Instruments
 from rodless_sim.physics.lands import Lands
 from rodless_sim.physics.plant import Plant
 
-# What a copy of the package needs to compile functions.
-BASE = (
-    "__init__.py",
-    "boxing.py",
-    "kernels.py",
-    "kernel_cache.py",
-    "one_line.py",
-    "regular_file.py",
-)
 INNER = "@kernel\ndef {name}(x):\n    return x * {factor}\n"
 IMPORT = "from rodless_base.kernels import kernel\n"
 OUTER = IMPORT + (
@@ -96,11 +88,8 @@ class Probe:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        base = Path(kernels.__file__).parent
         (folder / "rodless_probe" / "deep").mkdir(parents=True)
-        (folder / "rodless_base").mkdir()
-        for name in BASE:
-            shutil.copy(base / name, folder / "rodless_base")
+        copy_kernels(folder)
         for package in ("rodless_probe", "rodless_probe/deep"):
             (folder / package / "__init__.py").touch()
         (folder / "rodless_probe" / "outer.py").write_text(OUTER, encoding="utf-8")

@@ -21,6 +21,8 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 # Where an executable of lib/rodless_sim starts.
@@ -143,19 +145,12 @@ def _modules() -> dict[str, ModuleType]:
 
 @contextmanager
 def _stand_in() -> Iterator[None]:
-    stand_ins = _modules()
-    before = {name: sys.modules.get(name) for name in stand_ins}
-    sys.modules |= stand_ins
-    try:
+    # One by one: patch.dict would take away what was imported meanwhile, too, and whoever imports
+    # that again has its classes twice.
+    with pytest.MonkeyPatch.context() as patch:
+        for name, module in _modules().items():
+            patch.setitem(sys.modules, name, module)
         yield
-    finally:
-        # These alone: patch.dict would take away what was imported meanwhile, too, and whoever
-        # imports that again has its classes twice.
-        for name, module in before.items():
-            if module is None:
-                del sys.modules[name]
-            else:
-                sys.modules[name] = module
 
 
 def launch_nodes(file: str, **arguments: str) -> list[Node]:

@@ -191,7 +191,7 @@ def _check_data(content: mmap.mmap, end: _Record) -> None:
 
 def _message(content: bytes) -> McapMessage:
     channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content)
-    if max(log_time, publish_time) > LARGEST_TIME:
+    if log_time > LARGEST_TIME or publish_time > LARGEST_TIME:
         time = max(log_time, publish_time)
         raise McapError(f"a message of {time} ns, later than ROS can express (2**63 ns)")
     return McapMessage(channel, sequence, log_time, publish_time, content[_MESSAGE.size :])
