@@ -80,7 +80,10 @@ docs: docs-tools
 docs-links: docs-tools
 	$(SPHINX) build/docs-links --builder linkcheck
 
-PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
+BY_FILE := --dist loadfile --no-loadscope-reorder
+PARALLEL := -n auto $(BY_FILE)
+# Tests with nodes wait for a third of their time: one more than there are cores, and 4 at most.
+WITH_NODES := -n $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 3 ? cores + 1 : 4))) $(BY_FILE)
 
 # One thread each for numpy's linear algebra, whose own would crowd out the other tests: identification
 # takes half the time.
@@ -94,7 +97,7 @@ test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \
 	$(VENV)/bin/python -m pytest $(PARALLEL) -m "not ros" --cov --cov-report= && \
-	$(VENV)/bin/python -m pytest $(PARALLEL) --maxprocesses 4 -m ros --reruns 3 --rerun-show-tracebacks \
+	$(VENV)/bin/python -m pytest $(WITH_NODES) -m ros --reruns 3 --rerun-show-tracebacks \
 	--cov --cov-append --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \
 	$(VENV)/bin/python -m coverage report --skip-covered \

@@ -157,9 +157,7 @@ setup(
             "pandas>=2.1",
             "pyarrow>=14",
         ],  # runs as data frames and as Parquet; CSV needs neither
-        # Reads rosbag2's SQLite storage. Not for everybody: rosdep gets it by pip alone, which the
-        # build farm refuses, and MCAP is what rosbag2 writes by default.
-        "bags": ["rosbags>=0.10.11"],
+        "bags": [],  # read SQLite; Python's own sqlite3 does that now
         "sensitivity": ["SALib>=1.5"],  # which parameter of a sweep matters how much
         "dask": ["distributed>=2023.5"],  # sweeps on a cluster
         "gym": ["gymnasium>=1.0"],  # the rig as an environment for learning

@@ -31,7 +31,9 @@ def numbers_of(values: npt.ArrayLike, name: str, unit: str = "") -> Array:
     """
     try:
         _refuse_other_than_numbers(values)
-        return np.asarray(values, dtype=np.float64)
+        # One of numpy's longer kind may be too large for a float: infinite then, as a scalar is.
+        with np.errstate(over="ignore"):
+            return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         kind = f"numbers of {unit}" if unit else "numbers"
         raise ValueError(

@@ -184,6 +184,8 @@ def _leaves(tree: object, prefix: str) -> Iterator[tuple[str, object]]:
     for key, value in tree.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):
+            if not value:
+                raise ValueError(f"{name}: holds nothing; leave it out or give it a value")
             yield from _leaves(value, f"{name}.")
         else:
             yield name, value

@@ -119,12 +119,14 @@ class Parameter:
         if value != whole:
             raise self._refuse(value, "a whole number")
         if not SMALLEST_INTEGER <= whole <= LARGEST_INTEGER:
-            raise self._refuse(value, self._range())
+            raise self._refuse(value, self.limits)
         return whole
 
-    def _range(self) -> str:
+    @property
+    def limits(self) -> str:
+        """What a number, or each of several, must be: "from … to …"."""
         if not isinstance(self.default, int):
-            return f"from {self.minimum:g} to {self.maximum:g}"
+            return f"from {_exact(self.minimum)} to {_exact(self.maximum)}"
         low = max(self.minimum, SMALLEST_INTEGER)
         high = min(self.maximum, LARGEST_INTEGER)
         return f"from {int(low)} to {int(high)}"
@@ -138,7 +140,7 @@ class Parameter:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number) or not self.minimum <= number <= self.maximum:
-            raise self._refuse(value, self._range())
+            raise self._refuse(value, self.limits)
         return number
 
     def _checked_numbers(self, value: object, length: int) -> tuple[float, ...]:
@@ -387,7 +389,7 @@ class ParameterSet(Mapping[str, Value]):
         """Say that ``name`` is no parameter, and which one may have been meant."""
         if not isinstance(name, str):
             return f"{shown(name)}: no such parameter; names are texts"
-        line = in_one_line(name)
+        line = in_one_line(name) if name == name.strip() else shown(name)
         if name in cls.REPLACED:
             return f"{name}: no longer a parameter; {cls.REPLACED[name]}"
         if cls.foreign(name):
@@ -395,6 +397,12 @@ class ParameterSet(Mapping[str, Value]):
         near = difflib.get_close_matches(name, cls.DECLARATIONS, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         return f"{line}: no such parameter{hint}"
+
+
+def _exact(limit: float) -> str:
+    """Return ``limit`` in six digits, or in all where six would move it."""
+    short = f"{limit:g}"
+    return short if float(short) == limit else repr(limit)
 
 
 def declare(*parameters: Parameter) -> dict[str, Parameter]:

@@ -60,7 +60,7 @@ GROWING = (
 DEAD_VOLUMES = ("cylinder.dead_volume_a", "cylinder.dead_volume_b")
 
 _DEFAULTS = {**cylinder.PARAMETERS, **friction.PARAMETERS}
-_MODEL = re.compile(r"CY3R(\d{1,3})-(\d{1,4})")
+_MODEL = re.compile(r"CY3R(\d{1,3})-(\d{1,4})", re.ASCII)
 
 PARAMETERS = declare(
     Parameter(

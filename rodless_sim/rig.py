@@ -9,7 +9,7 @@
 """The rig: the plant at one instant, advanced by applying a voltage for a while."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Set
 from contextlib import contextmanager
 from copy import deepcopy
 
@@ -146,8 +146,8 @@ PRESSURES = ("pressure_a", "pressure_b")
 def _two_of(name: str, unit: str, values: object) -> tuple[float, float]:
     """Return the ``values`` of chambers A and B as floats; raises ValueError."""
     try:
-        if isinstance(values, str | bytes | bytearray):
-            raise TypeError("a text")
+        if isinstance(values, str | bytes | bytearray | Set | Mapping):
+            raise TypeError("no ordered pair")
         a, b = (single_number(one, name, unit) for one in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError) as error:
         raise ValueError(

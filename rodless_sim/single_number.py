@@ -9,6 +9,7 @@
 """One number out of what a caller gave for it."""
 
 import math
+from decimal import Decimal
 
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number, only_number
@@ -17,18 +18,21 @@ from rodless_base.real_number import is_number, only_number
 def single_number(value: object, name: str, unit: str) -> float:
     """Return ``value`` as a float, infinite where none is large enough.
 
-    Arrays of one number count as that number. Raises TypeError, with ``name`` and ``unit``, for
-    booleans, texts, what is masked, and what else is no number.
+    Arrays of one number count as that number, and decimals are numbers, as they are in an array.
+    Raises TypeError, with ``name`` and ``unit``, for booleans, texts, what is masked, and what else
+    is no number.
     """
     if type(value) is float:
         return value
     number = only_number(value)
-    if not is_number(number):
+    if not (is_number(number) or isinstance(number, Decimal)):
         raise TypeError(f"{name} {shown(value)} refused: must be a number of {unit}")
     try:
         return float(number)
     except OverflowError:
         return math.inf if number == abs(number) else -math.inf
+    except ValueError:  # a decimal's signalling NaN
+        return math.nan
 
 
 def positive_number(value: object, name: str, unit: str) -> float:

@@ -368,9 +368,8 @@ def test_what_the_product_imports_is_what_it_declares(wheel: zipfile.ZipFile) ->
     required = requirements(wheel).union(*extras)
     assert {THIRD_PARTY[name][0] for name in used} - {None} == required
     declared = rosdep_keys("depend", "exec_depend")
-    # rosbags has a key that the build farm refuses, for pip; it is an extra.
     used |= imported_by("launch")
-    needed = {THIRD_PARTY[name][1] for name in used - {"rosbags"}} - {None}
+    needed = {THIRD_PARTY[name][1] for name in used} - {None}
     assert needed | {"ros2launch"} == declared  # a command: nothing imports it
 
 

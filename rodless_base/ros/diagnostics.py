@@ -41,6 +41,9 @@ ATMOSPHERE = "atmosphere (Pa)"
 # whom it has met, and to nobody who comes later.
 COMMANDED_BY = "commanded by"
 
+# How many the plant sends its samples to.
+SUBSCRIBERS = "subscribers of joint_states"
+
 # Of the controller's: whose the last command was, which has telemetry where it was the law's.
 LAST_COMMAND = "last command"
 OF_THE_LAW, CLOSED_VALVE = "of the law", "closed valve"

@@ -9,7 +9,7 @@
 """The parameters that a node is given when it starts."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import pairwise
 
@@ -21,6 +21,11 @@ from rodless_base.parameters import ParameterError
 from rodless_base.start import split_ros_arguments
 
 USE_SIM_TIME = "use_sim_time"
+
+REMAPPING = ("-r", "--remap")
+
+# Whose a parameter on the command line is that names no node, or all of them.
+EVERYBODY = ("", "*", "**")
 
 
 def given_parameters(node: Node, kind: str) -> dict[str, object]:
@@ -73,6 +78,36 @@ def parameter_files(arguments: Sequence[str]) -> list[str]:
     return [file for option, file in pairwise(for_ros) if option == "--params-file"]
 
 
+def asked_for(arguments: Sequence[str], kind: str, name: str) -> object:
+    """Return what ``arguments`` give parameter ``name`` of a ``plant`` or ``controller``, or None.
+
+    As :func:`given_parameters`, but before there is a node. What no file of parameters is is left
+    to ROS, which refuses it.
+
+    Examples
+    --------
+    >>> asked_for(["--ros-args", "-p", "time.mode:=lockstep"], "plant", "time.mode")
+    'lockstep'
+    """
+    names = [kind, *_renamed(arguments, "__node")]
+    namespace = "".join(_renamed(arguments, "__ns")[-1:])
+    value = None
+    for file in parameter_files(arguments):
+        for node in names:
+            with suppress(OSError, ValueError):
+                value = read_parameter_file(file, node, namespace=namespace).get(name, value)
+    for node in names:
+        value = dict(_options(arguments, node)).get(name, value)
+    return value.strip("\"' ") if isinstance(value, str) else value
+
+
+def _renamed(arguments: Sequence[str], what: str) -> list[str]:
+    """Return what ``arguments`` call a node or its namespace: the last counts."""
+    _, for_ros = split_ros_arguments(arguments)
+    rules = [rule.partition(":=") for option, rule in pairwise(for_ros) if option in REMAPPING]
+    return [to for name, _, to in rules if name.rpartition(":")[2] == what]
+
+
 def parameter_options(arguments: Sequence[str], node: str) -> list[str]:
     """Return the names of the parameters that ``arguments`` give to ``node`` one by one.
 
@@ -82,8 +117,14 @@ def parameter_options(arguments: Sequence[str], node: str) -> list[str]:
     >>> parameter_options(options, "cyl1")
     ['a.b', 'c']
     """
+    return [name for name, _ in _options(arguments, node)]
+
+
+def _options(arguments: Sequence[str], node: str) -> Iterator[tuple[str, str]]:
+    """Yield names and texts of :func:`parameter_options`."""
     _, for_ros = split_ros_arguments(arguments)
-    given = [value for option, value in pairwise(for_ros) if option in ("-p", "--param")]
-    rules = [value.partition(":=")[0].rpartition(":") for value in given]
-    everybody = ("", "*", "**")
-    return [name for whose, _, name in rules if whose.rpartition("/")[2] in (*everybody, node)]
+    for option, rule in pairwise(for_ros):
+        left, _, text = rule.partition(":=")
+        whose, _, name = left.rpartition(":")
+        if option in ("-p", "--param") and whose.rpartition("/")[2] in (*EVERYBODY, node):
+            yield name, text

@@ -86,7 +86,7 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
 def _constraints(parameter: Parameter) -> str:
     """Say what a descriptor has no field for."""
     if isinstance(parameter.default, tuple):
-        return f"each from {parameter.minimum:g} to {parameter.maximum:g}"
+        return f"each {parameter.limits}"
     return ", ".join(parameter.choices)
 
 

@@ -8,10 +8,12 @@
 
 """Run one node in one process until it is asked to stop."""
 
+import faulthandler
 import gc
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from io import UnsupportedOperation
 from time import monotonic
 from typing import Protocol
@@ -31,10 +33,14 @@ from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, deliver_directly
 from rodless_base.ros.publish import END_TIMEOUT
-from rodless_base.start import Stop, StoppedError, split_ros_arguments
+from rodless_base.start import STANDARD_ERROR, Stop, StoppedError, split_ros_arguments
 
 # How often to look for a request to stop, in wall-clock s.
 SPIN_SECONDS = 0.1
+
+# Wall-clock s, from when nodes begin to end, to when their process ends even if the middleware does
+# not let them: many times what they take on a busy machine.
+END_ANYWAY = 20.0
 
 
 class RunningNode(Protocol):
@@ -152,10 +158,33 @@ def _made(make: Callable[[], RunningNode]) -> RunningNode:
         raise ParameterError(described(error)) from error
 
 
-def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
+@contextmanager
+def _ended_anyway(seconds: float | None) -> Iterator[None]:
+    """End the process with 1, and show where it stands, if the block takes longer; None: never.
+
+    By a thread that no call into the middleware holds up. Shared memory may be left half written
+    then, as where a user who has waited for so long kills the process.
+    """
+    if seconds is None:
+        yield
+        return
+    faulthandler.dump_traceback_later(seconds, exit=True, file=STANDARD_ERROR)
+    try:
+        yield
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+def run_nodes(
+    makers: Sequence[Callable[[], RunningNode]],
+    stop: Stop,
+    end_anyway: float | None = END_ANYWAY,
+) -> int:
     """:func:`run_node` for several nodes in one executor.
 
-    They deliver to each other directly where the middleware can be kept from doing so.
+    They deliver to each other directly where the middleware can be kept from doing so. A process
+    that does not come to its end ends with 1 ``end_anyway`` s after its nodes began to, and shows
+    where it stands; None for nodes whose end takes what it takes, as that of a bag.
     """
     # From here on an end on the spot would leave DDS's shared memory half written, and the next
     # process that opens it would wait for ever.
@@ -187,10 +216,11 @@ def run_nodes(makers: Sequence[Callable[[], RunningNode]], stop: Stop) -> int:
     except StoppedError:
         return 0
     finally:
-        deadline = monotonic() + END_TIMEOUT
-        for member in running:
-            member.node.end_by = deadline
-        for member in reversed(running):
-            member.close()
-        leave_ros()
+        with _ended_anyway(end_anyway):
+            deadline = monotonic() + END_TIMEOUT
+            for member in running:
+                member.node.end_by = deadline
+            for member in reversed(running):
+                member.close()
+            leave_ros()
     return 0

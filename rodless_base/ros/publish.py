@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from rodless_base.ros.profiles import asks_at_once
 from rodless_base.ros.topics import QUEUE_DEPTH
 
 # How long (wall-clock s) the nodes of a process that ends wait for their readers, all in all: they
@@ -27,8 +28,8 @@ from rodless_base.ros.topics import QUEUE_DEPTH
 END_TIMEOUT = 0.5
 
 NOT_RECEIVED = (
-    "ended before its readers had everything, of which the last is lost: a recorder that is behind "
-    "is to be ended first"
+    "ended before its readers had confirmed everything; unless they were killed, what they lack is "
+    "lost: a recorder that is behind is to be ended first"
 )
 
 # What /diagnostics calls messages that an Outbox had no room for.
@@ -67,11 +68,13 @@ class Outbox:
     def flush(self, deadline: float = math.inf) -> bool:
         """Try to publish what waits, to ``deadline`` (s, monotonic); return whether none is left.
 
-        It is to be called now and then: publishing blocks for a moment where a reader is stopped,
-        and where it is slow for each message.
+        One is tried however late it is. It is to be called now and then: publishing blocks for a
+        moment where a reader is stopped, and where it is slow for each message.
         """
-        while self._waiting and monotonic() < deadline and _is_published(*self._waiting[0]):
+        while self._waiting and _is_published(*self._waiting[0]):
             self._waiting.popleft()
+            if monotonic() >= deadline:
+                break
         return not self._waiting
 
     def clear(self) -> bool:
@@ -116,12 +119,13 @@ def wait_for_readers(outbox: Outbox, publishers: Iterable[Publisher], deadline: 
     """Give the readers of ``publishers`` time, to ``deadline`` (s, monotonic), for what they lack.
 
     A publisher that ends takes with it what waits for a reader, such as a recorder that is behind.
-    Returns whether they have all.
+    Returns whether they have all, as far as that is known: readers confirm it when they are asked,
+    which may be seconds later with settings of Fast DDS that are not ours.
     """
     while not (received := outbox.flush(deadline)) and monotonic() < deadline:
         pass  # each try in vain blocks for a moment
     for publisher in publishers:
-        received &= _is_received(publisher, deadline - monotonic())
+        received &= _is_received(publisher, deadline - monotonic()) or not asks_at_once()
     return received
 
 

@@ -8,6 +8,8 @@
 
 """The controller as a ROS node: each sample of the rig triggers one valve command."""
 
+import sys
+
 from rclpy.logging import get_logger
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
@@ -23,6 +25,7 @@ from rodless_base.ros.message_info import Info
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import check_arguments, run_node
+from rodless_base.ros.profiles import settle_transports
 from rodless_base.ros.publish import NOT_RECEIVED
 from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topic_types import check_topic_types
@@ -72,7 +75,9 @@ class ControllerNode:
             self._take_sample,
             self._answers.take_position,
         )
-        self._references = ReferenceInputs(self.node, self._loop.setpoints, self._joint)
+        self._references = ReferenceInputs(
+            self.node, self._loop.setpoints, self._joint, lambda: self._answers.enabled
+        )
         self._watchdog = Watchdog(
             self.node,
             self._loop,
@@ -181,5 +186,6 @@ def load() -> None:
 def main(stop: Stop) -> int:
     """Run the controller until ``stop``."""
     check_arguments("controller")
+    settle_transports(sys.argv)
     load()
     return run_node(ControllerNode, stop)

@@ -39,11 +39,18 @@ class ReferenceInputs:
     nothing.
     """
 
-    def __init__(self, node: Node, setpoints: SetpointFollower, joint: Callable[[], str]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        setpoints: SetpointFollower,
+        joint: Callable[[], str],
+        is_enabled: Callable[[], bool],
+    ) -> None:
         """Subscribe for ``setpoints``; ``joint`` tells the name of the joint that is controlled."""
         self._logger = node.get_logger()
         self._setpoints = setpoints
         self._joint = joint
+        self._is_enabled = is_enabled
         self.refused = 0
         setpoint = node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
         self.setpoint_topic = str(setpoint.topic_name)
@@ -52,6 +59,7 @@ class ReferenceInputs:
 
     def _take_setpoint(self, message: Float64) -> None:
         try:
+            self._check_enabled("set-point")
             self._setpoints.receive(message.data)
         except ParameterError as error:
             self.refused += 1
@@ -61,6 +69,7 @@ class ReferenceInputs:
         try:
             command = position_and_velocity(message, self._joint())
             if command is not None:
+                self._check_enabled("command")
                 self._setpoints.receive_command(*command)
         except ParameterError as error:
             self.refused += 1
@@ -68,6 +77,7 @@ class ReferenceInputs:
 
     def _take_trajectory(self, message: JointTrajectory) -> None:
         try:
+            self._check_enabled("trajectory")
             points = waypoints(message, self._joint())
             stamp = stamp_nanoseconds(message.header.stamp)
             start = stamp / NANOSECONDS_PER_SECOND if stamp else None
@@ -81,6 +91,11 @@ class ReferenceInputs:
                 f"trajectory: {len(points)} points, from {when} on, {points[-1].time:g} s long",
                 throttle_duration_sec=LOG_PERIOD,
             )
+
+    def _check_enabled(self, what: str) -> None:
+        """Raise ParameterError for what would be forgotten as the controller is switched on."""
+        if not self._is_enabled():
+            raise ParameterError(f"{what}: ignored, the controller is disabled; ~/enable it first")
 
 
 def position_and_velocity(message: JointState, joint: str) -> tuple[float, float] | None:

@@ -23,14 +23,28 @@ from typing import TextIO
 
 from rodless_base.atomic_write import check_file_writable, naming
 from rodless_base.one_line import described, in_one_line, shown
+from rodless_lab import bare_rigs
 from rodless_lab.accuracy.judge import Verdict, judge
 from rodless_lab.accuracy.random_rigs import neighbourhood_and_drive
 from rodless_lab.results_folder import lock_or_refuse
+from rodless_lab.studies.seal import Seal
+from rodless_lab.studies.version import SIMULATION, sources_digest
 
-_HEADER = ",".join(Verdict._fields)
+# Each row ends in a seal: whether it is as it was written, and by this version.
+COLUMNS = (*Verdict._fields, "seal")
+_HEADER = ",".join(COLUMNS)
+_SEAL_DIGITS = 16
 
 # Digits of the number of a rig: more have never been run.
 LONGEST_NUMBER = 9
+MOST_RIGS = 10**LONGEST_NUMBER
+
+# Beside what kernels depend on: what draws the rigs, runs and judges them.
+_JUDGES = (
+    *(Path(__file__).with_name(f"{name}.py") for name in ("judge", "radau", "random_rigs")),
+    SIMULATION,
+    Path(bare_rigs.__file__),
+)
 
 
 def leave_requests_to_parent() -> None:
@@ -57,24 +71,48 @@ def campaign(
 
     Those that ``path`` (CSV) has already are not run again; each other one is added to it as soon
     as it is known. ``progress`` is told how many are known; ``stopped`` ends the campaign early.
-    Raises OSError where another process adds to it.
+    Raises ValueError for more than ``MOST_RIGS`` and as :func:`read_verdicts`, and OSError where
+    another process adds to it.
     """
+    if count > MOST_RIGS:
+        raise ValueError(
+            f"count {count} refused, must be {MOST_RIGS} or less: the numbers of rigs have at most "
+            f"{LONGEST_NUMBER} digits"
+        )
     check_file_writable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", newline="", encoding="utf-8") as file:
         lock_or_refuse(file.fileno(), path)
         known = {verdict.number: verdict for verdict in read_verdicts(path)}
-        wanted = [number for number in range(count) if number not in known]
+        wanted = (number for number in range(count) if number not in known)
         with naming(path):
             _begin(file, path)
-        writer = csv.writer(file)
-        for verdict in judged(wanted, stopped):
+        before = sum(number < count for number in known)
+        for done, verdict in enumerate(judged(wanted, stopped), before + 1):
             with naming(path):
-                writer.writerow(verdict)
+                file.write(row_text(verdict))
                 file.flush()
             known[verdict.number] = verdict
-            progress(sum(number < count for number in known))
+            progress(done)
     return [known[number] for number in sorted(known) if number < count]
+
+
+def row_text(verdict: Verdict) -> str:
+    """Return the line that a campaign's file has of a verdict, with its seal and its end."""
+    cells = list(map(str, verdict))
+    return _csv_line([*cells, _seal(cells)])
+
+
+def _seal(cells: list[str]) -> str:
+    """Return the seal of a row: it depends on its text, and on all sources that its figures do."""
+    seal = Seal(sources_digest(*_JUDGES).encode(), "campaign")
+    return seal.of(_csv_line(cells).encode())[:_SEAL_DIGITS]
+
+
+def _csv_line(cells: list[str]) -> str:
+    line = StringIO(newline="")
+    csv.writer(line).writerow(cells)
+    return line.getvalue()
 
 
 def _begin(file: TextIO, path: Path) -> None:
@@ -114,8 +152,9 @@ def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verd
 def read_verdicts(path: Path) -> list[Verdict]:
     """Return the verdicts in a file; none where there is no file.
 
-    Raises ValueError for a file of something else. A last line that an interruption or a full disk
-    cut is left out: its case is run again.
+    Raises ValueError for a file of something else, and for a row that has changed since it was
+    written, or that another version of this package has written. A last line that an interruption
+    or a full disk cut is left out: its case is run again.
     """
     if not path.exists():
         return []
@@ -124,7 +163,7 @@ def read_verdicts(path: Path) -> list[Verdict]:
         if not whole and _HEADER.encode().startswith(path.read_bytes()):
             return []
         header, *rows = list(csv.reader(StringIO(whole.decode(), newline=""))) or [[]]
-        if tuple(header) != Verdict._fields:
+        if tuple(header) != COLUMNS:
             raise ValueError("other columns")
         return _verdicts(rows)
     except (ValueError, csv.Error) as error:
@@ -148,9 +187,10 @@ def _verdicts(rows: list[list[str]]) -> list[Verdict]:
 
 
 def _verdict(row: list[str]) -> Verdict:
-    if len(row) != len(Verdict._fields):
-        raise ValueError(f"{len(row)} columns, must be {len(Verdict._fields)}")
-    number, around, drive, *figures, failure = row
+    if len(row) != len(COLUMNS):
+        raise ValueError(f"{len(row)} columns, must be {len(COLUMNS)}")
+    *cells, seal = row
+    number, around, drive, *figures, failure = cells
     exists = number.isascii() and number.isdecimal() and len(number) <= LONGEST_NUMBER
     if not exists or (around, drive) != neighbourhood_and_drive(int(number)):
         raise ValueError(f"there is no rig {', '.join(map(in_one_line, row[:3]))}")
@@ -161,4 +201,6 @@ def _verdict(row: list[str]) -> Verdict:
     # Radau's alone may be missing without a reason: it solves few.
     if not failure and math.isnan(sum(verdict[3:-3])):
         raise ValueError("figures are missing, and nothing says why")
+    if seal != _seal(cells):
+        raise ValueError("changed, or of another version of this package")
     return verdict

@@ -13,6 +13,7 @@ the disturbance that its own error stands for.
 """
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -69,14 +70,17 @@ def _counts(verdicts: Sequence[Verdict], ran: Sequence[Verdict]) -> list[str]:
 
 def _radau(ran: Sequence[Verdict]) -> list[str]:
     solved = [verdict for verdict in ran if math.isfinite(verdict.radau_position)]
-    given_up = [verdict for verdict in ran if verdict.failure]
+    # It may take too long, and it may find no step that is small enough.
+    failures = Counter(verdict.failure for verdict in ran if verdict.failure).most_common()
+    reasons = [f"- {count} not solved by {failure}" for failure, count in failures]
     if not solved:
-        return ["No rig was solved by Radau."]
+        return ["No rig was solved by Radau.", *reasons]
     away = np.percentile([v.radau_position for v in solved], PERCENTS) * MICROMETRES
     figures = ", ".join(f"{p:g} %: {error:.2g} µm" for p, error in zip(PERCENTS, away, strict=True))
     return [
-        f"{len(solved)} rigs solved by Radau at 1e-10 too, {len(given_up)} more given up for time. "
-        f"The converged run is away from it by {figures}."
+        f"{len(solved)} rigs solved by Radau at 1e-10 too. "
+        f"The converged run is away from it by {figures}.",
+        *reasons,
     ]
 
 

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
@@ -30,7 +31,8 @@ COMPRESSED = ".zstd"
 # How ROS 2 encodes messages.
 CDR = "cdr"
 
-STORAGES = (".mcap", ".db3")
+SQLITE = ".db3"
+STORAGES = (".mcap", SQLITE)
 
 # What holds everything that metadata.yaml says.
 _INFORMATION = "rosbag2_bagfile_information"
@@ -38,8 +40,9 @@ _INFORMATION = "rosbag2_bagfile_information"
 # How many bags within a folder are named to somebody who took it for one.
 _NAMED = 3
 
-# Bytes. A description of a thousand files, with as many topics, is shorter.
-_LONGEST_METADATA = 10_000_000
+# Bytes, which take some 15 s to read. A description of a thousand files, with as many topics, is
+# shorter.
+_LONGEST_METADATA = 3_000_000
 
 # Bits: rosbag2 has no longer ones of its own, and Python cannot write long ones.
 _LONGEST_NUMBER = 64
@@ -100,6 +103,26 @@ class BagTopic:
     encoding: str = CDR
     # Of further messages of the name, which cannot be told from the others any more.
     other_types: tuple[str, ...] = ()
+
+    @property
+    def form(self) -> str:
+        """What its messages are: their type, and how they are encoded where that is not in CDR."""
+        return (self.type_name or "no type") + (
+            "" if self.encoding == CDR else f" in {shown(self.encoding)}"
+        )
+
+    def check_readable(self) -> None:
+        """Raise :class:`BagError` where its messages are not all of one type and in CDR."""
+        if self.other_types:
+            raise BagError(
+                f"{self.name}: messages of {' and '.join((self.form, *self.other_types))} under "
+                "one name, which cannot be told apart; record again with a name for each"
+            )
+        if self.encoding != CDR:
+            raise BagError(
+                f"{self.name}: its messages are in {shown(self.encoding)}, must be in {CDR}, as "
+                "ROS 2 writes them"
+            )
 
     @property
     def qos_text(self) -> str:
@@ -275,7 +298,7 @@ def listed_messages(bag: Path) -> int | None:
         if not (bag / METADATA_FILE).is_file():
             return None
         count = _listed(bag, "message_count")
-        if not isinstance(count, int):
+        if type(count) is not int:
             path = bag / METADATA_FILE
             raise BagError(f"{path}: message_count is {shown(count)}, not a number of messages")
         return count
@@ -300,7 +323,7 @@ def listed_counts(bag: Path) -> ListedCounts:
         messages = information.get("message_count")
         return ListedCounts(
             _by_topic(information.get("topics_with_message_count")),
-            messages if isinstance(messages, int) else None,
+            messages if type(messages) is int else None,
         )
 
 
@@ -342,13 +365,19 @@ def _information(bag: Path) -> dict[Any, Any]:
     try:
         if path.stat().st_size > _LONGEST_METADATA:
             raise ValueError(f"longer than {_LONGEST_METADATA} bytes")
-        content = yaml.load(path.read_text(encoding="utf-8"), DescriptionLoader)
+        content = _loaded(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, TypeError, ValueError) as error:
         raise BagError(_no_description(path, _fault(error))) from error
     information = content.get(_INFORMATION) if isinstance(content, dict) else None
     if not isinstance(information, dict):
         raise BagError(_no_description(path, f"it has no entries below {_INFORMATION}"))
     return information
+
+
+@lru_cache(maxsize=2)
+def _loaded(text: str) -> Any:
+    """Return what a description says; who reads a bag asks for several things of it."""
+    return yaml.load(text, DescriptionLoader)
 
 
 def _no_description(path: Path, fault: str) -> str:

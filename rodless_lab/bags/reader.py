@@ -20,7 +20,7 @@ import numpy.typing as npt
 from rodless_base.columns import Columns
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.file_path import file_path
-from rodless_base.one_line import listed, shown
+from rodless_base.one_line import listed
 from rodless_lab.bags.description_check import (
     READ_ANYHOW,
     RECOVER,
@@ -30,7 +30,8 @@ from rodless_lab.bags.description_check import (
 )
 from rodless_lab.bags.message_definition import message_class
 from rodless_lab.bags.metadata import (
-    CDR,
+    METADATA_FILE,
+    SQLITE,
     BagError,
     BagTopic,
     is_plain,
@@ -87,17 +88,7 @@ class TopicMessages(Columns):
                 f"{self.topic.name}: the bag does not say of which type its messages are, so they "
                 "cannot be read"
             )
-        if self.topic.other_types:
-            types = " and ".join((name, *self.topic.other_types))
-            raise BagError(
-                f"{self.topic.name}: messages of {types} under one name, which cannot be told "
-                "apart; record again with a name for each type"
-            )
-        if self.topic.encoding != CDR:
-            raise BagError(
-                f"{self.topic.name}: its messages are in {shown(self.topic.encoding)}, must be in "
-                f"{CDR}, as ROS 2 writes them"
-            )
+        self.topic.check_readable()
         try:
             kind = message_class(name)
         except (ImportError, AttributeError) as error:
@@ -235,7 +226,7 @@ class _Fields(Mapping[str, Array]):
 
 
 class Bag:
-    """Messages by topic; ``complete`` unless the bag was never closed or is damaged.
+    """Messages by topic; ``complete`` unless the bag was never closed, for all we know, or damaged.
 
     ``notes`` say, one line each, what else to know of it, such as a file that is left out.
 
@@ -291,7 +282,7 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     ----------
     path
         The bag's folder, or one of its storage files: MCAP or SQLite, each as rosbag2 compresses
-        it. SQLite needs the extra ``bags``.
+        it.
     recover
         Read a bag whose recording was killed as far as it goes, and a damaged one up to the damage.
 
@@ -324,8 +315,19 @@ def read_bag(path: str | Path, recover: bool = False) -> Bag:
     if faults and not recover:
         raise BagError(f"{path}: {faults}")
     by_topic = {name: _of_topic(one) for name, one in contents.recorded.items()}
-    others = left_out(bag, files)
-    return Bag(bag, by_topic, not faults, [f"{path}: {others}"] if others else [])
+    untold = _untold_end(bag, files)
+    notes = [f"{path}: {note}" for note in (left_out(bag, files), untold) if note]
+    return Bag(bag, by_topic, not faults and not untold, notes)
+
+
+def _untold_end(bag: Path, files: Sequence[Path]) -> str:
+    """Say so where nothing tells whether a bag was closed: a file of SQLite says nothing of it."""
+    folder = bag if bag.is_dir() else bag.parent
+    if not any(SQLITE in file.suffixes for file in files) or (folder / METADATA_FILE).is_file():
+        return ""
+    return (
+        f"without {METADATA_FILE}, which a recorder writes last: messages of its end may be missing"
+    )
 
 
 def _faults(bag: Path, files: Sequence[Path], contents: Storage) -> str:

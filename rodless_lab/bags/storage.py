@@ -16,18 +16,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, memory_for
 from rodless_lab.bags.recorded_topics import Profiles, RecordedTopics
-from rodless_lab.bags.sqlite_file import sqlite_messages
+from rodless_lab.bags.sqlite_file import left_beside, sqlite_messages
+from rodless_lab.bags.written_order import in_order
 
 Times = npt.NDArray[np.int64]
-
-# ns, by which a message may be written after a later one.
-HELD_UP = NANOSECONDS_PER_SECOND
 
 
 @dataclass
@@ -46,10 +43,8 @@ class Recorded:
         self.latest = topic
         if not self.payloads:
             self.topic = topic
-        elif (topic.type_name, topic.encoding) != (self.topic.type_name, self.topic.encoding):
-            other = topic.type_name or "no type"
-            if other not in self.topic.other_types:
-                self.topic = replace(self.topic, other_types=(*self.topic.other_types, other))
+        elif topic.form not in (self.topic.form, *self.topic.other_types):
+            self.topic = replace(self.topic, other_types=(*self.topic.other_types, topic.form))
 
     def add(self, log_time: int, publish_time: int, data: bytes) -> None:
         """Add a message."""
@@ -58,13 +53,8 @@ class Recorded:
         self.payloads.append(data)
 
     def sort(self) -> None:
-        """Undo what rosbag2's threads do: which message is compressed first is written first.
-
-        Where log time goes back for longer than a message is held up, the plant was reset.
-        """
-        times = np.array(self.log_time, dtype=np.int64)
-        run = np.cumsum(np.diff(times, prepend=times[:1]) < -HELD_UP)
-        places = np.lexsort((times, run)).tolist()
+        """Undo what rosbag2's threads do: which message is compressed first is written first."""
+        places = in_order(self.log_time)
         self.log_time = [self.log_time[place] for place in places]
         self.publish_time = [self.publish_time[place] for place in places]
         self.payloads = [self.payloads[place] for place in places]
@@ -128,7 +118,12 @@ def _read_any(file: Path, into: Storage) -> None:
             into.decompressor.file(file, plain)
             _read_plain(plain, into)
         return
-    _read_plain(file, into)
+    try:
+        _read_plain(file, into)
+    except BagError:
+        raise
+    except ValueError as error:  # or half written
+        into.note_damage(f"{file.name} {error}")
     if into.fault or file.suffix != ".mcap":  # no other storage says that it is whole
         _look_who_writes(file, into)
 
@@ -150,6 +145,11 @@ def _read_plain(file: Path, into: Storage) -> None:
         compressed = is_zstd(data)
         recorded.compressed |= compressed
         recorded.add(log_time, publish_time, decompressor.message(data) if compressed else data)
+    for beside in () if is_mcap else left_beside(file):
+        into.fault = into.fault or (
+            f"{file.name} was never closed: {beside.name} is still beside it; "
+            f"`sqlite3 {file.name} 'PRAGMA journal_mode=DELETE'` makes one file of both"
+        )
 
 
 def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes]]:
@@ -157,8 +157,6 @@ def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes
     topics = RecordedTopics(reader.index, into.profiles)
     try:
         for message in reader.messages():
-            if message.channel not in reader.index.channels:
-                raise McapError(f"holds a message of the unknown channel {message.channel}")
             yield topics[message.channel], message.log_time, message.publish_time, message.data
         if not reader.complete:
             fault = f"{file.name} is cut off, or was never closed because its recording was killed"

@@ -18,7 +18,6 @@ from pathlib import Path
 from rodless_base.atomic_write import cannot_be_written
 from rodless_base.closing import Closing
 from rodless_base.file_path import file_path
-from rodless_base.one_line import shown
 from rodless_lab.bags.being_written import locked
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.description_check import READ_ANYHOW, RECOVER, other_counts
@@ -27,7 +26,6 @@ from rodless_lab.bags.mcap_file.reader import McapError, McapReader
 from rodless_lab.bags.mcap_file.writer import McapWriter
 from rodless_lab.bags.message_definition import message_definition
 from rodless_lab.bags.metadata import (
-    CDR,
     METADATA_FILE,
     BagError,
     BagTopic,
@@ -71,10 +69,10 @@ class BagWriter(Closing):
     def add_topic(self, topic: BagTopic) -> None:
         """Announce a topic, with the definition of its type as installed here.
 
-        Raises :class:`BagError` for one that is not in CDR, which it would be labelled as.
+        Raises :class:`BagError` for one whose messages are not all of its type and in CDR, which
+        they would be labelled as.
         """
-        if topic.encoding != CDR:
-            raise BagError(f"{topic.name}: in {shown(topic.encoding)}, must be in {CDR}")
+        topic.check_readable()
         definition = message_definition(topic.type_name)
         self._channels[topic.name] = self._file.add_channel(
             topic.name,
@@ -152,6 +150,7 @@ def recover_bag(path: str | Path) -> int:
     files = storage_files(bag)
     for file in files:
         _check_ours(bag, file)
+    _check_within(bag, bag / METADATA_FILE)
     with ExitStack() as locks:
         for file in files:
             _lock(file, locks)
@@ -197,6 +196,10 @@ def _check_ours(bag: Path, file: Path) -> None:
     """Refuse a file that this does not write, or that is somebody else's."""
     if not is_plain(file):
         raise BagError(f"{bag}: {file.name} is not plain MCAP; `ros2 bag reindex` may help")
+    _check_within(bag, file)
+
+
+def _check_within(bag: Path, file: Path) -> None:
     if not is_within(bag, file):
         raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")
 

@@ -13,13 +13,13 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.atomic_write import check_file_writable
 from rodless_base.command_line import Parser, named_path
 from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
-from rodless_lab.cli.number import number
+from rodless_lab.cli.number import real
+from rodless_lab.cli.overwriting import check_result_file
 from rodless_lab.figures.animation import Film, write_animation
 from rodless_lab.reports.preset_step import preset_step
 from rodless_lab.runs.from_bag import read_run_and_setpoint
@@ -33,7 +33,7 @@ LONGEST = 60.0  # s of film
 def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """Return 0 once the picture is written, 2 for a run or a file that cannot be used."""
     options = _parser().parse_args(arguments)
-    return exit_code(lambda: _animate(options), options.output, check_file_writable)
+    return exit_code(lambda: _animate(options), options.output, check_result_file)
 
 
 def _parser() -> Parser:
@@ -45,10 +45,10 @@ def _parser() -> Parser:
     parser.add_argument("run", metavar="BAG_OR_PRESET")
     parser.add_argument("-o", "--output", type=named_path, required=True, metavar="FILE.gif")
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
-    parser.add_argument("--start", type=number, default=0.0, help="s into the run (default: 0)")
-    parser.add_argument("--end", type=number, help="s into the run (default: its end)")
+    parser.add_argument("--start", type=real, default=0.0, help="s into the run (default: 0)")
+    parser.add_argument("--end", type=real, help="s into the run (default: its end)")
     parser.add_argument(
-        "--speed", type=number, default=1.0, help="plant seconds in a second (default: 1)"
+        "--speed", type=real, default=1.0, help="plant seconds in a second (default: 1)"
     )
     return parser
 

@@ -16,7 +16,6 @@ from pathlib import Path
 
 from rodless_base.atomic_write import (
     atomic_write,
-    check_file_writable,
     check_files_writable,
     named_or_as_it_is,
     write_together,
@@ -24,6 +23,7 @@ from rodless_base.atomic_write import (
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
+from rodless_lab.cli.overwriting import check_result_file
 from rodless_lab.results_folder import results_folder
 
 DESCRIPTION = (
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     # The figures of one part do not replace those of a whole run.
     output: Path = options.output or Path("results/bench", f"{options.only or 'metrics'}.json")
-    if not can_be_written(output, check_file_writable):
+    if not can_be_written(output, check_result_file):
         return 2
     figures: dict[str, float] = {}
     try:

@@ -18,10 +18,12 @@ from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
+from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.reports.differences import (
     IN_PLACE,
     Pair,
     check_differences_writable,
+    difference_files,
     differences_table,
     write_differences,
 )
@@ -37,6 +39,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     options = _parser().parse_args(arguments)
 
     def look(folder: Path) -> None:
+        check_none_is_read(difference_files(folder / "compare"))
         check_differences_writable(folder / "compare")
 
     return exit_code(lambda: _compare(options), options.output, look)
@@ -87,7 +90,7 @@ def _simulated(
     if options.drive in (None, "voltage"):
         return resimulate(RigParameters.preset(options.first), second)
     if setpoint is None:
-        raise RunError("no set-points were recorded; compare with --drive voltage")
+        raise RunError("no set-points that are numbers were recorded; compare with --drive voltage")
     if setpoint.doubt:
         raise RunError(f"{setpoint.doubt}, or compare with --drive voltage")
     return follow(options.first, second, setpoint)

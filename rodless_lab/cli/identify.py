@@ -14,11 +14,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.atomic_write import (
+    cannot_be_written,
+    check_file_writable,
+    check_files_writable,
+    write_together,
+)
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
-from rodless_lab.bags.metadata import COMPRESSED, METADATA_FILE, STORAGES
 from rodless_lab.cli.notes import print_notes
+from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
 from rodless_lab.identification.plausible import check_run, frozen_sensors
@@ -49,12 +54,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     """
     options = _parser().parse_args(arguments)
     try:
-        check_file_writable(options.output)
-        check_file_writable(_picture(options.output))
-        refusal = _refusal(options)
-        if refusal:
-            print(refusal, file=sys.stderr)
-            return 2
+        check_file_writable(options.output)  # before it is asked for its name: / has none
+        files = (options.output, _picture(options.output))
+        check_files_writable(files)
+        check_none_is_read(files, {Path(options.base): "--base"})
         return _identify(options)
     except (RunError, ParameterError) as error:
         text = str(error)
@@ -69,23 +72,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
 def _picture(output: Path) -> Path:
     """Return where the residuals are drawn."""
     return output.with_suffix(".png")
-
-
-def _refusal(options: argparse.Namespace) -> str:
-    """Say why the output cannot be where it is wanted: in place of what is read; empty if it can.
-
-    Links are followed, as they are where it is written.
-    """
-    base = Path(options.base)
-    for file in (options.output, _picture(options.output)):
-        real = file.resolve()
-        if not real.exists():
-            continue
-        if real.name == METADATA_FILE or real.suffix in (*STORAGES, COMPRESSED):
-            return f"--output {file}: refused, it is a file of a bag; name another one"
-        if base.exists() and real.samefile(base):
-            return f"--output {file}: refused, it is read as --base; name another file"
-    return ""
 
 
 def _identify(options: argparse.Namespace) -> int:
@@ -121,19 +107,22 @@ def _write(
     options: argparse.Namespace, found: Identified, run: MeasuredRun, *, informed: bool
 ) -> None:
     """Write the parameters, if any are ``informed``, and draw the residuals; say where they are."""
+    if not informed and found.verdict.fits:
+        return
+    picture = _picture(options.output)
+    results: dict[Path, str | bytes] = {picture: png(found.draw)}
     if informed:
         bag, base = options.bag.resolve().name, Path(options.base).name
         heading = title(options.subject, bag, run, options.sensors, base)
         heading.append(f"Verdict: {found.verdict}.")
-        atomic_write(options.output, parameter_text(heading, found.findings))
+        results[options.output] = parameter_text(heading, found.findings)
+    write_together(results)
+    if informed:
         print(
             f"written to {options.output}; for `rodless rig --parameters`, or the plant's "
             "--params-file"
         )
-    if informed or not found.verdict.fits:
-        picture = _picture(options.output)
-        atomic_write(picture, png(found.draw))
-        print(f"{picture} shows the residuals")
+    print(f"{picture} shows the residuals")
 
 
 def _second_run(

@@ -14,10 +14,15 @@ from pathlib import Path
 
 from rodless_base.atomic_write import cannot_be_written, check_files_writable, write_together
 from rodless_base.command_line import Parser, named_path
-from rodless_base.parameters import ParameterError
+from rodless_base.one_line import OneLineError
 from rodless_base.start import Stop
-from rodless_lab.cli.number import positive_whole
+from rodless_lab.cli.number import count_up_to, positive_whole
+from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.results_folder import results_folder
+
+# All rigs are in memory from the beginning, of every run there are figures in the end: some
+# hundred megabytes of rigs. They would run for days.
+MOST_RIGS = 100_000
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
@@ -35,7 +40,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         help="with parameters of a file; repeat it (default: those of the package)",
     )
     parser.add_argument(
-        "--rigs", type=positive_whole, default=100, help="rigs (default: %(default)s)"
+        "--rigs", type=count_up_to(MOST_RIGS), default=100, help="rigs (default: %(default)s)"
     )
     parser.add_argument("--seed", type=positive_whole, default=1, help="(default: %(default)s)")
     parser.add_argument(
@@ -56,13 +61,17 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
     try:
         laws = entries.users(chosen.law) if chosen.law else entries.of_package()
+        drawn = rigs(chosen.rigs, chosen.seed)
+        text_file, table_file = chosen.output / "laws.md", chosen.output / "runs.csv"
+        files = (text_file, table_file, *files_of_figure(chosen.output, "laws"))
+        read = entries.files_of_users(chosen.law or ())
+        check_none_is_read(files, dict.fromkeys(read, "parameters of --law"))
         with results_folder(chosen.output) as stop.undo:
-            text_file, table_file = chosen.output / "laws.md", chosen.output / "runs.csv"
-            check_files_writable((text_file, table_file, *files_of_figure(chosen.output, "laws")))
+            check_files_writable(files)
             scores = contest(
                 laws,
                 tasks(chosen.seed),
-                rigs(chosen.rigs, chosen.seed),
+                drawn,
                 lambda name: print(name, file=sys.stderr, flush=True),
                 lambda: stop.requested,
             )
@@ -71,7 +80,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             print(text)
             contents = figure_contents(chosen.output, "laws", lambda: side_by_side(scores))
             write_together({**contents, table_file: rows(scores), text_file: text})
-    except ParameterError as error:
+    except OneLineError as error:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:

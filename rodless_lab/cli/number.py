@@ -10,6 +10,7 @@
 
 import argparse
 import math
+from collections.abc import Callable
 
 from rodless_base.one_line import shown
 from rodless_base.written_number import written_number
@@ -50,6 +51,18 @@ def positive_whole(text: str) -> int:
     if not _is_whole(text) or int(text) == 0:
         raise argparse.ArgumentTypeError(f"{shown(text)} is not a positive whole number{BOUND}")
     return int(text)
+
+
+def count_up_to(most: int) -> Callable[[str], int]:
+    """Return what reads a whole number from 1 to ``most``; that raises ArgumentTypeError."""
+
+    def count(text: str) -> int:
+        found = positive_whole(text)
+        if found > most:
+            raise argparse.ArgumentTypeError(f"{found} refused, must be {most} or less")
+        return found
+
+    return count
 
 
 def whole(text: str) -> int:

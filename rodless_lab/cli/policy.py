@@ -12,10 +12,11 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
+from rodless_lab.cli.overwriting import check_result_file
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace, with_rig
 
 if TYPE_CHECKING:
@@ -60,6 +61,6 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             return NOT_POSSIBLE
         return 0
 
-    if options.output is not None and not can_be_written(options.output, check_file_writable):
+    if options.output is not None and not can_be_written(options.output, check_result_file):
         return NOT_POSSIBLE
     return with_rig(options.namespace, stop, work)

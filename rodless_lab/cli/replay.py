@@ -20,11 +20,13 @@ from rodless_base.parameters import errors_of_file
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import exit_code
 from rodless_lab.cli.notes import print_notes
+from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.identification.friction.run import bias_note
 from rodless_lab.identification.parameter_writer import identified_subject
 from rodless_lab.reports.differences import (
     IN_PLACE,
     check_differences_writable,
+    difference_files,
     differences_table,
     write_differences,
 )
@@ -41,6 +43,8 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
     options = _parser().parse_args(arguments)
 
     def look(folder: Path) -> None:
+        read = {} if options.parameters is None else {options.parameters: "--parameters"}
+        check_none_is_read(difference_files(folder / "replay"), read)
         check_differences_writable(folder / "replay")
 
     return exit_code(lambda: _replay(options), options.output, look)

@@ -16,11 +16,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rodless_base.atomic_write import atomic_write, cannot_be_written, check_file_writable
+from rodless_base.atomic_write import atomic_write, cannot_be_written
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.exit_code import can_be_written
 from rodless_lab.cli.number import number, whole
+from rodless_lab.cli.overwriting import check_result_file
 
 if TYPE_CHECKING:
     from rodless_lab.soak.ros.soak import Soak
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         runs.append(partial(soak_realtime, options.seconds))
     if options.steps:
         runs.append(partial(soak_lockstep, options.steps))
-    if not can_be_written(options.output, check_file_writable):
+    if not can_be_written(options.output, check_result_file):
         return 2
     texts, wrong = [], []
     try:

@@ -17,6 +17,7 @@ from rodless_base.atomic_write import check_files_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
 from rodless_lab.cli.number import whole
+from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/sweeps")
@@ -48,6 +49,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
+    from rodless_lab.studies.files_read import files_read  # noqa: PLC0415
     from rodless_lab.studies.part import parquet_modules  # noqa: PLC0415
     from rodless_lab.studies.report import report_files, write_report  # noqa: PLC0415
     from rodless_lab.studies.study import read_study  # noqa: PLC0415
@@ -57,6 +59,7 @@ def _sweep(options: argparse.Namespace, stop: Stop) -> int:
     parquet_modules()
     study = read_study(options.study)
     folder = options.output or FOLDER / study.name
+    check_none_is_read(report_files(folder), files_read("studies", options.study, "the study"))
     progress = Progress()
     if options.scheduler and options.workers:
         print(

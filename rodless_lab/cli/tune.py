@@ -16,6 +16,7 @@ from pathlib import Path
 from rodless_base.atomic_write import check_files_writable, named_or_as_it_is
 from rodless_base.command_line import Parser, named_path
 from rodless_base.start import Stop
+from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.cli.progress import Progress
 
 FOLDER = Path("results/tuning")
@@ -37,12 +38,14 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
 
 def _tune(options: argparse.Namespace, stop: Stop) -> int:
     # They load numba: not for help.
+    from rodless_lab.studies.files_read import files_read  # noqa: PLC0415
     from rodless_lab.studies.tune import NothingKnownError, search  # noqa: PLC0415
     from rodless_lab.studies.tuning_report import PARAMETERS, result_files, write_tuned  # noqa: PLC0415
     from rodless_lab.studies.tuning_task import read_task  # noqa: PLC0415
 
     task = read_task(options.task)
     folder = options.output or FOLDER / task.name
+    check_none_is_read(result_files(folder), files_read("tasks", options.task, "the task"))
     for name, value in task.outside().items():
         one = task.ranges[name]
         print(

@@ -121,10 +121,14 @@ def judged(estimate: Estimate, note: str) -> Estimate:
 def within(estimate: Estimate, low: float, high: float) -> Estimate:
     """Return ``estimate`` cut at the range from ``low`` to ``high``, and marked so.
 
-    Where none of its interval lies within, the data informs of nothing that can be.
+    Where none of its interval lies within, the data informs of nothing that can be; where its
+    interval holds all of the range, of nothing at all.
     """
     if not estimate.informed:
         return estimate
+    if estimate.low <= low and estimate.high >= high:
+        note = f"the run leaves all of its range open, {low:g} to {high:g} {estimate.unit}"
+        return replace(estimate, informed=False, note=note.rstrip())
     if estimate.high < low or estimate.low > high:
         note = (
             f"fits best with {estimate}, and can be from {low:g} to {high:g} {estimate.unit} only"

@@ -37,9 +37,11 @@ COMPRESSED = 2.0
 SMALLEST_MOTION = 1e-3
 SMALLEST_CHANGE = 1e-3
 
-# A pressure that is the same over so much travel (m) and so many samples, and differs by so much
-# (Pa) right beside it, where it differs from nearly all samples to the next.
+# A pressure that is the same over so much travel (m) and so many samples, while nearly all others
+# differ from the next. The change (Pa) right before is larger than that of one that settles, and
+# right after than that of one that sets out.
 FROZEN_TRAVEL = 20e-3
+SETTLED = 1e-6
 SMALLEST_EDGE = 1.0
 NOISY_SHARE = 0.9
 FEWEST_FROZEN = 100
@@ -151,18 +153,18 @@ def _check_position(run: MeasuredRun) -> None:
 def _check_frozen(run: MeasuredRun) -> None:
     """Refuse the pressure of a chamber that was not read for a while: its noise ends at once.
 
-    That of an ideal sensor ends by and by, where it settles, and one of coarse steps has little.
+    That of an ideal sensor ends by and by, where the pressure settles, and one of coarse steps has
+    little.
     """
     for name in CHAMBERS:
         values = getattr(run, name)
         steps = np.abs(np.diff(values))
+        changes = np.count_nonzero(steps)
         for first, last in _constant(values, FEWEST_FROZEN):
-            beside = np.concatenate([steps[:first], steps[last - 1 :]])
-            edges = np.concatenate([steps[max(first - 1, 0) : first], steps[last - 1 : last]])
+            beside = len(steps) - (last - 1 - first)
             if (
-                len(beside)
-                and np.max(edges) >= SMALLEST_EDGE
-                and np.mean(beside > 0.0) > NOISY_SHARE
+                changes > NOISY_SHARE * beside
+                and _at_once(steps, first, last)
                 and float(np.ptp(run.position[first:last])) >= FROZEN_TRAVEL
             ):
                 raise RunError(
@@ -170,6 +172,16 @@ def _check_frozen(run: MeasuredRun) -> None:
                     f"{run.time[last - 1]:.6g} s, while the carriage moves: its sensor was frozen, "
                     "or samples were lost; cut the run there"
                 )
+
+
+def _at_once(steps: npt.NDArray[np.float64], first: int, last: int) -> bool:
+    """Whether values whose ``steps`` (n,) are 0 from ``first`` to ``last`` changed right before.
+
+    Of those that begin the run: whether they change right after it.
+    """
+    if first:
+        return bool(steps[first - 1] > SETTLED)
+    return bool(np.any(steps[last - 1 : last] >= SMALLEST_EDGE))
 
 
 def frozen_sensors(run: MeasuredRun) -> list[str]:

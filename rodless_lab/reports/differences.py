@@ -32,7 +32,7 @@ def write_differences(
     ``time`` (s, shape (n,)) is where they are compared. Returns whether earlier ones were there,
     which these replace. Raises OSError.
     """
-    picture, table = _files(file)
+    picture, table = difference_files(file)
     replaced = table.exists()
     text = json.dumps(numbers, indent=2) + "\n"
     write_together({picture: png(lambda: draw_comparison(names, runs, time)), table: text})
@@ -42,10 +42,11 @@ def write_differences(
 def check_differences_writable(file: Path) -> None:
     """Raise OSError where :func:`write_differences` could not write."""
     check_writable(file.parent)
-    check_files_writable(_files(file))
+    check_files_writable(difference_files(file))
 
 
-def _files(file: Path) -> tuple[Path, Path]:
+def difference_files(file: Path) -> tuple[Path, Path]:
+    """Return where :func:`write_differences` writes."""
     return file.with_suffix(".png"), file.with_suffix(".json")
 
 

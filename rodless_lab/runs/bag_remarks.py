@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rodless_base.topics import VALVE_STATE
-from rodless_lab.bags.reader import TopicMessages
+from rodless_base.one_line import listed
+from rodless_base.topics import THROTTLED, VALVE_STATE
+from rodless_lab.bags.reader import Bag, TopicMessages
 from rodless_lab.runs.commands import SAME_SAMPLE
 from rodless_lab.runs.measured_run import MeasuredRun
 
@@ -23,6 +24,67 @@ Array = npt.NDArray[np.float64]
 
 # Of voltages that no sample takes, a larger share of the samples is no accident.
 TOLERATED_SHARE = 0.01
+
+
+# Of the samples of the positions, so small a share of those of another topic is a few words about
+# all that lies between.
+SMALL_SHARE = 1 / 20
+
+
+def namespaces_with(bag: Bag, topic: str) -> list[str]:
+    """Return where a bag has ``topic``, empty for the root.
+
+    What the plant sends for views alone is no rig's.
+    """
+    found = [name.removesuffix(f"/{topic}") for name in bag if name.endswith(f"/{topic}")]
+    return [one for one in found if one.rpartition("/")[2] != THROTTLED.rstrip("/")]
+
+
+def other_rigs(bag: Bag, namespace: str, topic: str) -> str:
+    """Say of which rigs a bag has positions beside those at the root, where no namespace is given.
+
+    ``topic`` is that of the positions.
+    """
+    others = list(filter(None, namespaces_with(bag, topic)))
+    if namespace or not others:
+        return ""
+    return f"{bag.path}: also holds {topic} of {listed(others)}; a namespace would choose that"
+
+
+def several_senders(bag: Path, recorded: Sequence[TopicMessages]) -> str:
+    """Say which topics several nodes have published: by the bag, or as their stamps have it."""
+    twice = [one.topic.name for one in recorded if _share_of_stamps_again(one) > TOLERATED_SHARE]
+    if twice:
+        return (
+            f"{bag}: {listed(twice)}: several messages have one stamp, as where several nodes "
+            "publish under one name; they are mixed, and cannot be told apart"
+        )
+    counts = {one.topic.name: len(one.topic.qos) for one in recorded if len(one.topic.qos) > 1}
+    if not counts:
+        return ""
+    said = ", ".join(f"{count} of {name}" for name, count in counts.items())
+    return (
+        f"{bag}: several publishers were known when the recording began ({said}), one of them "
+        "perhaps killed before: what several send under one name is mixed"
+    )
+
+
+def _share_of_stamps_again(messages: TopicMessages) -> float:
+    """Return of how many messages the stamp is that of the one before; 0 without stamps."""
+    stamps = messages.stamp_time
+    return float(np.mean(np.diff(stamps) == 0)) if len(stamps) > 1 and stamps.any() else 0.0
+
+
+def far_apart(bag: Path, positions: TopicMessages, others: Sequence[TopicMessages]) -> str:
+    """Say which topics have so few samples beside the positions that most of a run is between."""
+    few = [one for one in others if len(one) < SMALL_SHARE * len(positions)]
+    if not few:
+        return ""
+    counts = ", ".join(f"{len(one)} samples of {one.topic.name}" for one in few)
+    return (
+        f"{bag}: {counts} beside {len(positions)} of {positions.topic.name}: what lies between "
+        "them is not known; pressures are interpolated, voltages held"
+    )
 
 
 def two_clocks(bag: Path, recorded: Sequence[TopicMessages]) -> str:
@@ -46,15 +108,17 @@ def voltages_left_out(
     """
     when, voltage = held
     taken = np.searchsorted(when, run.time + SAME_SAMPLE, side="right") - 1
-    others = np.setdiff1d(np.flatnonzero((when >= run.time[0]) & (when <= run.time[-1])), taken)
+    within = np.flatnonzero((when >= run.time[0]) & (when <= run.time[-1]))
+    others = np.setdiff1d(within, taken)
     sample = np.searchsorted(run.time, when[others] + SAME_SAMPLE, side="right") - 1
     count = int(np.count_nonzero(voltage[others] != run.voltage[sample]))
     if count <= TOLERATED_SHARE * len(run.time):
         return ""
+    as_often = len(within) <= (1.0 + TOLERATED_SHARE) * len(run.time)
+    way = "give both the same stamps" if as_often else "record positions as often"
     return (
         f"{bag}: {count} voltages of {VALVE_STATE} lie between the samples of {positions}, which "
-        f"come every {1e3 * run.period:g} ms, and are left out; a replay departs: record positions "
-        "as often"
+        f"come every {1e3 * run.period:g} ms, and are left out; a replay departs: {way}"
     )
 
 
@@ -64,4 +128,4 @@ def set_points_left_out(bag: Path, messages: TopicMessages, usable: Sequence[int
     if not count:
         return ""
     of = f"{count} of {len(messages)} set-points"
-    return f"{bag}: {messages.topic.name}: {of} are no number in m and left out"
+    return f"{bag}: {messages.topic.name}: {of} are no number within ±1e100 m and left out"

@@ -82,7 +82,8 @@ class SampleTimes:
     @property
     def speed(self) -> float:
         """Plant time per time of the bag's clock."""
-        took = float(self._sent[-1] - self._sent[0]) * 1e-9
+        # As floats: two times of 64 bits may lie further apart than one of them can tell.
+        took = (float(self._sent[-1]) - float(self._sent[0])) * 1e-9
         return float(self._stamp[-1] - self._stamp[0]) / took if took > 0.0 else 1.0
 
     @cached_property
@@ -103,14 +104,10 @@ class SampleTimes:
         if len(self._sent) < 2 or self.why_useless:
             return self.why_useless
         steps = np.diff(self.answered(commands), append=len(self._sent) - 1)
-        count = len(steps)
         if np.median(steps) == 1:
-            odd = int(np.count_nonzero(steps[:-1] != 1))
-            if odd > _ACCIDENTS * count:
-                return f"{odd} of {count} commands do not answer one sample each"
-            if steps.max() > _LATEST:
-                return f"{steps.max()} samples have no command, for which the valve may close"
-            return ""
+            return _odd_ones(steps)
+        if len(steps) > (1.0 + _ACCIDENTS) * len(self._sent):
+            return f"{len(steps)} commands answer {len(self._sent)} samples"
         # Over many samples: bunches do not change it, nor does a pause.
         span = min(_SPAN, len(self._sent) - 1)
         period = np.median(self._sent[span:] - self._sent[:-span]) / span
@@ -118,6 +115,16 @@ class SampleTimes:
         if bunched > _ACCIDENTS * len(self._sent):
             return f"{bunched} of {len(self._sent)} samples were recorded in bunches"
         return ""
+
+
+def _odd_ones(steps: Places) -> str:
+    """Say how many commands answer no sample, or several; ``steps`` are samples from one on."""
+    odd = int(np.count_nonzero(steps[:-1] != 1))
+    if odd > _ACCIDENTS * len(steps):
+        return f"{odd} of {len(steps)} commands do not answer one sample each"
+    if steps.max() > _LATEST:
+        return f"{steps.max()} samples have no command, for which the valve may close"
+    return ""
 
 
 def _senders_times_recorded(samples: TopicMessages) -> bool:

@@ -28,7 +28,15 @@ from rodless_base.one_line import shown
 from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
-from rodless_lab.runs.bag_remarks import set_points_left_out, two_clocks, voltages_left_out
+from rodless_lab.runs.bag_remarks import (
+    far_apart,
+    namespaces_with,
+    other_rigs,
+    set_points_left_out,
+    several_senders,
+    two_clocks,
+    voltages_left_out,
+)
 from rodless_lab.runs.commands import SAME_SAMPLE, Commands, SampleTimes, held_from
 from rodless_lab.runs.joints import JointMessages, joint_messages, joint_values
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint
@@ -169,17 +177,20 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     voltage, doubt = (held, "") if held is not None else _commanded(bag, namespace, sent)
     run = _on_one_base((time, position), pressures, voltage)
     start = float(run.time[0])
+    beside = _beside(bag, namespace)
     setpoint, refused = _setpoint(bag, namespace, sent, start)
     remarks = [
         *bag.notes,
         setpoint.doubt if setpoint else "",
         refused,
-        two_clocks(bag.path, [joint, *_beside(bag, namespace)]),
+        two_clocks(bag.path, [joint, *beside]),
+        other_rigs(bag, namespace, JOINT_STATES),
+        several_senders(bag.path, [joint, *beside]),
+        far_apart(bag.path, joint, beside),
         voltages_left_out(bag.path, joint.topic.name, held, run) if held is not None else "",
     ]
     run = replace(run, time=run.time - start, doubt=doubt, commanded=held is None)
-    if strange := off_any_rig(run):
-        remarks.append(f"{bag.path}: {joint.topic.name}: {strange}")
+    remarks += [f"{bag.path}: {namespace}/{strange}" for strange in off_any_rig(run)]
     run = replace(
         run,
         missing=_missing(bag, namespace, (origin, start), joint, sent),
@@ -211,7 +222,7 @@ def _setpoint(
 
 
 def _beside(bag: Bag, namespace: str) -> list[TopicMessages]:
-    """Return what of the plant was recorded beside its positions and has stamps."""
+    """Return what of the plant was recorded beside its positions and has a header."""
     names = [f"{namespace}/{topic}" for topic in (*PRESSURES.values(), VALVE_STATE)]
     return [bag[name] for name in names if name in bag and len(bag[name])]
 
@@ -342,10 +353,7 @@ def _recorded(bag: Bag, namespace: str, topic: str) -> TopicMessages:
 
 def _refuse_namespace(bag: Bag, topic: str) -> None:
     """Raise RunError where the ``topic`` was recorded of rigs in other namespaces."""
-    needed = (JOINT_STATES, *PRESSURES.values())
-    found = [name.removesuffix(f"/{topic}") for name in bag if name.endswith(f"/{topic}")]
-    others = [one for one in found if all(f"{one}/{own}" in bag for own in needed)]
-    if others:
+    if others := namespaces_with(bag, topic):
         where = " or ".join(one or "/" for one in others)
         raise RunError(f"{topic} was recorded of a rig in {where}; give that as the namespace")
 

@@ -114,8 +114,9 @@ class MeasuredRun(Columns):
                 raise RunError(f"{name}: {shown(values)} refused, must be an array of numbers")
             if np.ma.is_masked(values):
                 raise RunError(f"{name}: some samples are masked, fill or leave them out")
-            # Whole numbers without a sign have no differences below 0, long doubles no solvers.
-            if kind in "iu" or values.itemsize > np.dtype(np.float64).itemsize:
+            # Whole numbers without a sign have no differences below 0; compiled kernels, tables and
+            # solvers know no half or long reals, nor those of another machine's byte order.
+            if values.dtype not in (np.float32, np.float64):
                 object.__setattr__(self, name, values.astype(np.float64))
         if len(self.time) < FEWEST_SAMPLES:
             raise RunError(f"only {len(self.time)} samples, too few for a run")

@@ -22,6 +22,7 @@ from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
 from rodless_base.topics import SETPOINT
 from rodless_control import ControllerParameters
+from rodless_control.setpoint import FROM_PARAMETERS
 from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_of
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
@@ -34,6 +35,9 @@ from rodless_lab.session.setpoint import (
 
 # Names of the range of set-points that the controller of this package takes.
 RANGE = ("reference.minimum", "reference.maximum")
+
+# The parameter that says where its reference comes from.
+TYPE = "reference.type"
 
 # For a set-point to arrive, in wall-clock s; a frozen controller takes none.
 ARRIVAL_TIMEOUT = 1.0
@@ -48,8 +52,9 @@ class Controls(LiveSession):
     def setpoint(self, position: float) -> None:
         """Send a set-point (m); by the return, a controller that runs has received it.
 
-        Raises ValueError for what is no finite number, RefusedError for one outside what the
-        controller of this package takes, and HarnessError where the test has ended the controller.
+        Raises ValueError for what is no finite number, RefusedError for what the controller of this
+        package does not take: out of its range, beside a reference of its own, or switched off; and
+        HarnessError where the test has ended the controller.
         Warns with SetpointWarning where it has not arrived in a second: a frozen controller takes
         it once it is thawed.
         """
@@ -58,6 +63,7 @@ class Controls(LiveSession):
         self._check_range(float(position))
         self._check_inside()
         self._processes.check_node("controller", "no controller will take a set-point")
+        self._check_follows(float(position))
         self._wait_for_controller()
         self._setpoint.publish(Float64(data=float(position)))
         try:
@@ -71,21 +77,20 @@ class Controls(LiveSession):
         self._catch_up()
 
     @cached_property
-    def _first_range(self) -> tuple[float, float]:
-        """The range that the controller began with."""
+    def _first(self) -> ControllerParameters:
+        """What the controller began with that says which set-points it takes."""
         given = self._plan.controller
         told = given if isinstance(given, Mapping) else {}
-        began = ControllerParameters.preset(self._plan.preset).with_values(
-            {name: told[name] for name in RANGE if name in told}
+        return ControllerParameters.preset(self._plan.preset).with_values(
+            {name: told[name] for name in (*RANGE, TYPE) if name in told}
         )
-        return began.number(RANGE[0]), began.number(RANGE[1])
 
     def _check_range(self, position: float) -> None:
         """Ask a controller of this package, but within the range that it began with."""
         if not self._plan.runs_controller_node:
             return
-        low, high = self._first_range
-        if low <= position <= high:
+        low, high = map(self._first.number, RANGE)
+        if low <= position <= high and not self._range_changed:
             return
         low, high = (cast(float, one) for one in self.parameters("controller", RANGE).values())
         if not low <= position <= high:
@@ -94,6 +99,25 @@ class Controls(LiveSession):
                 f"({', '.join(RANGE)})"
             )
 
+    def _check_follows(self, position: float) -> None:
+        """Raise RefusedError where a controller of this package, as the test has it, takes none."""
+        if not self._plan.runs_controller_node:
+            return
+        refused = f"setpoint {position:g} m refused"
+        if self._switched_off and self._is_off():
+            raise RefusedError(f"{refused}, the controller is disabled; enable_controller() first")
+        if (self._reference_type or self._first.text(TYPE)) not in FROM_PARAMETERS:
+            return
+        kind = self.parameters("controller", [TYPE])[TYPE]
+        if kind in FROM_PARAMETERS:
+            raise RefusedError(
+                f"{refused}, {TYPE} is {kind}; set-points need setpoint, ramp or move"
+            )
+
+    def _is_off(self) -> bool:
+        """Whether the controller is: others may have switched it on again."""
+        return self._observer.diagnostic("controller", fresh=True).message != "controlling"
+
     def _wait_for_controller(self) -> None:
         self._wait(
             lambda: setpoint_is_heard(self._observer.node, self._setpoint),
@@ -101,12 +125,25 @@ class Controls(LiveSession):
         )
 
     def send_voltage(self, voltage: float) -> None:
-        """Send one command (V), NaN included.
+        """Send one command (V), NaN included; in lock-step wait for the sample that it answers.
 
-        Raises HarnessError where a controller does so, and for what is no number.
+        Raises HarnessError where a controller does so, for what is no number, in a law of
+        :meth:`drive` in lock-step, and once the session's ``duration`` is over.
         """
         commands = self._commander("send_voltage")
-        commands.send(voltage_of(voltage, "send_voltage"))
+        command, sample = voltage_of(voltage, "send_voltage"), "a sample that waits for a command"
+
+        def due() -> bool:
+            if self._is_heard:
+                commands.answer_again()
+                if commands.is_due:
+                    return True
+            self._processes.check_plant()
+            self._check_goes_on(sample)
+            return False
+
+        self._wait(due, sample)
+        commands.send(command)
 
     def drive(self, law: Law | float | None) -> None:
         """Answer every sample from now on by ``law``, a function or a voltage (V).
@@ -157,6 +194,7 @@ class Controls(LiveSession):
         Switched on again it holds the carriage where it is until a new set-point comes.
         """
         self._ask(SetBool, "controller/enable", data=enabled)
+        self._switched_off = not enabled
         self._catch_up()
 
     def reset_controller(self) -> None:
@@ -176,6 +214,9 @@ class Controls(LiveSession):
             self._observer.once_ready(
                 lambda: self._observer.set_parameters(node, values), self._timeout
             )
+        if node == "controller" and TYPE in values:
+            self._reference_type = str(values[TYPE])
+        self._range_changed |= node == "controller" and not values.keys().isdisjoint(RANGE)
         self._catch_up()
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:

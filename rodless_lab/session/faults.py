@@ -11,9 +11,15 @@
 import time
 from collections.abc import Callable
 
+from rclpy.qos import DurabilityPolicy
+
+from rodless_base.ros.diagnostics import SUBSCRIBERS
+from rodless_base.topics import JOINT_STATES
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.node_process import NodeProcess
+from rodless_lab.session.processes import ProcessPlan
+from rodless_lab.session.running_rig import CONTROLLER, PLANT
 
 
 class Faults(LiveSession):
@@ -21,6 +27,7 @@ class Faults(LiveSession):
 
     # Whether the controller's commands are matched.
     _heard: Callable[[], bool]
+    _plan: ProcessPlan
 
     def kill(self, process: str) -> None:
         """Kill a process (``plant``, ``controller``; ``rig`` when they share one)."""
@@ -46,10 +53,17 @@ class Faults(LiveSession):
         managed.end()
         if process != "controller":
             self._paused = False
+        if process != "plant":
+            self._switched_off, self._reference_type = False, ""
         if process == "controller" and self._mode == "lockstep":
             self._wait(lambda: not self._heard(), "the old controller to be forgotten")
+            if self._relayed is not None:
+                self._receiver.take_waiting(time.time_ns())
+                self._relayed.forget_controller()
             managed.start()
             self._wait(self._heard, "the new controller")
+            if self._plan.runs_controller_node:
+                self._wait_until_known(time.monotonic())
             return
         runs, began = self._received.runs, time.time_ns()
         if process == "controller":
@@ -59,6 +73,30 @@ class Faults(LiveSession):
         with self._received.expecting_run():
             managed.start()
             self._wait(lambda: self._received.runs > runs, f"sample 0 of the new {process}")
+        self._receiver.take_waiting(time.time_ns())
+        for commands in (self._own, self._relayed):
+            if commands is not None:
+                commands.begin_run(runs)
+
+    def _wait_until_known(self, since: float) -> None:
+        """Wait until the plant says, after ``since`` (s), that it sends to all readers there are.
+
+        A sample that is sent before goes to those alone whom the plant knows.
+        """
+        node = self._observer.node
+        samples, plant = map(node.resolve_topic_name, (JOINT_STATES, PLANT))
+
+        def all_are_known() -> bool:
+            readers = node.get_subscriptions_info_by_topic(samples)
+            # One that wants what was sent before it came is never matched.
+            fit = [r for r in readers if r.qos_profile.durability == DurabilityPolicy.VOLATILE]
+            said = self._observer.diagnostics.get(plant)
+            if said is None or said.arrived <= since:
+                return False
+            is_there = any(reader.node_name == CONTROLLER for reader in fit)
+            return is_there and said.number(SUBSCRIBERS, PLANT) >= len(fit)
+
+        self._wait(all_are_known, "the plant to find the new controller")
 
     def _prepare_for_the_end_of(self, process: str) -> None:
         """Take what waits for a test that computes: it would end with the process."""
@@ -70,6 +108,7 @@ class Faults(LiveSession):
 
     def _check_samples_come(self) -> None:
         """Raise HarnessError where a new controller would find no sample to answer."""
+        self._processes.check_plant()
         reason = "the plant is paused" if self._paused else "the run is over"
         if self._paused or self._has_ended:
             way_out = "resume()" if self._paused else "reset()"

@@ -22,6 +22,7 @@ from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutEr
 from rodless_lab.session.lag import LagWatch
 from rodless_lab.session.law_watch import LawWatch
 from rodless_lab.session.observer import Observer
+from rodless_lab.session.plant_hears import PlantHears
 from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.receiver import Receiver
 from rodless_lab.session.samples import Received, Sample, instant
@@ -62,10 +63,16 @@ class LiveSession:
     # Of a session in real time.
     _lag: LagWatch | None = None
     _paused = False
+    # What the test has made of the controller that runs.
+    _switched_off = False
+    _reference_type = ""
+    _range_changed = False
     # Between __enter__ and __exit__.
     _inside = False
     # Whether commands of the test go out in a wait.
     _answering = False
+    # Whether they arrive, in lock-step; in real time a lost one is followed by the next.
+    _plant_hears: PlantHears | None = None
     _environment: dict[str, str]
     # Of the processes before they start and once they have ended; None while they run.
     _outputs: dict[str, str] | None
@@ -147,8 +154,9 @@ class LiveSession:
         try:
             yield
         except WaitTimeoutError as error:
-            watched = (self._law_watch, self._own)
+            watched = (self._law_watch, self._own, self._plant_hears)
             silence = "".join(one.silence for one in watched if one is not None)
+            silence += "; the plant is paused: resume() lets it go on" if self._paused else ""
             text = f"{error}{silence}{self._processes.ended}"
             raise WaitTimeoutError(self._processes.with_outputs(text)) from error
         finally:
@@ -197,14 +205,19 @@ class LiveSession:
         if self._lag is not None:
             self._lag.check()
         for commands in (self._own, self._relayed):
-            if self._answering and commands is not None:
+            if self._answering and commands is not None and self._is_heard:
                 commands.answer()
 
-    def _ask(self, kind: type, service: str, **fields: object) -> None:
-        """Call a service; raises RefusedError where it does not succeed."""
+    @property
+    def _is_heard(self) -> bool:
+        return self._plant_hears is None or self._plant_hears()
+
+    def _ask(self, kind: type, service: str, **fields: object) -> str:
+        """Call a service; return what it says. Raises RefusedError where it does not succeed."""
         response = self._call(kind, service, **fields)
         if not response.success:
             raise RefusedError(f"{service}: {response.message}")
+        return str(response.message)
 
     def _call(self, kind: type, service: str, **fields: object) -> Any:
         with self._asking(service.partition("/")[0]):

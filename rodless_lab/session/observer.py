@@ -120,6 +120,11 @@ class Observer(Closing):
         self._parameter_clients: dict[str, AsyncParameterClient] = {}
         self._diagnostics: dict[str, Diagnostic] | None = None
 
+    @property
+    def is_checking(self) -> bool:
+        """Whether this is called from within a wait, which there is one of at a time."""
+        return self._checking
+
     def close(self) -> None:
         """Leave the domain."""
         self._executor.remove_node(self.node)

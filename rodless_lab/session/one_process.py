@@ -16,11 +16,11 @@ from rclpy.parameter import Parameter
 
 from rodless_base.command_line import Parser, named_path
 from rodless_base.ros.process import run_nodes
+from rodless_base.ros.profiles import leave_out_own_endpoints, settle_transports
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, ROS_CLOCK
 from rodless_control.node import controller_node
 from rodless_lab.bags.default_bag import default_bag
-from rodless_lab.session.network import leave_out_own_endpoints
 from rodless_sim.node import plant_node
 
 
@@ -28,6 +28,7 @@ def main(stop: Stop) -> int:
     """Run both until ``stop``; with ``--record BAG`` record them into a new bag besides."""
     folder = _options().record
     leave_out_own_endpoints()
+    settle_transports(sys.argv)
     plant_node.load()
     controller_node.load()
     make_plant = partial(plant_node.PlantNode, stop)

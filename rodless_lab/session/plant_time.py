@@ -22,6 +22,7 @@ from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.running_rig import CONTROLLER
 from rodless_lab.session.samples import Cursor, Sample, Samples, instant
+from rodless_sim.node.time_keeper import RESET_DONE
 
 
 class PlantTime(LiveSession):
@@ -142,7 +143,25 @@ class PlantTime(LiveSession):
         runs = range(self._received.runs)
         if not -len(runs) <= run < len(runs):
             raise IndexError(f"run {run}: there are {len(runs)}, from 0 to {len(runs) - 1}")
-        return self._received.samples(runs[run])
+        found = runs[run]
+        count = self._received.complete(found)
+        if self._inside and self._mode == "lockstep" and found == runs[-1]:
+            self._wait_for_commands(found, count)
+        return self._received.samples(found, count)
+
+    def _wait_for_commands(self, run: int, count: int) -> None:
+        """Wait for those between the first ``count`` samples: they come on a topic of their own.
+
+        Not in a law of the test, which is asked in a wait, nor of a plant that was ended: what was
+        on its way may have ended with it.
+        """
+        self._receiver.take_waiting(time.time_ns())
+        if count < 2 or self._observer.is_checking or run in self._received.cut_short:
+            return
+        before, commands = self._received.sent(run, count - 2), self._received.voltage
+        self._wait(
+            lambda: commands and commands[-1].sent > before, "the commands between the samples"
+        )
 
     def pause(self) -> None:
         """Stop plant time; a lock-step plant keeps the next answer back."""
@@ -185,6 +204,8 @@ class PlantTime(LiveSession):
         """Return the plant to its start, where a new run begins; return its sample 0."""
         runs = self._received.runs
         with self._received.expecting_run():
-            self._ask(Trigger, "plant/reset")
+            said = self._ask(Trigger, "plant/reset")
+            if self._own is not None:
+                self._own.end_run(runs, at_once=said == RESET_DONE)
             self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
         return self._received.sample(runs, 0)

@@ -20,6 +20,7 @@ from pathlib import Path
 import yaml
 
 from rodless_base.atomic_write import atomic_write, cannot_be_written
+from rodless_base.one_line import shown
 from rodless_base.parameter_file import preset_file, read_parameter_file
 from rodless_base.topics import RIG_CLOCK, ROS_CLOCK, VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
@@ -217,9 +218,9 @@ class SessionProcesses:
         return list(self._processes)
 
     def __getitem__(self, name: str) -> NodeProcess:
-        if name not in self._processes:
+        if not isinstance(name, str) or name not in self._processes:
             raise HarnessError(
-                f"no process {name!r} in this session; there is {', '.join(self._processes)}"
+                f"no process {shown(name)} in this session; there is {', '.join(self._processes)}"
             )
         return self._processes[name]
 

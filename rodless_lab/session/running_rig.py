@@ -191,7 +191,7 @@ class RunningRig(Closing):
             {where for name, where in self._nodes() if name == node and where != self.namespace}
         )
         other = CONTROLLER if node == PLANT else PLANT
-        if elsewhere:
+        if elsewhere and not self.is_known(other):
             advice = f"there is one in {', '.join(elsewhere)}: use --namespace"
         elif self.is_known(other):
             advice = f"the {other} is there, so {ABSENT}; or choose another --namespace"
@@ -262,8 +262,14 @@ class RunningRig(Closing):
 
     def rivals(self) -> list[str]:
         """Say that several nodes command the valve, if they do."""
-        text = rivals_text(publishers_of(self.observer.node, self.name(VALVE_VOLTAGE)))
-        return [] if text is None else [text]
+        topic = self.name(VALVE_VOLTAGE)
+
+        def text() -> str | None:
+            return rivals_text(publishers_of(self.observer.node, topic))
+
+        # The name of a node that has just come is not known at once, and makes it two.
+        self.wait_for(lambda: text() is None, NAME_TIMEOUT)
+        return list(filter(None, [text()]))
 
     def parameter_types(self, node: str, names: Sequence[str]) -> dict[str, int]:
         """Return the declared types of parameters, as in ``rcl_interfaces/ParameterType``."""

@@ -10,6 +10,7 @@
 
 import math
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -101,6 +102,10 @@ class PlantTopic:
         # From when on (ns, wall clock) sample 0 after sample 0 begins a run; before, and where it
         # is None, it is the same one offered again.
         self.run_expected_since: int | None = None
+        # How often lock-step has offered a sample again, by its run and index: as where commanders
+        # come and go.
+        self.offered_again: Counter[tuple[int, int]] = Counter()
+        self._offered = 0  # when the last one was, the last time (ns, wall clock)
 
     def is_over(self, run: int) -> bool:
         """Whether a later run has begun."""
@@ -110,10 +115,15 @@ class PlantTopic:
         """Take the next message."""
         last = self.runs[-1][-1].stamp if self.runs else math.inf
         if message.stamp == last and (last > 0 or not self._begins_anew(message)):
-            return  # lock-step offers a sample anew that has no answer, as to a new controller
+            # The middleware, too, may deliver one again, where it had taken the plant for gone.
+            if message.sent > self._offered:
+                self.offered_again[len(self.runs) - 1, len(self.runs[-1]) - 1] += 1
+                self._offered = message.sent
+            return
         if message.stamp <= last:
             self.runs.append([])
         self.runs[-1].append(message)
+        self._offered = message.sent
 
     def _begins_anew(self, message: Stamped) -> bool:
         return self.run_expected_since is not None and message.sent >= self.run_expected_since
@@ -217,9 +227,12 @@ class Received:
             joint.stamp * SECONDS_PER_NANOSECOND, *joint.values, *(p.values[0] for p in pressures)
         )
 
-    def samples(self, run: int) -> Samples:
-        """Return the complete samples of a run; raises LostSampleError if some are missing."""
-        count = self.complete(run)
+    def samples(self, run: int, count: int | None = None) -> Samples:
+        """Return the first ``count`` samples of a run, of which every message has come, or all.
+
+        Raises LostSampleError if some are missing.
+        """
+        count = self.complete(run) if count is None else count
         rows = np.array([self.sample(run, k) for k in range(count)]).reshape(count, -1)
         joint = self.joint.runs[run][:count]
         if count > 1 and np.ptp(np.diff([message.stamp for message in joint])):
@@ -270,6 +283,10 @@ class Cursor:
         self._received = received
         self._run = max(received.runs - 1, 0)
         self._index = max(received.complete(self._run) - 1, 0)
+
+    def begin(self, run: int) -> None:
+        """Go on with the first sample of a run, whether it is there or not."""
+        self._run, self._index = run, 0
 
     def next(self) -> tuple[int, Sample] | None:
         """Return when the next sample was sent (ns, wall clock) and the sample, if it is there."""

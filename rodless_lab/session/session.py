@@ -38,6 +38,7 @@ from rodless_lab.session.law_watch import WAY_OUT, LawWatch
 from rodless_lab.session.live_session import Mode
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.opening_process import OpeningProcess
+from rodless_lab.session.plant_hears import PlantHears
 from rodless_lab.session.plant_time import PlantTime
 from rodless_lab.session.processes import WANTED_VOLTAGE, ProcessPlan, SessionProcesses
 from rodless_lab.session.receiver import Receiver
@@ -351,6 +352,8 @@ class RigSession(PlantTime, Controls, Faults):
     def _make_commander(self) -> None:
         commander = self._observer.publisher(Float64, VALVE_VOLTAGE, subscribers=0)
         self._command_listeners = commander.get_subscription_count
+        if self._mode == "lockstep":
+            self._plant_hears = PlantHears(self._observer.node, commander)
 
         def send(voltage: float) -> None:
             commander.publish(Float64(data=voltage))

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.one_line import described, in_one_line
 from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import ParameterError
@@ -19,11 +20,12 @@ from rodless_control import ControllerParameters
 from rodless_control.parameters import LAW
 from rodless_control.references import Reference
 from rodless_control.setpoint import FROM_PARAMETERS, reference_from
-from rodless_lab.simulation.closed_loop import Loop
+from rodless_lab.simulation.closed_loop import Loop, sample_count
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_sim import RigParameters
 from rodless_sim.instruments.instruments import sensors_of
+from rodless_sim.timing import nanoseconds, step_nanoseconds
 
 SEED = "sensors.seed"
 EACH_ITS_SEED = "refused: each row has a seed of its own, which design.seed draws"
@@ -72,12 +74,18 @@ class Base:
 
     def check_begins(self) -> None:
         """Raise ParameterError where the reference begins to move once the run is over."""
-        begin = self.controller.number("reference.at")
-        if begin >= self.duration:
+        begin, last = self.controller.number("reference.at"), self.last
+        if begin >= last:
             raise ParameterError(
                 f"reference.at: {begin:g} s refused, the run has ended by then; must be less than "
-                f"run.duration, {self.duration:g} s, or 0 for a reference that stands"
+                f"{last:g} s, its last sample, or 0 for a reference that stands"
             )
+
+    @property
+    def last(self) -> float:
+        """When the last sample of a run is, in s."""
+        span = step_nanoseconds(self.period, "run.period")
+        return (sample_count(nanoseconds(self.duration), span) - 1) * span * SECONDS_PER_NANOSECOND
 
     @property
     def names(self) -> list[str]:
@@ -126,8 +134,10 @@ def read_base(fields: Fields, folder: Path) -> Base:
     rig = rig.with_values(sensors)
     for name in changes:
         refuse_of_both(fields, "set", name, controllers)
-    own = {name: value for name, value in changes.items() if name in rig}
-    others = {name: value for name, value in changes.items() if name not in rig}
+    # What nobody has is refused by the node whose it would be.
+    foreign = {name for name in changes if all(one.foreign(name) for one in controllers.values())}
+    own = {name: value for name, value in changes.items() if name in rig or name in foreign}
+    others = {name: value for name, value in changes.items() if name not in own}
     try:
         rig = rig.with_values(own)
         found = _set(controllers, {"reference.type": "step", **others})

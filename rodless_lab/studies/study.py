@@ -194,7 +194,7 @@ def study_of(fields: Fields, path: Path, runs: bool = True) -> Study:
     columns, every = _traces(fields.below("traces"))
     study = Study(path.stem, base, dimensions, method, count, seed, columns, every)
     if runs:
-        _check_rows(study, str(path))
+        _check_rows(study, fields.where)
     return study
 
 
@@ -299,4 +299,4 @@ def _check_rows(study: Study, where: str) -> None:
         try:
             row.base.check_begins()
         except ParameterError as error:
-            raise StudyError(f"{where}: run: {place}: {described(error)}") from error
+            raise StudyError(f"{where}: {place}: {described(error)}") from error

@@ -8,7 +8,7 @@
 
 """A tuning task: which parameters of a law to choose, over which rigs, by which score."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -247,15 +247,22 @@ def _trials(fields: Fields, score: Fields, path: Path) -> Iterator[Trial]:
         changed = {
             part: {**fields.below(part).values, **own.below(part).values} for part in CHANGED
         }
-        for name_of_axis in own.below("vary").values:
-            if name_of_axis not in own.below("set").values:
-                changed["set"].pop(name_of_axis, None)
+        for name_of_set in _given_way(own, changed["set"]):
+            del changed["set"][name_of_set]
         figures = _sizes(own.below("figures"))
         own.end()
         common = {part: fields.values[part] for part in COMMON if part in fields.values}
         trial = study_of(Fields.of(own.where, {**common, **changed}), path)
         check_set(own.below("set"), [trial])
         yield Trial(name, trial, Score(figures))
+
+
+def _given_way(trial: Fields, all_set: Mapping[str, object]) -> set[str]:
+    """Return what of ``all_set`` a trial varies and does not set itself; factors multiply it."""
+    vary = trial.below("vary")
+    axes = [read_dimension(vary, name) for name in vary.values]
+    varied = {name for one in axes if not one.factor for name in one.names(list(all_set))}
+    return varied - trial.below("set").values.keys()
 
 
 def _sizes(figures: Fields) -> dict[str, float]:

@@ -16,17 +16,28 @@ from pathlib import Path
 from rodless_base.kernels import source_digest
 from rodless_control.controller import Law
 
+SIMULATION = Path(__file__).parents[1] / "simulation"
+
 # Beside what kernels depend on: what draws the rigs, runs them and judges their runs.
-_RULES = (Path(__file__).parent, Path(__file__).parents[1] / "simulation")
+_RULES = (Path(__file__).parent, SIMULATION)
 
 
 @cache
+def sources_digest(*places: Path) -> str:
+    """Return a digest of what kernels depend on and of the sources at ``places``.
+
+    A place is a file, or a folder of which all files count.
+    """
+    digest = hashlib.sha256(source_digest().encode())
+    for place in places:
+        for file in sorted(place.glob("*.py")) if place.is_dir() else (place,):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
 def rules_digest() -> str:
     """Return a digest of all sources of this package that a row or a score depends on."""
-    digest = hashlib.sha256(source_digest().encode())
-    for file in (file for folder in _RULES for file in sorted(folder.glob("*.py"))):
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]
+    return sources_digest(*_RULES)
 
 
 def law_digest(law: type[Law]) -> str:

@@ -97,6 +97,6 @@ class StopNews:
             return None
         seconds = untold / NANOSECONDS_PER_SECOND
         return (
-            f"this process was stopped, or had no processor, for {seconds:.2f} s: that counts "
-            "neither as lag nor as overruns; over shared memory a stopped reader does it, too"
+            f"this process stood still for {seconds:.2f} s: it was stopped, had no processor, or a "
+            "stopped reader held it in shared memory; that counts neither as lag nor as overruns"
         )

@@ -8,9 +8,11 @@
 
 """The plant as a ROS node: samples out, valve voltage in, parameters changeable while running."""
 
+import sys
 from collections.abc import Sequence
 from functools import partial
 
+from rclpy.event_handler import QoSSubscriptionMatchedInfo, SubscriptionEventCallbacks
 from rclpy.logging import get_logger
 from std_msgs.msg import Float64
 
@@ -19,9 +21,11 @@ from rodless_base.ros.cdr import unpack_float64
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
+from rodless_base.ros.message_info import Info, with_info
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import check_arguments, run_node
+from rodless_base.ros.profiles import settle_transports
 from rodless_base.ros.publish import NOT_RECEIVED
 from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import QUEUE_DEPTH
@@ -74,7 +78,12 @@ class PlantNode:
         self._present, self._played = values, 0
         self._failure: str | None = None
         self._commands = self.node.create_subscription(
-            Float64, VALVE_VOLTAGE, self._take_command, QUEUE_DEPTH, raw=True
+            Float64,
+            VALVE_VOLTAGE,
+            with_info(self._take_command),
+            QUEUE_DEPTH,
+            raw=True,
+            event_callbacks=SubscriptionEventCallbacks(matched=self._connect),
         )
         clock = RunningClock()
         self._time = self._make_time_keeper(values, clock)
@@ -116,7 +125,10 @@ class PlantNode:
         if values.in_lockstep:
             timeout = values.number("time.command_timeout")
             commanders = CommandPublishers(self.node, self._commands.topic_name)
-            return Lockstep(self._engine, timeout, self._ready, commanders, outbox, AwakeClock())
+            matched = partial(self.node.count_matched, self._commands)
+            return Lockstep(
+                self._engine, timeout, self._ready, commanders, matched, outbox, AwakeClock()
+            )
         wall_period = nanoseconds(values.number("time.period") / values.number("time.speed"))
         return Realtime(self._engine, wall_period, self._ready, outbox, clock)
 
@@ -167,8 +179,11 @@ class PlantNode:
         self._equations.require(self._engine.rig, changes)
         self._engine.change(changes)
 
-    def _take_command(self, message: bytes) -> None:
-        self._time.receive(unpack_float64(message))
+    def _connect(self, publishers: QoSSubscriptionMatchedInfo) -> None:
+        self._time.connect(publishers.total_count)
+
+    def _take_command(self, message: bytes, info: Info) -> None:
+        self._time.receive(unpack_float64(message), info.get("publication_sequence_number"))
 
 
 def load() -> None:
@@ -182,5 +197,6 @@ def load() -> None:
 def main(stop: Stop) -> int:
     """Run the plant until ``stop``."""
     check_arguments("plant")
+    settle_transports(sys.argv)
     load()
     return run_node(partial(PlantNode, stop), stop)

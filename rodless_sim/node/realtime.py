@@ -15,10 +15,12 @@ from collections.abc import Callable
 from rodless_base.one_line import traced
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.pacing import Pacer
-from rodless_sim.node.time_keeper import RUN_IS_OVER, Outgoing, TimeKeeper
+from rodless_sim.node.time_keeper import RESET_DONE, RUN_IS_OVER, Outgoing, TimeKeeper
 
 # How often, in s, the plant looks whether it may start.
 POLL_PERIOD = 0.02
+
+WAITING = "waiting for subscribers"
 
 
 class Realtime(TimeKeeper):
@@ -59,13 +61,16 @@ class Realtime(TimeKeeper):
         if self._engine.failure is not None:
             return self._engine.failure
         if not self._started:
-            return "waiting for subscribers"
+            return WAITING
         command = self._engine.command
         if command.received and not command.present:
             return "no valid command: valve closed"
         return None
 
-    def receive(self, voltage: float) -> None:
+    def connect(self, in_all: int) -> None:
+        """Whoever sends last is followed."""
+
+    def receive(self, voltage: float, number: int | None = None) -> None:  # noqa: ARG002
         """Take a command (V)."""
         self._engine.receive(voltage)
 
@@ -79,6 +84,8 @@ class Realtime(TimeKeeper):
         """Advance by one period; return what is in the way, if anything."""
         if not self._paused:
             return "pause the plant first"
+        if not self._started:
+            return WAITING
         if self._engine.ended:
             return RUN_IS_OVER
         self._engine.step()
@@ -87,7 +94,7 @@ class Realtime(TimeKeeper):
     def reset(self) -> str:
         """Return to the start; say when."""
         self._engine.reset()
-        return "done"
+        return RESET_DONE
 
     def poll(self) -> None:
         """Raise what has come out of the thread, once: the node is to know, as of a callback."""

@@ -13,6 +13,9 @@ from typing import Protocol
 
 from rodless_sim.node.engine import Engine
 
+# What a reset says that has taken effect.
+RESET_DONE = "done"
+
 RUN_IS_OVER = "time.duration is over; ~/reset begins anew"
 
 
@@ -77,8 +80,12 @@ class TimeKeeper(ABC):
         """What keeps the plant from following commands now."""
 
     @abstractmethod
-    def receive(self, voltage: float) -> None:
-        """Take a command (V)."""
+    def receive(self, voltage: float, number: int | None = None) -> None:
+        """Take a command (V); its publisher's ``number`` for it, if the middleware has any."""
+
+    @abstractmethod
+    def connect(self, in_all: int) -> None:
+        """Take note of a publisher of commands; ``in_all`` are those that have gone again, too."""
 
     @abstractmethod
     def pause(self, paused: bool) -> None:

@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""A rig of another account: found over the network, and without shared memory nothing arrives.
+"""A rig of another account: found over the network; what it sends over shared memory is lost.
 
 A private mount over /dev/shm does here what the permissions of two accounts do. Needs root:
 `make reliability` runs it, CI does not.
@@ -17,7 +17,8 @@ from pathlib import Path
 
 from running import StartProcess, until_it_says
 
-from rodless_lab.session.network import PROFILE_VARIABLES, RANGE
+from rodless_base.ros.profiles import PROFILE_VARIABLES
+from rodless_base.ros.shared_memory import RANGE
 
 TIMEOUT = 240.0
 APART = ["unshare", "-m", "bash", "-c", 'mount -t tmpfs none /dev/shm; exec "$@"', "bash"]
@@ -30,7 +31,7 @@ def test_what_does_not_arrive_is_told(
 ) -> None:
     """No second rig starts beside it, nobody is told to start one, and no bag passes for whole."""
     del domain
-    rig_alone = [*RODLESS, "rig", "--without-controller"]
+    rig_alone = [*RODLESS, "rig", "--lockstep", "--without-controller"]
     with start_process(rig_alone, "rig", environment=SETTINGS) as rig:
         until_it_says(rig, "ready: preset paper", TIMEOUT)
         for verb, code, said in (
@@ -52,3 +53,13 @@ def test_what_does_not_arrive_is_told(
             until_it_says(page, "/joint_states: published, but nothing arrives", TIMEOUT)
             page.ask_to_stop()
             assert page.wait(TIMEOUT) == 0
+
+
+def test_a_rig_in_real_time_is_heard(start_process: StartProcess, domain: dict[str, str]) -> None:
+    """It talks over UDP, and so does whoever asks it for something."""
+    del domain
+    with start_process([*RODLESS, "rig"], "rig", environment=SETTINGS) as rig:
+        until_it_says(rig, "ready: preset paper", TIMEOUT)
+        for verb in (["status"], ["move", "40"]):
+            with start_process([*APART, *RODLESS, *verb], "other", environment=SETTINGS) as other:
+                assert other.wait(TIMEOUT) == 0, other.output

@@ -17,7 +17,8 @@ from pathlib import Path
 
 import pytest
 
-from rodless_lab.session.network import PROFILE_VARIABLES, RANGE
+from rodless_base.ros.profiles import PROFILE_VARIABLES
+from rodless_base.ros.shared_memory import RANGE
 
 TIMEOUT = 120.0
 SESSION = "from rodless_lab.harness import RigSession; RigSession().__enter__()"

@@ -17,7 +17,8 @@ import sys
 import pytest
 from running import StartProcess, until_it_says
 
-from rodless_lab.session.network import PROFILE_VARIABLES, RANGE
+from rodless_base.ros.profiles import PROFILE_VARIABLES
+from rodless_base.ros.shared_memory import RANGE
 from rodless_lab.session.processes import node_command
 
 TIMEOUT = 240.0

@@ -281,6 +281,10 @@ BOMB = "a: &a [1, 1]\n" + "".join(
         (section("plant", "{a: 1, a: 2}"), "line 3: 'a' stands twice"),
         (section("plant") + section("plant"), "line 4: 'plant' stands twice"),
         (section("plant", "{a.b: 1, a: {b: 2}}"), "a.b: stands twice, nested and dotted"),
+        (
+            section("plant", "{supply: {}}"),
+            "supply: holds nothing; leave it out or give it a value",
+        ),
         ("plant: \udcff", "UTF-8"),
         (section("plant", "a: !!float abc"), "line 3: 'abc' cannot be read as float"),
         (section("plant", f"a: {'9' * 5000}"), "cannot be read as int"),

@@ -8,6 +8,7 @@
 
 """A set of parameters: always complete, always valid, changed as a whole or not at all."""
 
+import math
 from typing import ClassVar
 
 import pytest
@@ -87,6 +88,22 @@ def test_an_unknown_name_is_refused(kind: type[ParameterSet], name: str, meant: 
         with pytest.raises(ParameterError) as refusal:
             attempt()
         assert str(refusal.value) == f"{name}: no such parameter{hint}"
+
+
+def test_blanks_about_a_name_are_seen() -> None:
+    """Without the quotes it would be its own remedy."""
+    with pytest.raises(ParameterError) as refusal:
+        RigParameters({"supply.pressure ": 6e5})
+    said = "'supply.pressure ': no such parameter; did you mean supply.pressure?"
+    assert str(refusal.value) == said
+
+
+def test_a_limit_is_stated_to_the_digit() -> None:
+    """That of the tilt is half pi: rounded up, it would name a value that is refused."""
+    with pytest.raises(ParameterError, match=f"from -{math.pi / 2} to {math.pi / 2} ") as refusal:
+        RigParameters({"rail.tilt": 1.5708})
+    stated = float(str(refusal.value).split()[-2])
+    assert RigParameters({"rail.tilt": stated}).number("rail.tilt") == stated
 
 
 def test_changes_make_a_new_set_and_leave_the_old() -> None:

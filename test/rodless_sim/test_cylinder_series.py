@@ -106,6 +106,7 @@ def test_another_size_is_another_cylinder(values: dict[str, object]) -> None:
         ({"cylinder.model": "CY3B25-200"}, "CY3R<bore>-<stroke>"),
         ({"cylinder.model": "CY3R25"}, "CY3R<bore>-<stroke>"),
         ({"cylinder.model": ""}, "CY3R<bore>-<stroke>"),
+        ({"cylinder.model": "CY3R25-\u09e9\u09e6\u09e6"}, "CY3R<bore>-<stroke>"),
         ({"cylinder.model": "CY3R28-200"}, "bores 6, 10, 15"),
         ({"cylinder.model": "CY3R25-5"}, "from 10 to 2000 mm"),
         ({"cylinder.model": "CY3R25-9999"}, "from 10 to 2000 mm"),

@@ -9,6 +9,7 @@
 """What a rig refuses is said in one line, and leaves the rig as it was."""
 
 import math
+import warnings
 from decimal import Decimal
 from fractions import Fraction
 
@@ -50,6 +51,8 @@ def seen(rig: Rig) -> tuple[object, ...]:
         ((0.1, 5), "must be two numbers of Pa"),
         ((0.1, (10**400, 1e5)), "pressures inf and 100000.0 Pa refused"),
         ((0.1, (1e18, 1e200)), "refused: no chamber holds more than 1e+150 Pa"),
+        ((0.1, {621325.0, 101325.0}), "must be two numbers of Pa"),
+        ((0.1, {1e5: "a", 2e5: "b"}), "must be two numbers of Pa"),
         ((0.1, b"ab"), "must be two numbers of Pa"),
         ((0.1, (True, 1e5)), "must be two numbers of Pa"),
         ((0.1, ("1e5", 1e5)), "must be two numbers of Pa"),
@@ -173,6 +176,15 @@ def test_voltages_may_be_numbers_of_any_kind(voltages: object) -> None:
     assert run.voltage.tolist() == [5.0, 6.0, 6.0]
 
 
+def test_a_voltage_may_be_a_decimal_as_those_of_an_array(rig: Rig) -> None:
+    """It is applied as the same float; what is no finite one is refused in words, NaN too."""
+    one, other = Rig(rig.parameters), Rig(rig.parameters)
+    assert one.advance(Decimal("5.5"), 1e-3) == other.advance(5.5, 1e-3)  # type: ignore[arg-type]
+    for odd in ("1e400", "-Infinity", "NaN", "sNaN"):
+        with pytest.raises(ValueError, match=r"^voltage .* refused: not a finite number$"):
+            rig.advance(Decimal(odd), 1e-3)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     "voltage", [True, np.array(True), np.array([5.0, 6.0]), 10**400, "5"], ids=shown
 )
@@ -238,3 +250,11 @@ def test_a_rig_and_a_trace_without_samples_say_what_they_are() -> None:
     empty = Trace(**{name: np.empty(0) for name in run.columns()})
     assert repr(empty) == "Trace: 0 samples"
     assert repr(run) == "Trace: 2 samples, 0.001 s"
+
+
+def test_a_long_number_too_large_is_refused_in_words() -> None:
+    """Numpy's own warning was what came, an error where warnings are."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match=r"not a finite number$"):
+            simulate(RigParameters(), np.array(["1e400"]).astype("longdouble"), 1e-3)

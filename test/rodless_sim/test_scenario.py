@@ -67,6 +67,7 @@ def test_a_file_is_a_list_of_times_and_values(tmp_path: Path) -> None:
         ("- {at: 1}", "entry 1: {} refused: give parameters by name"),
         ("- {at: 1, fault.valve.ofset: 1}", "did you mean fault.valve.offset?"),
         ("- {at: 1, fault.valve.offset: 11}", "must be from -10 to 10 (V)"),
+        ("- {at: 1, fault.valve.offset: 1, falt.tube_a.burst: {}}", "falt.tube_a.burst: holds not"),
         ("- {at: 1, 7: 11}", "entry 1: 7: no such parameter"),
         ("- {at: 1, fault.valve.spool: loose}", "must be one of free, stuck, stuck_at"),
         ("- {at: 1, time.period: 0.01}", "time.period: cannot change while the plant runs"),

@@ -91,6 +91,11 @@ class McapReader:
                 wrong = "is too large" if isinstance(error, TooLargeError) else "is damaged"
                 raise McapError(f"{wrong} at byte {record.start}: {error}") from error
             self.index.end = record.end
+        if len(content) > len(MAGIC) and content[-len(MAGIC) :] == MAGIC:
+            # It was closed, so nothing is cut off.
+            whole = self.index.end == len(content) - len(MAGIC)
+            what = "it lacks the end of its data" if whole else "a record of no possible length"
+            raise McapError(f"is damaged at byte {self.index.end}: {what}")
 
     def _messages_in(self, record: _Record) -> Iterator[McapMessage]:
         if record.opcode == 0:
@@ -98,7 +103,7 @@ class McapReader:
         if record.opcode == Opcode.CHUNK:
             yield from self._messages_in_chunk(record)
         elif record.opcode == Opcode.MESSAGE:
-            message = _message(record.content)
+            message = self._message(record.content)
             self._count_loose(record.start, message)
             yield message
         elif record.opcode == Opcode.MESSAGE_INDEX:
@@ -118,7 +123,7 @@ class McapReader:
         entries: dict[int, list[tuple[int, int]]] = {}
         for inner in _records(content, 0):
             if inner.opcode == Opcode.MESSAGE:
-                message = _message(inner.content)
+                message = self._message(inner.content)
                 entries.setdefault(message.channel, []).append((message.log_time, inner.start))
                 yield message
             else:
@@ -139,6 +144,12 @@ class McapReader:
         self.index.stretches.append(
             Stretch(record.start, index.message_start_time, index.message_end_time, counts, index)
         )
+
+    def _message(self, content: bytes) -> McapMessage:
+        message = _message(content)
+        if message.channel not in self.index.channels:
+            raise McapError(f"holds a message of the unknown channel {message.channel}")
+        return message
 
     def _add_message_index(self, record: _Record) -> None:
         index = self.index.stretches[-1].index if self.index.stretches else None

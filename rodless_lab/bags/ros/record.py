@@ -93,7 +93,7 @@ def record(
 
     with writer:
         # The recorder first: it is closed last, and has the last that the others send.
-        code = run_nodes([make, *beside], stop)
+        code = run_nodes([make, *beside], stop, end_anyway=None)
     if code and not any(writer.counts.values()):  # the start was refused, and that is told
         shutil.rmtree(writer.path, ignore_errors=True)
         return code

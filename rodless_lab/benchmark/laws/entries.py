@@ -66,6 +66,11 @@ def _check_file_of(name: str, file: Path, kind: type[ControllerParameters]) -> N
         )
 
 
+def files_of_users(texts: Sequence[str]) -> list[Path]:
+    """Return the files that ``LAW=FILE`` name."""
+    return [Path(file) for file in (text.partition("=")[2] for text in texts) if file]
+
+
 def users(texts: Sequence[str]) -> list[Entry]:
     """Return the laws that ``LAW`` or ``LAW=FILE`` name, each once; raises as :func:`entry`."""
     found = []

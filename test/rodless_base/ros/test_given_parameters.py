@@ -14,7 +14,7 @@ import pytest
 from running import StartProcess
 
 from rodless_base.parameter_file import preset_file
-from rodless_base.ros.given import parameter_files
+from rodless_base.ros.given import asked_for, parameter_files
 from rodless_control import ControllerParameters
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command
@@ -134,3 +134,28 @@ def test_a_misspelt_name_for_all_nodes_is_still_refused(
     with start_process(node_command("plant", [file], "typo"), "plant") as plant:
         assert plant.wait() == 1
         assert "did you mean supply.pressure" in plant.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "mode"),
+    [
+        (["-r", "__ns:=/left"], "realtime"),
+        (["-r", "__ns:=/right"], "lockstep"),
+        ([], None),
+        (["-r", "__ns:=/left", "-p", "time.mode:='lockstep'"], "lockstep"),
+        (["-r", "__node:=cyl1"], "lockstep"),
+        (["-r", "__node:=cyl1", "--param", "cyl1:time.mode:=realtime"], "realtime"),
+    ],
+)
+def test_what_is_asked_for_is_known_before_there_is_a_node(
+    tmp_path: Path, arguments: list[str], mode: str | None
+) -> None:
+    """Of the node's own section: another rig's in the same file, or another node's, is none."""
+    file = tmp_path / "two.yaml"
+    file.write_text(
+        "/left/plant: {ros__parameters: {time.mode: realtime}}\n"
+        "/right/plant: {ros__parameters: {time.mode: lockstep}}\n"
+        "cyl1: {ros__parameters: {time.mode: lockstep}}\n"
+    )
+    given = ["plant", "--ros-args", "--params-file", str(file), *arguments]
+    assert asked_for(given, "plant", "time.mode") == mode

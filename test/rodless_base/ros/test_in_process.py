@@ -36,7 +36,7 @@ from rodless_base.ros.in_process import DirectNode, deliver_directly
 from rodless_base.ros.message_info import with_info
 from rodless_base.ros.process import make_executor
 from rodless_base.ros.topics import LATCHED, LOSSLESS
-from rodless_lab.session.network import leave_out_own_endpoints
+from rodless_base.ros.profiles import leave_out_own_endpoints
 
 leave_out_own_endpoints()
 rclpy.init()

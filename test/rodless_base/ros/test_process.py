@@ -8,6 +8,7 @@
 
 """How a node's process waits."""
 
+import subprocess
 import sys
 from typing import cast
 
@@ -58,3 +59,38 @@ def test_an_executor_is_made_without_a_stream_of_errors(monkeypatch: pytest.Monk
         make_executor(context).shutdown()
     finally:
         context.try_shutdown()
+
+
+# A node whose end does not come back from C, with the lock of the interpreter in its hands.
+HELD = """
+import ctypes
+from rodless_base.ros import process
+from rodless_base.ros.guarded_node import GuardedNode
+from rodless_base.start import Stop
+
+class Held:
+    def __init__(self):
+        self.node = GuardedNode("held")
+    def close(self):
+        print("closing", flush=True)
+        ctypes.PyDLL(None).sleep(60)
+
+stop = Stop()
+stop.requested = True
+process.run_nodes([Held], stop, end_anyway=0.5)
+"""
+
+
+def test_a_process_that_the_middleware_holds_ends_all_the_same(domain: dict[str, str]) -> None:
+    """With 1, and with the line in which it stands."""
+    held = subprocess.run(
+        [sys.executable, "-c", HELD],
+        check=False,
+        env=domain,
+        capture_output=True,
+        text=True,
+        timeout=30,
+    )
+    assert held.stdout == "closing\n"
+    assert held.returncode == 1
+    assert "in close" in held.stderr

@@ -140,6 +140,7 @@ def test_a_node_that_ends_waits_for_a_slow_reader_to_its_deadline(
     """However much waits: 12 messages of 62.5 ms in 0.75 s, and nothing is left for receipts."""
     clock, bench = [100.0], Bench(room=0)
     monkeypatch.setattr(publish, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(publish, "asks_at_once", lambda: True)
     slow: Any = Slow(bench.sent, clock)
     bench.outbox.send(bench.first, Float64(data=-1.0))
     for value in range(100):
@@ -148,6 +149,26 @@ def test_a_node_that_ends_waits_for_a_slow_reader_to_its_deadline(
     assert not publish.wait_for_readers(bench.outbox, [slow], clock[0] + 0.75)
     assert [value for _, value in bench.sent] == [-1.0, *range(12)]
     assert slow.waits == pytest.approx([1e-3])
+
+
+def test_a_node_that_ends_late_tries_each_reader_once() -> None:
+    """Of two in one process the first may use up the time; the reader of the other may be free."""
+    bench = Bench(room=0)
+    bench.send(1.0)
+    bench.first.room = 1
+    publish.wait_for_readers(bench.outbox, [], 0.0)
+    assert bench.sent[0] == ("first", 1.0)
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_what_no_reader_is_asked_for_is_not_called_lost(
+    monkeypatch: pytest.MonkeyPatch, asks: bool
+) -> None:
+    """By default Fast DDS asks every 3 s: that nothing is confirmed by then says nothing."""
+    clock, bench = [100.0], Bench(room=1)
+    monkeypatch.setattr(publish, "asks_at_once", lambda: asks)
+    silent: Any = Slow(bench.sent, clock)
+    assert publish.wait_for_readers(bench.outbox, [silent], 1e9) == (not asks)
 
 
 def test_readers_that_have_everything_are_not_waited_for() -> None:

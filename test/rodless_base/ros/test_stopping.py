@@ -8,6 +8,7 @@
 
 """Ctrl-C and SIGTERM end a node cleanly, whenever they come and however often."""
 
+import contextlib
 import itertools
 import os
 import signal
@@ -20,6 +21,8 @@ from running import StartProcess, until_it_says
 from std_srvs.srv import SetBool
 
 from rodless_base.parameter_file import preset_file
+from rodless_base.ros.profiles import PROFILE_VARIABLES
+from rodless_base.ros.shared_memory import RANGE
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command
@@ -151,3 +154,30 @@ def test_running_nodes_end_in_time(
         assert observer.call(SetBool, f"/{name}/plant/pause", data=False).success
         assert observer.call(SetBool, f"/{name}/controller/enable", data=True).success
         ends_cleanly([plant, controller], signals, again)
+
+
+def options(values: dict[str, str]) -> list[str]:
+    """Return parameters as on a command line."""
+    return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
+
+
+@pytest.mark.parametrize("reach", ["LOCALHOST", "SUBNET"])
+@pytest.mark.parametrize("mode", ["realtime", "lockstep"])
+def test_nodes_whose_readers_have_everything_end_without_a_word(
+    start_process: StartProcess, domain: dict[str, str], reach: str, mode: str
+) -> None:
+    """As `ros2 run` starts them, without a profile of DDS: who stays has read all there is."""
+    environment = {**domain, **dict.fromkeys(PROFILE_VARIABLES.values(), ""), RANGE: reach}
+    own = {"plant": {"time.mode": mode}, "controller": {"reference.type": "sine"}}
+    nodes = {node: [*node_command(node), *options(values)] for node, values in own.items()}
+    for first in nodes:
+        with contextlib.ExitStack() as stack:
+            running = {
+                node: stack.enter_context(start_process(command, node, environment=environment))
+                for node, command in nodes.items()
+            }
+            for process in running.values():
+                until_it_says(process, "ready", COMPILE_SECONDS)
+            running[first].signal(signal.SIGINT)
+            assert running[first].wait(STOP_SECONDS) == 0
+            assert "confirmed" not in running[first].output

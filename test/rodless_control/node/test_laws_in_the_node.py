@@ -9,6 +9,7 @@
 """A user's own law in the controller node: the numbers of Python, and no end of the node."""
 
 import importlib
+import math
 import os
 import re
 import runpy
@@ -416,6 +417,27 @@ def test_a_set_point_is_refused_and_counted_while_a_sine_runs(
         setpoints.publish(Float64(data=0.1))
         until_it_says(controller, "set-point: 0.1 m ignored, reference.type is sine")
         assert observer.counter("/busy/controller", "set-points refused", fresh=True) == 1
+
+
+def test_a_set_point_is_refused_and_counted_while_the_controller_is_off(
+    observer: Observer, start_node: StartProcess
+) -> None:
+    """Switched on again it holds the carriage where it is: the set-point would be forgotten."""
+    from sensor_msgs.msg import JointState  # noqa: PLC0415
+    from std_msgs.msg import Float64  # noqa: PLC0415
+    from std_srvs.srv import SetBool  # noqa: PLC0415
+
+    with start_node("controller", namespace="off") as controller:
+        setpoints = observer.publisher(Float64, "/off/setpoint")
+        assert observer.call(SetBool, "/off/controller/enable", data=False).success
+        setpoints.publish(Float64(data=0.1))
+        until_it_says(controller, "set-point: ignored, the controller is disabled; ~/enable it")
+        assert observer.counter("/off/controller", "set-points refused", fresh=True) == 1
+        commands = observer.publisher(JointState, "/off/joint_commands")
+        commands.publish(JointState(name=["carriage"], position=[math.nan]))  # nobody claims it
+        commands.publish(JointState(name=["carriage"], position=[0.1]))
+        until_it_says(controller, "command: ignored, the controller is disabled; ~/enable it")
+        assert observer.counter("/off/controller", "set-points refused", fresh=True) == 2
 
 
 def test_a_set_point_outside_the_travel_is_refused_and_counted(

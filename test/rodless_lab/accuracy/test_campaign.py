@@ -21,8 +21,10 @@ import pytest
 from no_room import no_room
 from quiet_stop import Quiet
 
-from rodless_lab.accuracy.campaign import campaign, read_verdicts
+from rodless_lab.accuracy import campaign as module
+from rodless_lab.accuracy.campaign import COLUMNS, MOST_RIGS, campaign, read_verdicts, row_text
 from rodless_lab.accuracy.judge import Verdict, judge
+from rodless_lab.accuracy.random_rigs import neighbourhood_and_drive
 from rodless_lab.accuracy.summary import summary
 from rodless_lab.cli.campaign import main
 from rodless_lab.results_folder import lock_or_refuse
@@ -34,6 +36,10 @@ def verdict(number: int, error: float, disturbed: float = 0.0, failure: str = ""
     """Return a verdict on an open loop around paper with this error (m)."""
     nan = math.nan
     return Verdict(number, "paper", "open loop", 0.1, error, 1.0, disturbed, 2.0, nan, nan, failure)
+
+
+HEADER = ",".join(COLUMNS) + "\n"
+KNOWN = row_text(Verdict(7, "paper", "open loop", 0.1, *[1.0] * 6, ""))
 
 
 @pytest.mark.slow
@@ -98,7 +104,7 @@ def test_what_a_terminal_sends_to_all_ends_it_in_words(tmp_path: Path, number: i
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_a_header_that_a_full_disk_cut_is_written_anew(tmp_path: Path, share: float) -> None:
     """A file that is empty, or ends within its first line, holds nothing: none is refused."""
-    path, header = tmp_path / "campaign.csv", ",".join(Verdict._fields)
+    path, header = tmp_path / "campaign.csv", ",".join(COLUMNS)
     path.write_text(header[: int(share * len(header))])
     assert read_verdicts(path) == []
     campaign(path, 0, lambda _: None, lambda: False)
@@ -106,44 +112,131 @@ def test_a_header_that_a_full_disk_cut_is_written_anew(tmp_path: Path, share: fl
 
 
 @pytest.mark.parametrize(
-    "more", [b"3,paper,open l", b"3,paper,open loop,1,1,1,1,1,1,1,it bur", b"\xc2"]
+    "more",
+    [
+        b"3,paper,open l",
+        b"3,paper,open loop,1,1,1,1,1,1,1,it bur",
+        b"3,paper,open loop,1,1,1,1,1,1,1,it burst,0123456789abcde",
+        b"\xc2",
+    ],
 )
 def test_a_row_that_an_interruption_cut_is_no_row(tmp_path: Path, more: bytes) -> None:
     """Though all of its commas are there: half a failure is another one, an empty one is none."""
     path = tmp_path / "campaign.csv"
-    whole = ",".join(Verdict._fields) + "\n" + "7,paper,open loop,1,1,1,1,1,1,1,\r\n"
+    whole = f"{HEADER}{KNOWN}"
     path.write_bytes(whole.encode() + more)
     assert [one.number for one in read_verdicts(path)] == [7]
     campaign(path, 0, lambda _: None, lambda: False)
     assert path.read_bytes() == whole.encode()
 
 
-KNOWN = "7,paper,open loop,1,1,1,1,1,1,1,\n"
-
-
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("7;paper;open loop\n", "row 1: 1 columns, must be 11"),
+        ("7;paper;open loop\n", "row 1: 1 columns, must be 12"),
         (f"{KNOWN}{KNOWN}", "row 2: rig 7 a second time"),
-        (KNOWN.replace("7", "-5"), "row 1: there is no rig -5, paper, open loop"),
+        (KNOWN.replace("7", "-5", 1), "row 1: there is no rig -5, paper, open loop"),
         (KNOWN.replace("paper", "lead"), "row 1: there is no rig 7, lead, open loop"),
         (KNOWN.replace("open", "closed"), "row 1: there is no rig 7, paper, closed loop"),
-        (KNOWN.replace(",1,", ",-1,", 1), "row 1: '-1' is no difference"),
-        (KNOWN.replace(",1,", ",inf,", 1), "row 1: 'inf' is no difference"),
-        (KNOWN.replace(",1,", ",1_0,", 1), "row 1: '1_0' is no difference"),
-        (KNOWN.replace(",1,", ",nan,", 1), "row 1: figures are missing, and nothing says why"),
-        (KNOWN.replace(",1,", ",one,", 1), "row 1: could not convert string to float: 'one'"),
+        (KNOWN.replace(",1.0,", ",-1,", 1), "row 1: '-1' is no difference"),
+        (KNOWN.replace(",1.0,", ",inf,", 1), "row 1: 'inf' is no difference"),
+        (KNOWN.replace(",1.0,", ",1_0,", 1), "row 1: '1_0' is no difference"),
+        (KNOWN.replace(",1.0,", ",nan,", 1), "row 1: figures are missing, and nothing says why"),
+        (KNOWN.replace(",1.0,", ",one,", 1), "row 1: could not convert string to float: 'one'"),
     ],
 )
 def test_rows_that_are_no_verdicts_are_refused(tmp_path: Path, rows: str, said: str) -> None:
     """Somebody has written them: they are neither counted nor passed over, and they are kept."""
     path = tmp_path / "campaign.csv"
-    path.write_text(text := ",".join(Verdict._fields) + "\n" + rows)
+    path.write_text(text := HEADER + rows, newline="")
     with pytest.raises(ValueError, match="not a campaign of this version") as caught:
         campaign(path, 0, lambda _: None, lambda: False)
     assert said in str(caught.value)
-    assert path.read_text() == text
+    assert path.read_bytes() == text.encode()
+
+
+CHANGED = "row 2: changed, or of another version of this package); give another --output"
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (",1.0,1.0,1.0,", ",1.0,1.5,1.0,"),
+        ("1.0,", "1.00,"),
+        ("2.5,", "2.5,it burst"),
+        ("4,paper,closed loop", "10,paper,closed loop"),
+        ("\r\n", "0\r\n"),
+    ],
+)
+def test_a_row_that_has_changed_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], before: str, after: str
+) -> None:
+    """A digit, a failure, the rig or the seal itself: one line with row and file, code 2."""
+    row = row_text(Verdict(4, *neighbourhood_and_drive(4), 0.1, *[1.0] * 5, 2.5, ""))
+    assert before in row
+    path = tmp_path / "campaign.csv"
+    content = (HEADER + KNOWN + row.replace(before, after, 1)).encode()
+    path.write_bytes(content)
+    assert main(["--count", "5", "--output", str(path)], Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{path}: not a campaign of this version ({CHANGED}")
+    assert path.read_bytes() == content
+
+
+def test_a_row_of_another_version_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whose sources differ, though its columns do not: its figures would stand for this one's."""
+    path = tmp_path / "campaign.csv"
+    path.write_text(HEADER + KNOWN, newline="")
+    assert [one.number for one in read_verdicts(path)] == [7]
+    monkeypatch.setattr(module, "sources_digest", lambda *_: "another")
+    with pytest.raises(ValueError, match=r"campaign\.csv: .*row 1: changed, or of another vers"):
+        read_verdicts(path)
+
+
+def test_all_that_a_verdict_depends_on_is_sealed() -> None:
+    """What draws, runs and judges the rigs; what kernels depend on is in every digest."""
+    folder = Path(module.__file__).parent
+    assert (
+        *(folder / name for name in ("judge.py", "radau.py", "random_rigs.py")),
+        folder.parent / "simulation",
+        folder.parent / "bare_rigs.py",
+    ) == module._JUDGES
+    assert all(place.exists() for place in module._JUDGES)
+
+
+def test_more_rigs_than_have_a_number_are_refused_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one line with value and bound, code 2, before a folder is made."""
+    path = tmp_path / "folder" / "campaign.csv"
+    assert main(["--count", "100000000000", "--output", str(path)], Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("count 100000000000 refused, must be 1000000000 or less")
+    assert not path.parent.exists()
+
+
+def test_the_numbers_of_many_rigs_take_no_memory(tmp_path: Path) -> None:
+    """As many as there can be: those that are run next are taken, and no list of them all."""
+    assert campaign(tmp_path / "campaign.csv", MOST_RIGS, lambda _: None, lambda: True) == []
+
+
+def test_progress_counts_the_rigs_that_are_wanted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those of an earlier campaign among them, and none beyond; each that is known is not run."""
+
+    def known(number: int) -> Verdict:
+        return Verdict(number, *neighbourhood_and_drive(number), 0.1, *[1.0] * 6, "")
+
+    path, told = tmp_path / "campaign.csv", list[int]()
+    path.write_text(HEADER + KNOWN + row_text(known(1)), newline="")
+    monkeypatch.setattr(module, "judged", lambda numbers, _: map(known, numbers))
+    found = campaign(path, 4, told.append, lambda: False)
+    assert [one.number for one in found] == [0, 1, 2, 3]
+    assert told == [2, 3, 4]
+    assert [one.number for one in read_verdicts(path)] == [7, 1, 0, 2, 3]
 
 
 def test_a_full_disk_is_named_with_the_file(
@@ -192,6 +285,18 @@ def test_the_summary_by_hand() -> None:
     assert "in 95 of them" in text
     assert "- rig 101: it burst" in text
     assert "| 100 | paper, open loop | 101 µm | 2 µm | 100 mm |" in text
+
+
+def test_the_summary_says_why_radau_has_not_solved_a_rig() -> None:
+    """It may take too long, or find no step: each reason is counted by itself."""
+    late, stuck = "Radau: takes too long", "Radau: Required step size is less than spacing"
+    failures = [late, stuck, late, ""]
+    verdicts = [verdict(n, 1e-6, failure=one) for n, one in enumerate(failures)]
+    reasons = f"- 2 not solved by {late}\n- 1 not solved by {stuck}\n"
+    assert f"No rig was solved by Radau.\n{reasons}" in summary(verdicts)
+    text = summary([*verdicts, verdict(4, 1e-6)._replace(radau_position=2e-6)])
+    assert "1 rigs solved by Radau at 1e-10 too. The converged run is away from it by 50 %" in text
+    assert f"100 %: 2 µm.\n{reasons}" in text
 
 
 @pytest.mark.parametrize(

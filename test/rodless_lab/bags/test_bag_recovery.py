@@ -11,14 +11,17 @@
 import contextlib
 import os
 import shutil
+import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from mcap.opcode import Opcode
 from rosbags.highlevel import AnyReader
 
+from rodless_lab.bags.mcap_file.index import MAGIC
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.bags.writer import BagWriter, recover_bag
@@ -396,6 +399,50 @@ def test_damage_is_found_and_named(sample_bag, tmp_path: Path) -> None:
     rest = read_bag(bag, recover=True)
     assert not rest.complete
     assert 0 < len(rest["/joint_states"]) < 300
+
+
+@pytest.mark.parametrize("described", [True, False])
+def test_a_length_that_leads_out_of_a_closed_file_is_no_cut_end(
+    sample_bag, tmp_path: Path, described: bool
+) -> None:
+    """What stands behind it is whole: recovery would cost that, and says so instead."""
+    bag = tmp_path / "bag"
+    shutil.copytree(sample_bag.path, bag)
+    if not described:
+        (bag / "metadata.yaml").unlink()
+    file = bag / "sample_0.mcap"
+    content, place, chunks = bytearray(file.read_bytes()), len(MAGIC), list[int]()
+    while place < len(content) - len(MAGIC):
+        opcode, length = struct.unpack_from("<BQ", content, place)
+        if opcode == Opcode.CHUNK:
+            chunks.append(place)
+        place += struct.calcsize("<BQ") + length
+    content[chunks[1] + 5] ^= 0x40
+    file.write_bytes(content)
+    said = f"is damaged at byte {chunks[1]}: a record of no possible length"
+    with pytest.raises(BagError, match=f"sample_0.mcap {said}"):
+        read_bag(bag)
+    with pytest.raises(BagError, match=f"sample_0.mcap: {said}; nothing is changed; "):
+        recover_bag(bag)
+    assert file.read_bytes() == content
+    assert 0 < len(read_bag(bag, recover=True)["/joint_states"]) < 300
+
+
+def test_a_closed_file_without_an_end_of_its_data_is_damaged(tmp_path: Path) -> None:
+    """Each length in it is right, and nothing is cut off."""
+    (tmp_path / "bag_0.mcap").write_bytes(MAGIC + MAGIC)
+    with pytest.raises(BagError, match="damaged at byte 8: it lacks the end of its data"):
+        read_bag(tmp_path)
+
+
+def test_a_message_of_no_channel_is_damage(tmp_path: Path) -> None:
+    """Recovery counts messages by channel: one that the file does not declare is named."""
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    loose = struct.pack("<BQHIQQ", 5, 22 + 12, 26888, 0, 1, 1) + bytes(12)
+    (bag / "bag_0.mcap").write_bytes(MAGIC + loose)
+    with pytest.raises(BagError, match=r"holds a message of the unknown channel 26888; nothing"):
+        recover_bag(bag)
 
 
 @pytest.mark.slow

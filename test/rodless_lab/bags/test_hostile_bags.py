@@ -556,7 +556,7 @@ def test_a_description_too_long_is_not_parsed(sample_bag) -> None:
     """100 MB of YAML would take minutes."""
     with (sample_bag.path / METADATA_FILE).open("wb") as file:
         file.truncate(100_000_000)
-    with pytest.raises(BagError, match="longer than 10000000 bytes"):
+    with pytest.raises(BagError, match="longer than 3000000 bytes"):
         read_bag(sample_bag.path)
 
 
@@ -586,6 +586,25 @@ def test_recovery_follows_no_link_out_of_the_bag(
     lead_out(sample_bag.path, stranger)
     assert "leads out of the bag, to" in refusal(sample_bag.path, capsys, recover)
     assert stranger.read_bytes() == before
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_recovery_writes_no_description_out_of_the_bag(
+    sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str], exists: bool
+) -> None:
+    """A link in place of metadata.yaml, to that of another bag or to what is not there."""
+    cut = sample_bag.path / "sample_0.mcap"
+    cut.write_bytes(cut.read_bytes()[:30_000])
+    description = sample_bag.path / METADATA_FILE
+    stranger = tmp_path / "stranger.yaml"
+    before = description.read_bytes()
+    if exists:
+        stranger.write_bytes(before)
+    description.unlink()
+    description.symlink_to(stranger)
+    assert "metadata.yaml leads out of the bag, to" in refusal(sample_bag.path, capsys, recover)
+    assert stranger.exists() == exists
+    assert not exists or stranger.read_bytes() == before
 
 
 def test_recovery_of_a_bag_behind_a_link_works(sample_bag, tmp_path: Path) -> None:

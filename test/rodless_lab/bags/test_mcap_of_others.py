@@ -21,6 +21,7 @@ from std_msgs.msg import Float64, Int64
 from rodless_lab import read_bag
 from rodless_lab.bags.message_definition import message_definition
 from rodless_lab.bags.metadata import BagError
+from rodless_lab.bags.writer import BagWriter
 from rodless_lab.cli import recover
 
 FLOAT, INT = "std_msgs/msg/Float64", "std_msgs/msg/Int64"
@@ -115,6 +116,25 @@ def test_messages_in_another_encoding_are_not_read_as_cdr(tmp_path: Path) -> Non
     assert len(bag["/x"]) == 3
     with pytest.raises(BagError, match="/x: its messages are in 'json', must be in cdr"):
         _ = bag["/x"].messages
+
+
+def test_two_encodings_under_one_name_are_told_apart(tmp_path: Path) -> None:
+    """The types are the same: what differs is named. No copy mixes them without a word, either."""
+    with (tmp_path / "x.mcap").open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start("ros2", "test")
+        found = message_definition(FLOAT)
+        schema = writer.register_schema(FLOAT, found.encoding, found.text.encode())
+        for time, encoding in enumerate(("cdr", "json")):
+            channel = writer.register_channel("/x", encoding, schema)
+            writer.add_message(channel, time, serialize_message(Float64(data=2.5)), time)
+        writer.finish()
+    mixed = read_bag(tmp_path / "x.mcap")["/x"]
+    said = r"/x: messages of std_msgs/msg/Float64 and std_msgs/msg/Float64 in 'json' under one name"
+    with pytest.raises(BagError, match=said):
+        _ = mixed.messages
+    with BagWriter(tmp_path / "copy") as copy, pytest.raises(BagError, match=said):
+        copy.add_topic(mixed.topic)
 
 
 LOOSE = {"use_chunking": False, "enable_data_crcs": True}

@@ -8,8 +8,11 @@
 
 """Bags of rosbag2 in every storage and compression, written by an independent program."""
 
+import errno
+import os
 import shutil
 import sqlite3
+import subprocess
 import sys
 from contextlib import closing
 from pathlib import Path
@@ -133,7 +136,16 @@ def test_one_file_of_a_bag_is_read_by_itself(sample_bag, tmp_path: Path) -> None
     """The .db3 file alone is as good as its folder."""
     sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
     bag = write(tmp_path / "bag", sent)
-    assert contents(next(bag.glob("*.db3"))) == sent
+    (file,) = bag.glob("*.db3")
+    assert contents(file) == sent
+    assert (read_bag(file).complete, read_bag(file).notes) == (True, ())
+
+
+def altered(bag: Path, *changes: str) -> None:
+    """Change the tables of a bag in SQLite."""
+    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:
+        for change in changes:
+            file.execute(change)
 
 
 # What a flipped bit makes of a row: SQLite keeps no sums, and any type in any column.
@@ -142,25 +154,91 @@ DAMAGE = {
     "UPDATE messages SET timestamp = 1.5 WHERE id = 5": "message \\d+ has no time or content",
     "UPDATE messages SET data = 7 WHERE id = 5": "message \\d+ has no time or content",
     "DELETE FROM messages WHERE id = 5": "/joint_states has 299 messages, metadata.yaml says 300",
+    "UPDATE messages SET topic_id = 77 WHERE id = 5": "message \\d+ is of no topic that the file",
     "UPDATE messages SET topic_id = 3 - topic_id WHERE id = 5": "metadata.yaml says",
 }
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_a_damaged_row_of_sqlite_is_told(sample_bag, tmp_path: Path, damage: str) -> None:
-    """In one line, whatever reads the bag; nothing of it passes as whole."""
+    """In one line, whatever reads the bag; nothing passes as whole, what is before can be read."""
     sent = {topic: sample_bag.messages[topic] for topic in ("/joint_states", "/valve/voltage")}
     bag = write(tmp_path / "bag", sent)
     assert read_bag(bag).complete
-    with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:
-        file.execute(damage)
+    altered(bag, damage)
     for read in (read_bag, read_run):
         with pytest.raises(ValueError, match=DAMAGE[damage]) as refusal:
             read(bag)
         assert isinstance(refusal.value, BagError | RunError)
         assert "\n" not in str(refusal.value)
-    if "metadata" in DAMAGE[damage]:
-        assert not read_bag(bag, recover=True).complete
+    found = read_bag(bag, recover=True)
+    assert not found.complete
+    left = 4 if "message" in DAMAGE[damage][:8] else len(sent["/joint_states"]) - 1
+    assert sum(len(found[topic]) for topic in found) >= left
+
+
+def test_a_damaged_page_of_sqlite_leaves_what_is_before(sqlite_bag: Path) -> None:
+    """As what is recovered of a damaged MCAP: the first messages, byte for byte."""
+    before = contents(sqlite_bag)["/joint_states"]
+    file = next(sqlite_bag.glob("*.db3"))
+    pages = file.stat().st_size // 4096
+    with file.open("r+b") as damaged:
+        damaged.seek((pages - 2) * 4096)
+        damaged.write(bytes(4096))
+    with pytest.raises(BagError, match=r"is damaged \(database disk image is malformed\)"):
+        read_bag(sqlite_bag)
+    found = read_bag(sqlite_bag, recover=True)
+    assert not found.complete
+    payloads = found._messages["/joint_states"].payloads
+    assert 10 < len(payloads) < len(before)
+    assert list(payloads) == [data for _, data in before[: len(payloads)]]
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8, 0.83, 0.95])
+def test_what_there_is_of_a_sqlite_file_that_is_cut_short_is_read(
+    sqlite_bag: Path, share: float
+) -> None:
+    """As of an MCAP: refused without recover, with it the first messages, byte for byte."""
+    before = contents(sqlite_bag)["/joint_states"]
+    file = next(sqlite_bag.glob("*.db3"))
+    size = file.stat().st_size
+    with file.open("r+b") as short:
+        short.truncate(int(share * size))
+    with pytest.raises(BagError, match=r"is damaged \(database disk image is malformed\)"):
+        read_bag(sqlite_bag)
+    found = read_bag(sqlite_bag, recover=True)
+    assert not found.complete
+    payloads = found._messages["/joint_states"].payloads
+    assert 80 <= len(payloads) < len(before)
+    assert list(payloads) == [data for _, data in before[: len(payloads)]]
+    assert file.stat().st_size == int(share * size)
+
+
+def test_half_a_page_of_sqlite_is_no_message(tmp_path: Path) -> None:
+    """SQLite reads zeros where a file ends within a page; cut anywhere, no message holds them."""
+    before = [(k, bytes([1 + k]) * 3000) for k in range(20)]
+    bag = write(tmp_path / "bag", {"/joint_states": before})
+    file = next(bag.glob("*.db3"))
+    whole, counts = file.read_bytes(), []
+    for end in range(len(whole) - 1500, len(whole) // 2, -1500):
+        file.write_bytes(whole[:end])
+        found = read_bag(bag, recover=True)._messages
+        payloads = list(found["/joint_states"].payloads) if found else []
+        assert payloads == [data for _, data in before[: len(payloads)]]
+        counts.append(len(payloads))
+    assert max(counts) > 12
+
+
+def test_a_half_written_page_of_sqlite_under_way_is_not_called_damage(sqlite_bag: Path) -> None:
+    """While its recorder has the file open, the way out is to end that."""
+    file = next(sqlite_bag.glob("*.db3"))
+    whole = file.read_bytes()
+    with file.open("r+b") as recorder:
+        recorder.truncate(int(0.8 * len(whole)))
+        with pytest.raises(BagError, match=r"is still being written by process \d+ .*; end that"):
+            read_bag(sqlite_bag)
+        recorder.write(whole)
+    assert len(read_bag(sqlite_bag)["/joint_states"]) == 300
 
 
 @pytest.fixture
@@ -169,33 +247,92 @@ def sqlite_bag(sample_bag, tmp_path: Path) -> Path:
     return write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
 
 
-def test_a_table_that_computes_its_messages_is_bounded(
-    sqlite_bag: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("table", "column"),
+    [
+        ("messages", "data BLOB AS (zeroblob(999999999))"),
+        ("messages", "timestamp INTEGER AS (instr(zeroblob(200000000), zeroblob(100000)||x'01'))"),
+        ("topics", "type TEXT AS ('std_msgs/msg/' || 'Float64')"),
+    ],
+    ids=["memory", "time", "topics"],
+)
+def test_a_table_that_computes_a_column_is_refused(
+    sqlite_bag: Path, table: str, column: str
 ) -> None:
-    """A few bytes of SQLite may stand for as many as they like."""
-    monkeypatch.setattr(decompress, "LARGEST", 10_000_000)
-    monkeypatch.setattr(decompress, "RATIO", 10)
-    assert read_bag(sqlite_bag).complete
-    with closing(sqlite3.connect(next(sqlite_bag.glob("*.db3")))) as file, file:
-        file.execute("ALTER TABLE messages DROP COLUMN data")
-        file.execute("ALTER TABLE messages ADD COLUMN data BLOB AS (zeroblob(1000000))")
-    with pytest.raises(BagError, match=r"message \d+ has 1000100 bytes, more than \d+"):
+    """A few bytes may stand for as many as they like, and for a search without an end."""
+    altered(
+        sqlite_bag,
+        "DROP INDEX timestamp_idx",
+        f"ALTER TABLE {table} DROP COLUMN {column.split(maxsplit=1)[0]}",
+        f"ALTER TABLE {table} ADD COLUMN {column}",
+    )
+    with pytest.raises(BagError, match=f"its table of {table} computes a column"):
         read_bag(sqlite_bag)
 
 
-def test_a_table_that_multiplies_its_messages_is_bounded(
-    sqlite_bag: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each message once for each of many topics of one number, all of them empty."""
-    monkeypatch.setattr(decompress, "LARGEST", 100_000)
+def test_names_of_topics_are_bounded(sqlite_bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a column is by default stands in the file once, and in each of its rows."""
+    monkeypatch.setattr(decompress, "LARGEST", 1_000_000)
     monkeypatch.setattr(decompress, "RATIO", 1)
     with closing(sqlite3.connect(next(sqlite_bag.glob("*.db3")))) as file, file:
-        file.execute("UPDATE messages SET data = x''")
-        file.execute("CREATE TABLE many AS SELECT * FROM topics")
-        file.execute("INSERT INTO many SELECT topics.* FROM topics, messages")
-        file.execute("DROP TABLE topics")
-        file.execute("ALTER TABLE many RENAME TO topics")
-    with pytest.raises(BagError, match=r"message \d+ has \d+ bytes, more than \d+"):
+        file.execute("ALTER TABLE topics DROP COLUMN serialization_format")
+        names = "id, name, type, offered_qos_profiles, type_description_hash"
+        add = f"INSERT INTO topics ({names}) VALUES (?, ?, '', '', '')"
+        file.executemany(add, [(k, f"/t{k}") for k in range(10, 40)])
+        text = "x" * 100_000
+        column = f"serialization_format TEXT NOT NULL DEFAULT '{text}'"
+        file.execute(f"ALTER TABLE topics ADD COLUMN {column}")
+    with pytest.raises(BagError, match=r"a topic has names of \d+ bytes, more than \d+"):
+        read_bag(sqlite_bag)
+
+
+def test_no_room_for_a_copy_is_said_of_the_place_for_it(
+    sample_bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A bag with a journal is read from a copy; it is whole, and the way out is another place."""
+    bag = write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
+    (file,) = bag.glob("*.db3")
+    subprocess.run([sys.executable, "-c", WRITE_AHEAD, str(file), "WAL"], check=True)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(shutil, "copyfile", full)
+    with pytest.raises(BagError, match=r"no copy of \d+ bytes could be made in .* set TMPDIR to"):
+        read_bag(bag, recover=True)
+
+
+# What may stand where a table is read: its rows are what code makes of others, or may have no end.
+IN_PLACE_OF_TABLES = {
+    "a virtual table": (
+        "DROP TABLE messages",
+        "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
+    ),
+    "a view": (
+        "ALTER TABLE messages RENAME TO few",
+        "CREATE VIEW messages AS SELECT few.* FROM few, few, few, few",
+    ),
+}
+
+
+@pytest.mark.parametrize("changes", IN_PLACE_OF_TABLES.values(), ids=IN_PLACE_OF_TABLES)
+def test_what_is_no_table_is_refused(sqlite_bag: Path, changes: tuple[str, ...]) -> None:
+    """It is told as a bag that lacks the table."""
+    altered(sqlite_bag, *changes)
+    with pytest.raises(BagError, match="it lacks rosbag2's tables"):
+        read_bag(sqlite_bag)
+
+
+def test_topics_of_one_number_are_refused(sqlite_bag: Path) -> None:
+    """Which of them a message is of cannot be told."""
+    altered(
+        sqlite_bag,
+        "CREATE TABLE many AS SELECT * FROM topics",
+        "INSERT INTO many SELECT topics.* FROM topics, messages",
+        "DROP TABLE topics",
+        "ALTER TABLE many RENAME TO topics",
+    )
+    with pytest.raises(BagError, match="two of its topics have one number"):
         read_bag(sqlite_bag)
 
 
@@ -356,17 +493,62 @@ def test_a_run_in_sqlite_gives_the_arrays_of_one_in_mcap(tmp_path: Path) -> None
         np.testing.assert_array_equal(values, read_run(ours).columns()[name], name)
 
 
-def test_without_the_library_the_way_to_it_is_told(
-    sample_bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_reset_of_the_plant_is_seen_in_either_storage(sample_bag, tmp_path: Path) -> None:
+    """Times go back where the second run begins; it is not put between the samples of the first."""
+    first = sample_bag.messages["/joint_states"]
+    sent = {"/joint_states": first + first[:100]}
+    for storage in (StoragePlugin.SQLITE3, StoragePlugin.MCAP):
+        bag = write(tmp_path / storage.name, sent, storage)
+        assert contents(bag) == sent
+        assert read_bag(bag)["/joint_states"].restarts() == [len(first)]
+
+
+WRITE_AHEAD = """
+import os, sqlite3, sys
+bag = sqlite3.connect(sys.argv[1])
+bag.execute(f"PRAGMA journal_mode={sys.argv[2]}")
+bag.execute("PRAGMA cache_size=1")  # what is not committed goes to the disk, too
+bag.execute("PRAGMA wal_autocheckpoint=0")
+with bag:
+    bag.execute("UPDATE messages SET timestamp = timestamp + 1")
+bag.execute("UPDATE messages SET timestamp = timestamp + 5")
+os._exit(0)
+"""
+
+
+@pytest.mark.parametrize("journal", ["WAL", "DELETE"])
+def test_what_sqlite_has_beside_a_file_is_a_part_of_it(
+    sample_bag, tmp_path: Path, journal: str
 ) -> None:
-    """SQLite needs an extra; MCAP, compressed or not, needs none."""
-    sent = {"/valve/voltage": sample_bag.messages["/valve/voltage"]}
-    plain = write(tmp_path / "sqlite", sent)
-    packed = write(tmp_path / "mcap", sent, StoragePlugin.MCAP, CompressionMode.MESSAGE)
-    monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
-    with pytest.raises(BagError, match=r"needs the package rosbags: pip install 'rodless_sim\[ba"):
-        read_bag(plain)
-    assert contents(packed) == sent
+    """A killed recording: what it committed is read, what it did not is not, and that is said."""
+    sent = sample_bag.messages["/joint_states"]
+    bag = write(tmp_path / "bag", {"/joint_states": sent})
+    (file,) = bag.glob("*.db3")
+    subprocess.run([sys.executable, "-c", WRITE_AHEAD, str(file), journal], check=True)
+    beside = f"{file.name}{'-wal' if journal == 'WAL' else '-journal'}"
+    before = {one: one.read_bytes() for one in bag.iterdir()}
+    (tmp_path / "link.db3").symlink_to(file)
+    for path in (tmp_path / "link.db3", bag):
+        with pytest.raises(BagError, match=rf"never closed: {beside} is still beside it") as told:
+            read_bag(path)
+    assert "; 300 messages can be recovered (read_bag(..., recover=True))" in str(told.value)
+    found = read_bag(bag, recover=True)
+    assert not found.complete
+    assert found["/joint_states"].log_time.tolist() == [time + 1 for time, _ in sent]
+    assert {one: one.read_bytes() for one in bag.iterdir()} == before
+    with closing(sqlite3.connect(file)) as database:  # the way that the line tells
+        database.execute("PRAGMA journal_mode=DELETE")
+    assert read_bag(bag)["/joint_states"].log_time.tolist() == [time + 1 for time, _ in sent]
+
+
+def test_whether_sqlite_was_closed_is_told_by_its_description(sample_bag, tmp_path: Path) -> None:
+    """Without metadata.yaml nothing tells; a line says so, and the bag passes for no whole one."""
+    bag = write(tmp_path / "bag", {"/joint_states": sample_bag.messages["/joint_states"]})
+    assert read_bag(bag).notes == ()
+    (bag / METADATA_FILE).unlink()
+    found = read_bag(bag)
+    assert not found.complete
+    assert "messages of its end may be missing" in "".join(found.notes)
 
 
 @pytest.mark.parametrize(

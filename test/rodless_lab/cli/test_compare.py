@@ -232,7 +232,7 @@ def test_set_points_that_were_not_recorded(tmp_path: Path, capsys) -> None:
     output = tmp_path / "out"
     arguments = ["paper", str(bag), "--drive", "setpoint", "--output", str(output)]
     assert compare.main(arguments, Quiet()) == 2
-    assert "no set-points were recorded" in capsys.readouterr().err
+    assert "no set-points that are numbers were recorded" in capsys.readouterr().err
     assert not output.exists()
 
 

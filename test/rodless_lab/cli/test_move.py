@@ -176,6 +176,8 @@ def test_a_move_whose_set_point_is_replaced_says_by_which(
     sender = observer.publisher(Float64, "/setpoint")
     with rodless("move", "190", "--timeout", "60") as move:
         until_it_says(move, "to 190 mm")
+        # The controller, and the move itself.
+        observer.wait(lambda: sender.get_subscription_count() >= 2, "the move to be known")
         times = iter(range(40))
 
         def sent() -> bool:

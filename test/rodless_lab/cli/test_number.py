@@ -13,7 +13,7 @@ import math
 
 import pytest
 
-from rodless_lab.cli.number import millimetres, number
+from rodless_lab.cli.number import count_up_to, millimetres, number
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,14 @@ def test_what_is_no_number_is_refused_by_name(text: str) -> None:
     assert math.isnan(number(text))
     with pytest.raises(argparse.ArgumentTypeError, match="is not a length in mm"):
         millimetres(text)
+
+
+def test_a_count_is_refused_beyond_its_bound() -> None:
+    """The bound itself is read; one more is refused with both numbers, and so is what is none."""
+    count = count_up_to(10)
+    assert [count("1"), count("10")] == [1, 10]
+    with pytest.raises(argparse.ArgumentTypeError, match=r"^11 refused, must be 10 or less$"):
+        count("11")
+    for text in ("0", "-1", "ten"):
+        with pytest.raises(argparse.ArgumentTypeError, match="is not a positive whole number"):
+            count(text)

@@ -111,10 +111,9 @@ def test_the_file_is_a_gif_that_moves(tmp_path: Path) -> None:
             "--speed 0.01 refused, 5 s must take at most 60 s; give a higher --speed, or --start "
             "and --end",
         ),
-        (["calibrated", "-o", "run.gif", "--start", "x"], "calibrated: nan to 5 s refused"),
         (["calibrated", "-o", "no/folder/run.gif", "--end", "0.1"], "no/folder/run.gif: cannot be"),
     ],
-    ids=["suffix", "no bag", "namespace", "end", "speed", "no number", "folder"],
+    ids=["suffix", "no bag", "namespace", "end", "speed", "folder"],
 )
 def test_what_cannot_be_drawn_is_said_in_one_line(
     tmp_path: Path,
@@ -131,6 +130,19 @@ def test_what_cannot_be_drawn_is_said_in_one_line(
     assert error.startswith(says)
     assert error.count("\n") == 1
     assert [file.name for file in tmp_path.iterdir()] == ["no"]
+
+
+@pytest.mark.parametrize("option", ["--start", "--end", "--speed"])
+def test_what_is_no_number_is_named_as_it_was_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    """With its option, in one line and exit code 2; it was "nan refused"."""
+    with pytest.raises(SystemExit) as ended:
+        animate.main(["calibrated", "-o", str(tmp_path / "run.gif"), option, "abc"], None)
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"argument {option}: 'abc' is not a number; see" in line
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_preset_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,6 @@
 
 """Bags that cannot be used: a message that says what and where, code 2, and no file."""
 
-import errno
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -97,6 +96,28 @@ def test_a_pressure_that_is_frozen_for_a_while_is_refused(first: int, last: int,
     said = f"^{name} is {frozen[first]:.6g} Pa from {begin:.6g} to {end:.6g} s, while the carriage"
     with pytest.raises(RunError, match=said):
         check_run(replace(noisy, **{name: frozen}), known, absolute=False)
+
+
+@pytest.mark.parametrize("period", [1e-3, 5e-3, 10e-3])
+@pytest.mark.parametrize("turned", [0.0, 4.5, 7.0])
+def test_a_valve_that_turns_after_the_pressures_settled_froze_no_sensor(
+    turned: float, period: float
+) -> None:
+    """An ideal rig at full speed settles to the last bit, and leaves that where the valve turns."""
+    time = np.arange(0.0, 8.0, period)
+    voltages = 5.0 + 0.8 * np.sin(2.0 * np.pi * 3.0 * time)
+    voltages[(time >= 2.0) & (time < 3.0)] = 10.0
+    voltages[(time >= 3.0) & (time < 3.2)] = turned
+    run = run_of_trace(simulate(RigParameters(), voltages, period, position=0.1), 621325.0)
+    first_of_full, last_of_full = round(2.0 / period), round(3.0 / period)
+    settled = slice(last_of_full - round(0.4 / period), last_of_full)
+    assert np.ptp(run.pressure_a[settled]) == 0.0
+    assert np.ptp(run.position[settled]) > 0.02
+    check_run(run, RigParameters(), absolute=False)
+    frozen = run.pressure_a.copy()
+    frozen[first_of_full:last_of_full] = frozen[first_of_full]
+    with pytest.raises(RunError, match="its sensor was frozen, or samples were lost"):
+        check_run(replace(run, pressure_a=frozen), RigParameters(), absolute=False)
 
 
 def test_a_position_that_is_frozen_for_a_while_is_refused() -> None:
@@ -384,10 +405,26 @@ def test_no_output_takes_the_place_of_what_is_read(tmp_path: Path, write_bag, ca
         before = output.read_bytes()
         arguments = ["friction", str(bag), "-o", str(output), "--base", str(base)]
         assert identify.main(arguments, Quiet()) == 2
-        said = "read as --base" if output == base else "a file of a bag"
-        line = f"--output {output}: refused, it is {said}; name another"
-        assert capsys.readouterr().err.startswith(line)
+        said = "is read as --base" if output == base else "has the name of a file of a bag"
+        line = f"{output}: cannot be written: it {said}; give another --output\n"
+        assert capsys.readouterr().err == line
         assert output.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["own_0.mcap", "own_0.db3", "own_0.mcap.zstd", "metadata.yaml"])
+def test_no_output_has_the_name_of_a_file_of_a_bag(
+    tmp_path: Path, write_bag, capsys, name: str
+) -> None:
+    """Where no such file is yet, too: parameters in a bag's folder would pass for its messages."""
+    bag = write_bag(tmp_path / "bag", a_run())
+    output = bag / name
+    output.unlink(missing_ok=True)
+    before = sorted(bag.iterdir())
+    assert identify.main(["friction", str(bag), "-o", str(output)], Quiet()) == 2
+    assert capsys.readouterr().err == (
+        f"{output}: cannot be written: it has the name of a file of a bag; give another --output\n"
+    )
+    assert sorted(bag.iterdir()) == before
 
 
 @pytest.mark.parametrize("identify_it", [identify_chambers, identify_bristles, identify_friction])
@@ -462,24 +499,25 @@ def test_a_picture_that_cannot_be_written(tmp_path: Path, write_bag, capsys) -> 
     assert not (tmp_path / "found.yaml").exists()
 
 
-def test_a_disk_that_fills_up_after_the_parameters(
+def test_a_disk_that_fills_up_between_parameters_and_picture(
     tmp_path: Path, write_bag, capsys, monkeypatch
 ) -> None:
-    """What was found is printed and kept; the line names the picture."""
+    """What was found is printed all the same; the parameters and picture of before stay a pair."""
     bag, output = write_bag(tmp_path / "bag", sliding_run()), tmp_path / "out" / "found.yaml"
+    output.parent.mkdir()
+    earlier = {output: b"earlier\n", output.with_suffix(".png"): b"earlier picture"}
+    for file, content in earlier.items():
+        file.write_bytes(content)
 
-    def full(_draw: object) -> bytes:
-        raise OSError(errno.ENOSPC, "No space left on device", str(output.with_suffix(".png")))
-
-    monkeypatch.setattr(identify, "png", full)
+    fill_up(monkeypatch, room=1)
     arguments = ["friction", str(bag), "-o", str(output), "--sensors", "ideal"]
     assert identify.main(arguments, Quiet()) == 2
     said = capsys.readouterr()
     assert "friction.forward.viscous" in said.out
     assert "the residuals are what the stated sensors explain" in said.out + said.err
-    assert f"written to {output}" in said.out
-    assert f"{output.with_suffix('.png')}: cannot be written: No space left" in said.err
-    assert [file.name for file in output.parent.iterdir()] == ["found.yaml"]
+    assert "written to" not in said.out
+    assert said.err.splitlines()[-1].endswith("cannot be written: No space left on device")
+    assert {file: file.read_bytes() for file in output.parent.iterdir()} == earlier
 
 
 def test_compare_refuses_the_same_bags(tmp_path: Path, write_bag, capsys) -> None:

@@ -116,6 +116,18 @@ def test_points_of_a_force_that_pushes_are_no_friction(errors: float | None, sig
     assert not side.viscous.informed
 
 
+def test_an_interval_of_all_that_can_be_informs_of_nothing() -> None:
+    """Speeds too close to tell apart leave B, and with it F_c, anywhere from 0 to the largest."""
+    speeds = 20e-3 + 1e-6 * np.arange(5)
+    forces = 12.0 + 4500.0 * speeds
+    found = fit_friction(speeds, forces, force_errors=5.0).forward
+    assert not found.coulomb.informed
+    assert not found.viscous.informed
+    assert "the run leaves all of its range open, 0 to " in found.viscous.note
+    told = fit_friction(np.linspace(10e-3, 50e-3, 5), forces, force_errors=5.0).forward
+    assert told.viscous.informed
+
+
 def test_bounds_that_points_share_widen_the_intervals() -> None:
     """A force by itself, a slope by its share; a push within the force's bound may be none."""
     forces = 12.0 + 4500.0 * SPEEDS

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from no_room import fill_up
 from quiet_stop import Quiet
 
 from rodless_lab.cli import identify
@@ -81,6 +82,22 @@ def test_area_curve_is_scaled_as_a_whole(tmp_path: Path, write_bag) -> None:
     )
     assert ratio[[1, 2, 4, 5, 7, 8]] == pytest.approx(1.0, rel=1e-8)
     assert ratio[[0, 3, 6]] == pytest.approx(truth["area factor"], rel=0.01)
+
+
+def test_a_full_disk_leaves_neither_parameters_nor_picture(
+    tmp_path: Path, write_bag, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With room for one file of the two there is neither; the line names a file, the code is 2."""
+    generator = np.random.default_rng(5)
+    hidden, _ = SUBJECTS["valve"].hide(generator)
+    bag = write_bag(tmp_path / "bag", measured_run(hidden, SUBJECTS["valve"].voltages, generator))
+    output = tmp_path / "found.yaml"
+    fill_up(monkeypatch, room=1)
+    assert identify.main(["valve", str(bag), "-o", str(output)], Quiet()) == 2
+    said = capsys.readouterr()
+    assert said.err.splitlines()[-1].endswith(": cannot be written: No space left on device")
+    assert "written to" not in said.out
+    assert [path.name for path in tmp_path.iterdir()] == ["bag"]
 
 
 def test_the_file_is_one_ros_accepts() -> None:

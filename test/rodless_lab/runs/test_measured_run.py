@@ -8,7 +8,11 @@
 
 """A run made by hand: what cannot be its columns is refused by name."""
 
+from pathlib import Path
+
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 import pytest
 
 from rodless_lab import MeasuredRun
@@ -64,10 +68,23 @@ def test_stamps_may_be_rounded_and_jitter(time: np.ndarray) -> None:
     assert MeasuredRun(time, *[STILL] * 5).period == pytest.approx((time[-1] - time[0]) / 99)
 
 
-def test_long_doubles_are_made_real_ones() -> None:
-    """Solvers and compiled kernels know none."""
-    run = MeasuredRun(TIME.astype(np.longdouble), *[STILL.astype(np.longdouble)] * 5)
+@pytest.mark.parametrize("other", [np.longdouble, np.dtype(np.float64).newbyteorder()])
+def test_reals_of_other_kinds_are_made_native_ones(tmp_path: Path, other: npt.DTypeLike) -> None:
+    """Solvers, tables and compiled kernels know no others, such as a logger's of another order."""
+    run = MeasuredRun(TIME.astype(other), *[STILL.astype(other)] * 5)
     assert {values.dtype for values in run.columns().values()} == {np.dtype(np.float64)}
+    assert all(values.dtype.isnative for values in run.columns().values())
+    assert run.time.tolist() == TIME.tolist()
+    run.save(tmp_path / "run.parquet")
+    assert pd.read_parquet(tmp_path / "run.parquet").to_numpy()[:, 0].tolist() == TIME.tolist()
+
+
+def test_short_reals_are_made_longer_ones() -> None:
+    """Half precision holds 0.25 m and 5 V exactly."""
+    half = np.full(100, 0.25, dtype=np.float16)
+    run = MeasuredRun(TIME, half, STILL, STILL, STILL, np.full(100, 5.0, dtype=np.float16))
+    assert (run.position.dtype, run.voltage.dtype) == (np.float64, np.float64)
+    assert (run.position[0], run.voltage[0]) == (0.25, 5.0)
 
 
 def test_whole_numbers_are_made_real_ones() -> None:

@@ -187,7 +187,9 @@ def test_a_set_point_that_no_controller_takes_spoils_no_run(
     bag = write(tmp_path / "bag", run, setpoint=(0.03, np.nan))
     found, setpoint = read_run_and_setpoint(bag)
     assert setpoint is None
-    assert found.notes == (f"{bag}: /setpoint: 1 of 1 set-points are no number in m and left out",)
+    assert found.notes == (
+        f"{bag}: /setpoint: 1 of 1 set-points are no number within ±1e100 m and left out",
+    )
     good, setpoint = read_run_and_setpoint(write(tmp_path / "good", run, setpoint=(0.03, 0.1)))
     assert setpoint is not None
     assert setpoint.position.tolist() == [0.1]
@@ -223,6 +225,21 @@ def test_voltages_with_stamps_of_their_own_are_not_missed(tmp_path: Path, late: 
         return (time + 1e-3 + late if topic == "/valve/state" else time + 1e-3), value
 
     assert read_run(write(tmp_path / "bag", run, beside, held=True)).notes == ()
+
+
+def test_voltages_that_jitter_are_told_of_as_such(tmp_path: Path) -> None:
+    """As many as there are positions, and some of them two to one: more positions do not help."""
+    voltages = 5.0 + np.sin(0.1 * np.arange(200))
+    run = run_of_trace(simulate(RigParameters(), voltages, 1e-3, 0.1), 6e5)
+    jitter = np.random.default_rng(1).uniform(-2e-5, 2e-5, 201)
+
+    def jittering(topic: str, sample: int, time: float, value: float) -> tuple[float, float]:
+        return (time + 1e-3 + jitter[sample] if topic == "/valve/state" else time + 1e-3), value
+
+    notes = "".join(read_run(write(tmp_path / "bag", run, jittering, held=True)).notes)
+    assert "voltages of /valve/state lie between" in notes.replace("of valve", "of /valve")
+    assert "give both the same stamps" in notes
+    assert "as often" not in notes
 
 
 def test_a_voltage_that_is_held_is_not_missed(tmp_path: Path, run: MeasuredRun) -> None:
@@ -276,3 +293,114 @@ def test_a_rig_in_another_namespace_is_named(
     said = refused(replay, tmp_path / "bag", capsys)
     assert "joint_states was recorded of a rig in /left; give that as the namespace" in said
     assert len(read_run(tmp_path / "bag", "/left").time) == len(run.time)
+
+
+def jumping(topic: str, sample: int, time: float, value: float) -> tuple[float, float]:
+    """Let every second sample be that of another plant, 40 mm away."""
+    return time, value + (0.04 * (sample % 2) if topic == "/joint_states" else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (untouched, ""),
+        (jumping, "/joint_states: the position jumps by 0.04 m within 0.001 s, at 0.001 s"),
+        (reading("/valve/state", 5000.0, at=60), "voltages leave 0 to 10 V, at 0.059 s with 5000"),
+        (reading("/valve/state", -0.05), ""),
+    ],
+    ids=["sound", "two plants", "mV", "a converter"],
+)
+def test_what_no_rig_does_is_told(
+    tmp_path: Path, run: MeasuredRun, spoil: Spoil, said: str
+) -> None:
+    """The run is read all the same, with a line that says what is odd, and since when."""
+    found = read_run(write(tmp_path / "bag", run, spoil, held=True))
+    assert bool(found.remarks) == bool(said)
+    assert said in "".join(found.remarks)
+
+
+def test_a_topic_of_few_samples_is_told(tmp_path: Path, run: MeasuredRun) -> None:
+    """Three pressures beside a hundred positions; one in ten is a slow instrument, and no word."""
+
+    def every(step: int) -> Spoil:
+        def some(topic: str, sample: int, time: float, value: float) -> tuple[float, float] | None:
+            return None if topic == "/supply/pressure" and sample % step else (time, value)
+
+        return some
+
+    few = read_run(write(tmp_path / "few", run, every(50)))
+    assert "3 samples of /supply/pressure beside 101 of /joint_states" in "".join(few.remarks)
+    assert not read_run(write(tmp_path / "some", run, every(10))).remarks
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_several_publishers_of_a_topic_are_told(
+    tmp_path: Path, run: MeasuredRun, count: int
+) -> None:
+    """A bag has a profile of each that there was when the recording began."""
+    plain = read_bag(write(tmp_path / "plain", run))
+    with BagWriter(tmp_path / "bag") as writer:
+        for name in plain:
+            topic = plain[name].topic
+            own = count if name == "/joint_states" else 1
+            writer.add_topic(replaced(topic, qos=({"reliability": "reliable"},) * own))
+            for when, payload in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                writer.write(name, payload, int(when), int(when))
+    remarks = "".join(read_run(tmp_path / "bag").remarks)
+    assert ("(2 of /joint_states)" in remarks) == (count == 2)
+
+
+@pytest.mark.parametrize(
+    ("factor", "odd"), [(1.0, False), (1e-3, True), (1e-5, True), (10.0, True)]
+)
+def test_pressures_in_other_units_are_told(
+    tmp_path: Path, run: MeasuredRun, factor: float, odd: bool
+) -> None:
+    """In kPa or bar; the paper's rig is far above what any atmosphere leaves."""
+
+    def scaled(topic: str, _: int, time: float, value: float) -> tuple[float, float]:
+        return time, value * (factor if topic.startswith("/chamber") else 1.0)
+
+    remarks = "".join(read_run(write(tmp_path / "bag", run, scaled)).remarks)
+    assert ("/chamber_a/pressure: " in remarks and "in kPa or bar" in remarks) == odd
+
+
+def test_a_rig_beside_the_one_at_the_root_is_told(tmp_path: Path, run: MeasuredRun) -> None:
+    """What is read is said where nobody has chosen; who gives a namespace has."""
+    plain = read_bag(write(tmp_path / "plain", run))
+    with BagWriter(tmp_path / "bag") as writer:
+        for prefix in ("", "/left", "/_throttled"):
+            for name in plain:
+                writer.add_topic(replaced(plain[name].topic, name=f"{prefix}{name}"))
+                for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                    writer.write(f"{prefix}{name}", data, int(when), int(when))
+    (said,) = read_run(tmp_path / "bag").remarks
+    assert said.endswith("also holds joint_states of /left; a namespace would choose that")
+    assert read_run(tmp_path / "bag", "/left").remarks == ()
+
+
+@pytest.mark.parametrize("topic", ["/chamber_b/pressure", "/valve/state"])
+def test_two_messages_of_one_stamp_are_told(tmp_path: Path, run: MeasuredRun, topic: str) -> None:
+    """Two plants of one name, which send at the same instants."""
+    plain = read_bag(write(tmp_path / "plain", run, held=True))
+    with BagWriter(tmp_path / "bag") as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                for _ in range(1 + (name == topic)):
+                    writer.write(name, data, int(when), int(when))
+    remarks = "".join(read_run(tmp_path / "bag").remarks)
+    assert f"{topic}: several messages have one stamp" in remarks
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_more_commands_than_samples_are_in_doubt(
+    tmp_path: Path, run: MeasuredRun, times: int
+) -> None:
+    """Positions that come less often than commands, without what the valve held."""
+
+    def fewer(topic: str, sample: int, time: float, value: float) -> tuple[float, float] | None:
+        return (time, value) if sample % times == 0 or topic != "/joint_states" else None
+
+    doubt = read_run(write(tmp_path / "bag", run, fewer)).doubt
+    assert ("commands answer 51 samples" in doubt) == (times == 2)

@@ -85,7 +85,7 @@ def claimed(environment: dict[str, str]) -> int:
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize("kind", ["", "_udp", "_one_process", "_one_process_here"])
+@pytest.mark.parametrize("kind", ["", "_udp", "_anywhere", "_one_process", "_one_process_here"])
 def test_a_domain_comes_with_what_keeps_it_on_this_machine(kind: str) -> None:
     """The environment names the domain and a profile, and DDS understands all of its kind."""
     with own_domain() as environment:

@@ -24,15 +24,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosgraph_msgs.msg import Clock
 from running import StartSession
+from sensor_msgs.msg import JointState
 
+from rodless_base.ros.topics import stamp_nanoseconds
 from rodless_lab.harness import (
     HarnessError,
     NodeDiedError,
     RefusedError,
     RigSession,
     SetpointWarning,
+    WaitTimeoutError,
 )
+from rodless_lab.session.observer import Observer
+from rodless_sim import RigParameters, simulate
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -117,6 +123,8 @@ def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> 
     rig.pause()
     with pytest.raises(HarnessError, match=r"the plant is paused.*resume\(\) first"):
         rig.restart("controller")
+    with pytest.raises(WaitTimeoutError, match=r"the plant is paused: resume\(\) lets it go on"):
+        rig.run_for(1.0, timeout=0.5)
     rig.resume()
     rig.restart("controller")
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
@@ -129,19 +137,24 @@ def test_a_plant_that_ends_while_the_test_is_behind(
 ) -> None:
     """Thousands of samples wait for a test that has computed: the next run is measured as ever.
 
-    Of the run before, all samples that came are whole and in order, or ``samples`` would raise.
+    The run before has all that somebody else has seen of it until then, whole and in order.
     """
     rig = rig_session("lockstep", one_process=one_process, telemetry=True)
+    other = Observer(environment=rig.environment)
+    stamps = [0]
+    other.subscribe(
+        Clock, "/clock", lambda message: stamps.append(stamp_nanoseconds(message.clock))
+    )
     rig.run_for(0.2)
     until = time.monotonic() + 1.0
-    while time.monotonic() < until:
-        pass  # a test that computes
+    other.wait(lambda: time.monotonic() > until and stamps[-1] > 0, "a test that computes")
     name = "rig" if one_process else "plant"
     if killed:
         rig.kill(name)
     rig.restart(name)
     rig.run_for(0.1)
-    assert len(rig.samples(0)) > 200
+    other.close()
+    assert rig.samples(0).time[-1] >= stamps[-1] * 1e-9 > 0.3
     assert rig.samples(1).time[100] == pytest.approx(0.1)
 
 
@@ -194,6 +207,99 @@ def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
     rig.restart("plant")
     assert rig.run_until(0.02).time == pytest.approx(0.02)
     assert np.array_equal(rig.samples(0).position[:20], rig.samples(1).position[:20])
+
+
+@pytest.mark.parametrize("kill_first", [False, True])
+def test_a_restarted_plant_holds_the_answer_to_each_of_its_samples(
+    rig_session: StartSession, kill_first: bool
+) -> None:
+    """The test's answer to the last sample of the old plant is none to the new one's first."""
+    rig = rig_session("lockstep", controller=None)
+    held = dict[int, float]()
+
+    def take(message: JointState) -> None:
+        held[stamp_nanoseconds(message.header.stamp)] = message.effort[0]
+
+    rig.observer.subscribe(JointState, "valve/state", take)
+    rig.drive(lambda sample: 5.0 + sample.time)
+    for _ in range(3):
+        rig.run_until(0.02)
+        if kill_first:
+            rig.kill("plant")
+        rig.restart("plant")
+    held.clear()
+    rig.run_until(0.02)
+    run = rig.samples()
+    assert run.voltage[:20] == pytest.approx(5.0 + run.time[:20], abs=1e-12)
+    rig.wait_until(lambda: 20_000_000 in held, "what the valve held")
+    # At its stamp a message tells what was held since the one before.
+    own = {stamp: value for stamp, value in held.items() if 0 < stamp <= 20_000_000}
+    assert own == pytest.approx({k * 1_000_000: 5.0 + (k - 1) * 1e-3 for k in range(1, 21)})
+
+
+def test_commands_sent_one_by_one_answer_a_sample_each(rig_session: StartSession) -> None:
+    """In lock-step each waits for its sample; one sent ahead would shift all that follow."""
+    rig = rig_session("lockstep", controller=None, duration=0.05)
+    rig.send_voltage(5.2)
+    rig.send_voltage(5.3)
+    rig.drive(lambda sample: 5.0 + sample.time)
+    run = rig.run()
+    assert run.voltage[:50] == pytest.approx([5.2, 5.3, *(5.0 + run.time[2:50])], abs=1e-12)
+    held = simulate(RigParameters(), run.voltage[:50], 1e-3)
+    assert np.array_equal(run.pressure_a, held.pressure_a)
+    rig.drive(None)
+    rig.reset()
+    rig.send_voltage(5.4)
+    rig.run_until(0.001)
+    rig.reset()  # its sample 1 waits for a command, which is none to the next sample 0
+    rig.send_voltage(5.2)
+    rig.send_voltage(5.3)
+    rig.drive(lambda sample: 5.0 + sample.time)
+    again = rig.run()
+    for name in ("voltage", "pressure_a"):
+        assert np.array_equal(getattr(run, name)[:50], getattr(again, name)[:50]), name
+    rig.reset()
+    rig.drive(lambda _: rig.send_voltage(5.0))
+    with pytest.raises(HarnessError, match=r"refused in a law of drive\(\)"):
+        rig.run_for(0.01)
+    rig.drive(5.0)
+    rig.run()
+    rig.drive(None)
+    rig.send_voltage(5.0)
+    with pytest.raises(HarnessError, match="the run is over"):
+        rig.send_voltage(5.0)
+    rig.kill("plant")
+    with pytest.raises(HarnessError, match="no sample will come: the plant was ended by the test"):
+        rig.send_voltage(5.0)
+
+
+@pytest.mark.parametrize("process", ["plant", "controller"])
+def test_a_relayed_run_after_a_restart_is_that_of_before(
+    rig_session: StartSession, process: str
+) -> None:
+    """Bit for bit: the new node's answers go to the samples that they are for."""
+    rig = rig_session(
+        "lockstep", controller={**HOLD, "reference.at": 0.0}, relay_commands=True, duration=0.1
+    )
+    first = rig.run()
+    rig.reset()
+    rig.run_until(0.05)
+    rig.restart(process)
+    if process == "controller":
+        rig.reset()
+    again = rig.run()
+    for name in ("position", "pressure_a", "voltage"):
+        assert np.array_equal(getattr(first, name)[:-1], getattr(again, name)[:-1]), name
+
+
+def test_in_lock_step_every_sample_has_its_command_when_it_is_looked_at(
+    rig_session: StartSession,
+) -> None:
+    """Commands come on a topic of their own; all but that to the last sample are waited for."""
+    rig = rig_session("lockstep", controller=HOLD)
+    for _ in range(30):
+        rig.run_for(0.01)
+        assert np.isfinite(rig.samples().voltage[:-1]).all()
 
 
 def test_nobody_waits_for_the_answer_of_a_node_that_the_test_has_killed(

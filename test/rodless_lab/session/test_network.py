@@ -19,17 +19,10 @@ import psutil
 import pytest
 from running import StartProcess, until_it_says
 
-from rodless_lab.session import network
-from rodless_lab.session.network import (
-    PROFILE_VARIABLES,
-    RANGE,
-    SETTLED_BY,
-    leave_out_own_endpoints,
-    stay_on_this_machine,
-    this_machine,
-)
+from rodless_base.ros.profiles import PROFILE_VARIABLES, leave_out_own_endpoints
+from rodless_base.ros.shared_memory import RANGE
+from rodless_lab.session.network import SETTLED_BY, stay_on_this_machine, this_machine
 
-FOLDER = Path(network.__file__).parent
 LOOPBACK = "127.0.0.1"
 
 # Of a start that compiles, on a crowded machine, in wall-clock s.
@@ -81,50 +74,6 @@ def test_whoever_has_settled_it_is_left_alone(bare: pytest.MonkeyPatch, name: st
     before = dict(os.environ)
     stay_on_this_machine()
     assert dict(os.environ) == before
-
-
-def test_nodes_in_one_process_reach_as_far_as_before(bare: pytest.MonkeyPatch) -> None:
-    """What `ros2 run` starts goes on to the network, what stays here stays here."""
-    leave_out_own_endpoints()
-    assert profile(dict(os.environ)).endswith("_one_process.xml")
-    for variable in PROFILE_VARIABLES.values():
-        bare.delenv(variable, raising=False)
-    stay_on_this_machine()
-    leave_out_own_endpoints()
-    assert profile(dict(os.environ)).endswith("_one_process_here.xml")
-
-
-def lines(name: str) -> list[str]:
-    """Return a profile without its comments."""
-    text = (FOLDER / name).read_text(encoding="utf-8")
-    return [line for line in text.splitlines() if "<!--" not in line]
-
-
-def without(some: list[str], first: str, last: str) -> list[str]:
-    """Leave out what stands between two lines, these included."""
-    texts = [line.strip() for line in some]
-    return some[: texts.index(first)] + some[texts.index(last) + 1 :]
-
-
-@pytest.mark.parametrize("version", [2, 3])
-def test_profiles_differ_in_nothing_but_their_purpose(version: int) -> None:
-    """Shared memory, delivery inside a process, loopback; and one word between the versions."""
-    udp = lines(f"fast_dds_{version}_udp.xml")
-    shared = [line for line in lines(f"fast_dds_{version}.xml") if "shared_memory" not in line]
-    kinds = [line.strip() for line in shared]
-    shm = kinds.index("<type>SHM</type>")
-    assert shared[: shm - 1] + shared[shm + 2 :] == udp
-    inside = lines(f"fast_dds_{version}_one_process_here.xml")
-    assert without(inside, "<propertiesPolicy>", "</propertiesPolicy>") == udp
-    here = without(inside, "<transport_descriptors>", "</transport_descriptors>")
-    here = without(here, "<useBuiltinTransports>false</useBuiltinTransports>", "</userTransports>")
-    here = without(here, "<metatrafficUnicastLocatorList>", "</initialPeersList>")
-    assert here == lines(f"fast_dds_{version}_one_process.xml")
-    if version == 3:
-        two = [
-            line.replace("heartbeatPeriod", "heartbeat_period") for line in lines("fast_dds_2.xml")
-        ]
-        assert two == lines("fast_dds_3.xml")
 
 
 def bound_to(pid: int) -> set[str]:

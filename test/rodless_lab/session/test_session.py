@@ -422,6 +422,29 @@ def test_a_setpoint_that_cannot_be_is_refused_to_its_sender(rig_session: StartSe
     assert rig.diagnostics("controller").get("set-points refused", "0") == "0"
 
 
+def test_a_setpoint_that_the_controller_does_not_follow_is_refused_to_its_sender(
+    rig_session: StartSession,
+) -> None:
+    """Beside a reference of its own, or switched off; started again it is as it began."""
+    rig = rig_session("lockstep", controller={"reference.type": "step"}, duration=0.1)
+    own = r"^setpoint 0.1 m refused, reference.type is step; set-points need setpoint, ramp or move"
+    with pytest.raises(RefusedError, match=own):
+        rig.setpoint(0.1)
+    rig.set_parameters("controller", {"reference.type": "setpoint"})
+    rig.setpoint(0.1)
+    rig.enable_controller(False)
+    with pytest.raises(
+        RefusedError, match=r"the controller is disabled; enable_controller\(\) first"
+    ):
+        rig.setpoint(0.1)
+    rig.enable_controller()
+    rig.setpoint(0.1)
+    assert rig.diagnostics("controller").get("set-points refused", "0") == "0"
+    rig.restart("controller")
+    with pytest.raises(RefusedError, match=own):
+        rig.setpoint(0.1)
+
+
 def test_requests_that_make_no_sense_are_refused(rig_session: StartSession) -> None:
     """Options and calls that contradict each other raise instead of waiting for ever."""
     with pytest.raises(ValueError, match="one_process"):

@@ -201,6 +201,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
             "{set: {cascade.mass: 1.0}, vary: {controller.law: [pid, adrc]}}",
             "set: cascade.mass: belongs to the law cascade, which controller.law chooses",
         ),
+        ("set: {friction.coulom: 1.0}", "set: friction.coulom: no such parameter; did you mean"),
         ("set: {cascade.mas: 1.0}", "no such parameter; did you mean cascade.mass of cascade?"),
         (
             "vary: {friction.form: {from: 1, to: 2, count: 2, factor: true}}",
@@ -228,7 +229,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("run: {duration: 0.45}", "row 0 of 1: reference.at: 0.5 s refused, the run has ended by"),
         (
             "vary: {reference.at: [0.1, 6.0]}",
-            "run: row 1 of 2: reference.at: 6 s refused, the run",
+            "row 1 of 2: reference.at: 6 s refused, the run",
         ),
         ("vary: {rail.tilt: {from: 1, to: 2, count: 2, factor: true}}", "changes nothing of 0"),
         (

@@ -60,12 +60,14 @@ def written(folder: Path, more: str = "", extra: str = "") -> Path:
     return path
 
 
-def with_trials(folder: Path, trials: str) -> Path:
-    """The same with trials, which have the figures instead of the score."""
+def with_trials(folder: Path, trials: str, all_set: str = "") -> Path:
+    """The same with trials, which have the figures instead of the score, and more set for all."""
     path = written(folder, extra=trials)
     text = path.read_text(encoding="utf-8").replace(
         "score: {quantile: 1.0, figures: {mean_error: 1.0e-2, overshoot: 1.0e-2}}", "score: {}"
     )
+    if all_set:
+        text = text.replace("set: {", f"set: {{{all_set}, ", 1)
     path.write_text(text, encoding="utf-8")
     return path
 
@@ -98,9 +100,7 @@ trials:
   step: {{set: {{{step}}}, figures: {{mean_error: 1.0e-3}}}}
   sine: {{set: {{{sine}}}, figures: {{peak_error: 1.0e-3}}}}
 """
-    path = with_trials(tmp_path, trials)
-    text = path.read_text(encoding="utf-8").replace("set: {", f"set: {{{common}, ", 1)
-    path.write_text(text, encoding="utf-8")
+    path = with_trials(tmp_path, trials, common)
     if refused is None:
         assert [trial.name for trial in read_task(path).trials] == ["step", "sine"]
         return
@@ -286,7 +286,7 @@ trials:
         ),
         encoding="utf-8",
     )
-    with pytest.raises(StudyError, match=r"reference\.at: 0\.7 s refused, the run"):
+    with pytest.raises(StudyError, match=r"trials: short: row 0 of 3: reference\.at: 0\.7 s ref"):
         read_task(path)
 
 
@@ -298,11 +298,32 @@ trials:
   first: {{{vary}, figures: {{mean_error: 1.0e-3}}}}
   second: {{{vary}, figures: {{mean_error: 1.0e-3}}}}
 """
-    path = with_trials(tmp_path, trials)
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("set: {", "set: {supply.pressure: 7.0e5, "), encoding="utf-8")
+    path = with_trials(tmp_path, trials, "supply.pressure: 7.0e5")
     axes = [[one.name for one in trial.study.dimensions] for trial in read_task(path).trials]
     assert axes == [["cylinder.moving_mass", "supply.pressure"]] * 2
+
+
+@pytest.mark.parametrize(
+    ("axis", "low", "high"),
+    [
+        ("supply.pressure: {from: 0.9, to: 1.1, factor: true}", 0.9 * 7.0e5, 1.1 * 7.0e5),
+        ("supply.pressur*: {from: 5.0e5, to: 6.0e5}", 5.0e5, 6.0e5),
+    ],
+)
+def test_a_trial_multiplies_what_all_set_and_replaces_it_by_a_pattern(
+    tmp_path: Path, axis: str, low: float, high: float
+) -> None:
+    """Factors need what is set; a name with a star is as good as the whole one."""
+    trials = f"""
+trials:
+  first: {{vary: {{{axis}}}, figures: {{mean_error: 1.0e-3}}}}
+  second: {{vary: {{{axis}}}, figures: {{mean_error: 1.0e-3}}}}
+"""
+    path = with_trials(tmp_path, trials, "supply.pressure: 7.0e5")
+    for trial in read_task(path).trials:
+        rows = [trial.study.row(k).base.rig for k in range(len(trial.study))]
+        pressures = [rig.number("supply.pressure") for rig in rows]
+        assert low <= min(pressures) < max(pressures) <= high
 
 
 def test_a_grid_has_other_rigs_too(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def test_a_plant_that_was_stopped_blames_nobody() -> None:
     )
     clock = AwakeClock(lambda: wall)
     one = {b"1": "/controller"}
-    plant = Lockstep(engine, 2.0, lambda: True, lambda: one, Outgoing(), clock)
+    plant = Lockstep(engine, 2.0, lambda: True, lambda: one, lambda: 1, Outgoing(), clock)
     plant.poll()
     wall += 12.0
     assert plant.problem is None
@@ -110,7 +110,7 @@ def test_what_a_plant_was_stopped_for_is_neither_lag_nor_overruns(
     assert machine.pacer.overruns == 0
     assert pace.lag < 0.05
     assert pace.falls_behind is False
-    assert f"had no processor, for {stop:.2f} s" in str(machine.news.hear())
+    assert f"stood still for {stop:.2f} s" in str(machine.news.hear())
     assert machine.news.hear() is None
 
 
@@ -152,7 +152,7 @@ def test_a_plant_in_real_time_that_goes_on_after_a_stop_blames_no_machine(
         with pytest.raises(TimeoutError):
             observer.wait(lambda: False, "what does not come", 8.0 * STALL)
         process.thaw()
-        until_it_says(process, " s: that counts neither as lag nor as overruns")
-        stops = re.findall(r"stopped, or had no processor, for ([0-9.]+) s", process.output)
+        until_it_says(process, "that counts neither as lag nor as overruns")
+        stops = re.findall(r"stood still for ([0-9.]+) s", process.output)
         lag = observer.counter("/stopped/plant", "lag (s)", fresh=True)
         assert lag - before < 0.5 * max(map(float, stops))

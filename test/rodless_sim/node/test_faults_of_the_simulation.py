@@ -124,7 +124,7 @@ def test_lockstep_holds_until_a_reset() -> None:
         lambda seen, _: stamps.append(seen.stamp),
     )
     plant = Lockstep(
-        engine, 1.0, lambda: True, lambda: {b"1": "/controller"}, Outgoing(), lambda: 0.0
+        engine, 1.0, lambda: True, lambda: {b"1": "/controller"}, lambda: 1, Outgoing(), lambda: 0.0
     )
     plant.poll()
     for _ in range(1000):

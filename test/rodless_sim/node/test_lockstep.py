@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from outgoing import Outgoing
 
+from rodless_base.ros.publish import UNKNOWN
 from rodless_sim import RigParameters, simulate
+from rodless_sim.node.commanders import DRAINED
 from rodless_sim.node.engine import Engine
-from rodless_sim.node.lockstep import Lockstep
+from rodless_sim.node.lockstep import SECOND_ANSWER, Lockstep
 from rodless_sim.physics.state import State
 
 TIMEOUT = 1.0
@@ -23,10 +25,12 @@ TIMEOUT = 1.0
 class Bench:
     """A lock-step plant with its surroundings: who listens, who commands, what time it is."""
 
-    def __init__(self, **values: object) -> None:
+    def __init__(self, timeout: float = TIMEOUT, **values: object) -> None:
         self.samples: list[tuple[int, State]] = []
         self.listeners = True
         self.commanders = ["first"]
+        self.names: dict[str, str] = {}  # of those that are not called after themselves
+        self.unnamed = 0  # publishers that are connected, and not known by name yet
         self.outgoing = Outgoing()
         self.clock = 0.0
         parameters = RigParameters(
@@ -37,9 +41,12 @@ class Bench:
         )
         self.plant = Lockstep(
             self.engine,
-            TIMEOUT,
+            timeout,
             lambda: self.listeners,
-            lambda: {name.encode(): f"/{name.removesuffix('+')}" for name in self.commanders},
+            lambda: {
+                one.encode(): self.names.get(one, f"/{one.rstrip('+')}") for one in self.commanders
+            },
+            lambda: len(self.commanders) + self.unnamed,
             self.outgoing,
             lambda: self.clock,
         )
@@ -58,9 +65,12 @@ def test_nothing_moves_before_there_is_a_listener_and_one_commander() -> None:
         bench.plant.poll()
         bench.plant.receive(6.0)
         assert bench.samples == []
+        waits = "waiting for subscribers and for one publisher" in str(bench.plant.problem)
+        assert waits is (len(commanders) < 2)
         assert bench.plant.problem is not None
     bench.commanders = ["last"]
     bench.plant.poll()
+    bench.plant.poll()  # what the others sent is not on its way any more
     assert bench.times == [0]
     assert bench.plant.problem is None
 
@@ -143,18 +153,19 @@ def test_second_commander_is_refused_until_it_is_gone() -> None:
     """While two publish commands the plant holds and says so; then the last sample comes again."""
     bench = Bench()
     bench.plant.poll()
-    bench.plant.receive(6.0)
+    bench.plant.receive(6.0, 1)
     bench.commanders = ["first", "second"]
     bench.plant.poll()
-    bench.plant.receive(6.0)
+    bench.plant.receive(6.0, 2)
     assert bench.times == [0, 1]
-    assert "more than one publisher" in str(bench.plant.problem)
-    assert "/first, /second" in str(bench.plant.problem)
+    said = "more than one publisher on valve/voltage (/first, /second): holding until one is left"
+    assert bench.plant.problem == said
     bench.commanders = ["first"]
     bench.plant.poll()
+    bench.plant.poll()  # what the other one sent is not on its way any more
     assert bench.plant.problem is None
     assert bench.times == [0, 1, 1]
-    bench.plant.receive(6.0)
+    bench.plant.receive(6.0, 3)
     assert bench.times == [0, 1, 1, 2]
 
 
@@ -338,11 +349,20 @@ def test_a_step_before_the_run_has_begun_is_refused() -> None:
     assert bench.samples == []
 
 
-def killed_and_started_again() -> Bench:
-    """Return a run whose controller was killed and started again, the dead one still listed."""
-    bench = Bench()
+def under_way(number: int | None = 50, timeout: float = TIMEOUT) -> Bench:
+    """Return a run whose sample 0 has its answer, of this ``number``."""
+    bench = Bench(timeout)
     bench.plant.poll()
-    bench.plant.receive(6.0)
+    bench.plant.receive(6.0, number)
+    return bench
+
+
+def killed_and_started_again(number: int | None = None) -> Bench:
+    """Return a run whose controller was killed and started again, the dead one still listed.
+
+    Its last answer had this ``number``.
+    """
+    bench = under_way(number)
     bench.commanders = ["first", "first+"]
     bench.plant.poll()
     assert bench.times == [0, 1, 1]
@@ -367,19 +387,371 @@ def test_a_dead_controller_does_not_hold_the_one_started_after_it() -> None:
     assert bench.times == [0, 1, 1, 2, 3]
 
 
-def test_two_controllers_of_one_name_that_both_answer_are_refused() -> None:
-    """Two answers to one sample: held until one is gone, then the run goes on with the other."""
-    bench = killed_and_started_again()
+def test_a_controller_that_is_started_again_is_known_by_its_numbers() -> None:
+    """It counts its commands from 1, beside a dead one that the middleware has not missed yet."""
+    bench = Bench()
+    bench.plant.poll()
+    for number in range(50, 53):
+        bench.plant.receive(6.0, number)
+    bench.commanders = ["first", "first+"]
+    bench.plant.poll()
+    bench.plant.receive(6.0, 1)
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    for number in range(2, 6):
+        bench.plant.receive(6.0, number)
+    assert bench.times == [0, 1, 2, 3, 3, 4, 5, 6, 7, 8]
+
+
+def test_a_controller_some_of_whose_commands_were_lost_is_followed() -> None:
+    """Its numbers go on further up; a lower one is another's, who has gone already."""
+    bench = Bench()
+    bench.plant.poll()
+    for number in (50, 51, 57, 58):
+        bench.plant.receive(6.0, number)
+    bench.plant.receive(6.0, 1)
+    assert bench.times == [0, 1, 2, 3, 4]
+    bench.plant.receive(6.0, 59)
+    assert bench.times == [0, 1, 2, 3, 4, 5]
+
+
+def test_what_another_sends_acts_on_nothing_before_its_name_is_known() -> None:
+    """Its numbers lead through those of the commander, whose own ones are among them."""
+    bench = under_way()
+    bench.unnamed = 1
+    for number in (49, 50, 51, 51, 52, 53):
+        bench.plant.receive(9.0, number)
+    assert bench.times == [0, 1]
+    said = "more than one publisher on valve/voltage (/first and one that has gone, or is not"
+    assert said in str(bench.plant.problem)
+    bench.plant.poll()
+    bench.unnamed = 0
+    bench.plant.poll()
+    bench.plant.receive(9.0, 54)
+    bench.plant.poll()
+    assert bench.times == [0, 1], "what it has sent may not be here yet"
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    assert bench.plant.problem is None
+    # 51 was among what could be anybody's: 52 answers the second offer, and there is no third.
+    bench.plant.receive(6.0, 52)
+    bench.plant.receive(6.0, 53)
+    assert bench.times == [0, 1, 1, 2, 3]
+
+
+def test_another_that_has_come_and_gone_between_two_looks_is_noticed() -> None:
+    """By how many have been connected in all: what it sent may still come."""
+    bench = Bench()
+    bench.plant.connect(1)
+    for _ in range(3):
+        bench.plant.poll()
+    assert bench.times == [0]
+    bench.plant.connect(1)
+    bench.plant.receive(6.0, 50)
+    assert bench.times == [0, 1]
+    bench.plant.connect(2)
+    for number in (50, 51, 52):
+        bench.plant.receive(9.0, number)
+    assert bench.times == [0, 1]
+    for _ in range(3):
+        bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    bench.plant.receive(6.0, 51)
+    bench.plant.receive(6.0, 52)
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_a_commander_whose_name_is_known_first_is_no_other() -> None:
+    """That it is connected is told after its answers have begun: nothing is offered again."""
+    bench = under_way()
+    bench.plant.connect(1)
+    bench.plant.receive(6.0, 51)
+    bench.plant.poll()
+    assert bench.times == [0, 1, 2]
+
+
+def test_a_commander_that_answers_late_is_waited_for_after_another_has_gone() -> None:
+    """It has not answered the first offer yet: one answer alone is not that to the second."""
+    bench = under_way(timeout=1000.0)
+    bench.unnamed = 1
+    bench.plant.receive(9.0, 51)
+    bench.unnamed = 0
     for _ in range(2):
-        bench.plant.receive(6.0)
+        bench.plant.poll()
+    bench.plant.receive(6.0, 51)
+    assert bench.times == [0, 1, 1]
+    bench.clock += 1.1 * SECOND_ANSWER
+    said = "has been answered, and /first may answer it 1 times more: holding for 1000 s at most"
+    assert said in str(bench.plant.problem)
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    bench.plant.receive(6.0, 52)
+    assert bench.times == [0, 1, 1, 2]
+
+
+ANEW, ELSEWHERE = "of one start anew", "of the other"
+
+
+def made_anew(publisher: str) -> Bench:
+    """Return a run whose commander, of one start, has gone, and come as ``publisher``."""
+    bench = Bench()
+    first = "of one start"
+    bench.names = dict.fromkeys((first, ANEW, ELSEWHERE), "/first")
+    bench.commanders = [first]
+    bench.plant.poll()
+    bench.plant.receive(6.0, 50)
+    assert bench.times == [0, 1]
+    for there in ([], [publisher]):
+        bench.commanders = there
+        bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    return bench
+
+
+def test_what_a_publisher_made_anew_has_lost_follows_from_its_numbers() -> None:
+    """Its first answer was sent before it was connected: the second is to the second offer."""
+    bench = made_anew(ANEW)
+    bench.plant.receive(6.0, 2)
+    assert bench.times == [0, 1, 1, 2]
+
+
+@pytest.mark.parametrize("publisher", [ANEW, ELSEWHERE])
+def test_a_commander_that_makes_its_publisher_anew_owes_what_it_was_offered(publisher: str) -> None:
+    """The same node answers both offers; one of another process has had the second one only."""
+    bench = made_anew(publisher)
+    bench.plant.receive(6.0, 1)
+    owes_two = publisher == ANEW
+    assert bench.times == [0, 1, 1] + [2] * (not owes_two)
+    bench.plant.receive(6.0, 2)
+    assert bench.times == [0, 1, 1, 2] + [3] * (not owes_two)
+
+
+def test_a_commander_that_never_pauses_is_followed_once_another_has_gone() -> None:
+    """One that sends by its own clock: there is no moment without a command to wait for."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.clock = begin = 10.0
+    bench.unnamed, number = 1, 50
+    bench.plant.poll()
+    bench.unnamed = 0
+    while len(bench.times) < 5 and number < 200:
+        bench.plant.receive(6.0, number)
+        bench.plant.poll()
+        number += 1
+        bench.clock += 0.01
+    assert bench.times[-1] > 1
+    assert DRAINED < bench.clock - begin < 1.5 * DRAINED
+
+
+def test_a_number_that_was_counted_is_no_further_answer() -> None:
+    """Another one's, or the same message once more: the sample still has none."""
+    bench = under_way()
+    bench.plant.receive(9.0, 50)
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+
+
+def test_what_another_sends_without_a_number_is_not_counted() -> None:
+    """It is known by name; the commander answers late, both offers."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    bench.commanders = ["first", "second"]
+    bench.plant.poll()
+    bench.plant.receive(9.0)
+    bench.commanders = ["first"]
+    for _ in range(3):
+        bench.plant.poll()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 1]
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_numbers_that_begin_anew_do_not_hold_the_plant_for_good() -> None:
+    """Offered the sample again, a commander of whatever numbers is followed."""
+    bench = under_way()
+    bench.plant.receive(6.0, 1)
+    assert bench.times == [0, 1]
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    bench.plant.receive(6.0, 2)
+    bench.clock += 10.0 * TIMEOUT
+    bench.plant.poll()
+    bench.plant.receive(6.0, 3)
+    assert bench.times == [0, 1, 1, 2, 3]
+
+
+@pytest.mark.parametrize("numbers", [(None, None, None), (51, 52, 1), (1, 51, 52), (51, 1, 52)])
+def test_two_controllers_of_one_name_that_both_answer_are_refused(
+    numbers: tuple[int | None, ...],
+) -> None:
+    """Three answers to two offers to one of them, and one to the other: held until one is gone."""
+    bench = killed_and_started_again(None if numbers[0] is None else 50)
+    for number in numbers:
+        bench.plant.receive(6.0, number)
     bench.clock += 10.0 * TIMEOUT
     bench.plant.poll()
     assert "more than one publisher" in str(bench.plant.problem)
     assert bench.times == [0, 1, 1]
     bench.commanders = ["first"]
     bench.plant.poll()
-    bench.plant.receive(6.0)
+    bench.plant.poll()  # what the other one sent is not on its way any more
+    bench.plant.receive(6.0, None if numbers[0] is None else 53)
     assert bench.times == [0, 1, 1, 1, 2]
+
+
+@pytest.mark.parametrize("left", ["first", "first+"])
+def test_of_two_of_one_name_the_one_that_is_left_is_followed(left: str) -> None:
+    """At once, and by its own count: whether it is the one from before or the one that came."""
+    bench = killed_and_started_again(50)
+    bench.plant.receive(6.0, {"first": 51, "first+": 1}[left])
+    assert "two publishers on valve/voltage of one name (/first): holding for" in str(
+        bench.plant.problem
+    )
+    bench.commanders = [left]
+    bench.plant.poll()
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1, 1]
+    later = {"first": (52, 53), "first+": (2,)}[left]
+    for number in later:
+        assert bench.times[-1] == 1
+        bench.plant.receive(6.0, number)
+    assert bench.times == [0, 1, 1, 1, 2]
+
+
+def test_one_that_took_over_before_the_first_answer_owes_its_own() -> None:
+    """The one before was killed without any: no number tells them apart."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.commanders = ["first", "first+"]
+    bench.plant.poll()
+    assert bench.times == [0, 0]
+    bench.plant.receive(6.0, 1)
+    bench.commanders = ["first+"]
+    bench.plant.poll()
+    bench.plant.poll()
+    assert bench.times == [0, 0, 0]
+    bench.plant.receive(6.0, 2)
+    assert bench.times == [0, 0, 0, 1]
+
+
+def test_two_of_one_name_that_both_answer_at_first_are_refused() -> None:
+    """Before there was any answer numbers tell nothing: three to two offers are one too many."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.commanders = ["first", "first+"]
+    bench.plant.poll()
+    for number in (1, 1, 2):
+        bench.plant.receive(6.0, number)
+    bench.clock += 10.0 * TIMEOUT
+    bench.plant.poll()
+    assert "more than one publisher" in str(bench.plant.problem)
+    assert bench.times == [0, 0]
+
+
+def test_an_answer_of_a_killed_one_under_way_is_not_that_of_a_living() -> None:
+    """Without numbers: two answers to the two offers that it had, or one to each."""
+    bench = killed_and_started_again()
+    for _ in range(2):
+        bench.plant.receive(6.0)
+    assert bench.times == [0, 1, 1]
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_of_three_of_one_name_it_is_seen_who_answers() -> None:
+    """One that the middleware has missed at last changes nothing for the other two."""
+    bench = under_way()
+    bench.commanders = ["first", "first+", "first++"]
+    bench.plant.poll()
+    bench.plant.receive(6.0, 1)
+    bench.commanders = ["first+", "first++"]
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1, 2]
+
+
+def test_one_answer_too_many_is_one_answer() -> None:
+    """Of a commander that sends by its own clock, while the plant is paused: the last one acts."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.pause(True)
+    for voltage in (6.0, 7.0):
+        bench.plant.receive(voltage)
+    bench.plant.pause(False)
+    assert bench.times == [0, 1]
+    assert bench.samples[-1][1].voltage == 7.0
+    bench.plant.receive(8.0)
+    assert bench.times == [0, 1, 2]
+
+
+def test_a_second_one_of_the_same_name_that_is_silent_costs_two_seconds_at_most() -> None:
+    """However long a command may take, as in a test that computes."""
+    bench = under_way(timeout=1000.0)
+    bench.commanders = ["first", "first+"]
+    bench.plant.poll()
+    for number in (51, 52):
+        bench.plant.receive(6.0, number)
+    bench.clock += 0.9 * SECOND_ANSWER
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    bench.clock += 0.2 * SECOND_ANSWER
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1, 2]
+    bench.plant.receive(9.0, 1)
+    bench.plant.receive(9.0, 500)
+    assert bench.times == [0, 1, 1, 2], "what the silent one sends later is not the other's"
+    bench.plant.receive(6.0, 53)
+    assert bench.times == [0, 1, 1, 2, 3]
+
+
+def test_a_commander_whose_name_is_told_late_owes_what_it_was_offered() -> None:
+    """It is the same publisher: both its answers to two offers are of one sample."""
+    bench = Bench()
+    bench.names["first"] = UNKNOWN
+    bench.plant.poll()
+    del bench.names["first"]
+    bench.plant.poll()
+    bench.plant.receive(6.0, 1)
+    bench.clock += 2.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1]
+    for number in (2, 3, 4):
+        bench.plant.receive(6.0 + number, number)
+    assert bench.times == [0, 1, 1, 2, 3]
+    assert [state.voltage for _, state in bench.samples][-2:] == [9.0, 10.0]
+
+
+def test_an_answer_that_waits_for_a_pause_to_end_is_no_obstacle() -> None:
+    """The sample has all its answers, however long the pause."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.pause(True)
+    bench.plant.receive(6.0)
+    bench.clock += 100.0 * TIMEOUT
+    bench.plant.poll()
+    assert bench.plant.problem is None
+    assert bench.times == [0]
+
+
+def test_a_step_waits_for_each_answer_to_a_sample_that_was_offered_again() -> None:
+    """One of two is here: with it the second would be that to the next sample."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.pause(True)
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 0]
+    bench.plant.receive(6.0)
+    assert "no command" in str(bench.plant.step())
+    bench.plant.receive(6.0)
+    assert bench.plant.step() is None
+    assert bench.times == [0, 0, 1]
 
 
 def test_run_of_a_given_duration_ends_with_its_last_sample() -> None:

@@ -9,6 +9,7 @@
 """Pause, step and reset of a running plant."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import cast
 
@@ -208,3 +209,17 @@ def test_a_reset_begins_plant_time_anew(
         pause(observer, False)
     observer.wait(lambda: len(samples) >= first + 20, "samples after the reset")
     assert times(samples[first : first + 20]) == list(range(0, 20 * PERIOD, PERIOD))
+
+
+def test_a_plant_that_waits_for_its_recorders_takes_no_step() -> None:
+    """They would not have its first samples; paused meanwhile, it says what it waits for."""
+    ready = threading.Event()
+    realtime = Realtime(cast(Engine, Steps(lambda: None)), 1_000_000, ready.is_set, Outgoing())
+    realtime.pause(True)
+    assert realtime.step() == "waiting for subscribers"
+    ready.set()
+    deadline = time.monotonic() + TIMEOUT
+    while (said := realtime.step()) is not None:
+        assert said == "waiting for subscribers"
+        assert time.monotonic() < deadline
+    realtime.close()

@@ -70,7 +70,13 @@ class Services:
         parameters = RigParameters({"time.mode": "lockstep"})
         engine = Engine(parameters, lambda seen, _: self.samples.append(seen.stamp // 1_000_000))
         self.plant = Lockstep(
-            engine, 1.0, lambda: True, lambda: {b"1": "/controller"}, Outgoing(), lambda: 0.0
+            engine,
+            1.0,
+            lambda: True,
+            lambda: {b"1": "/controller"},
+            lambda: 1,
+            Outgoing(),
+            lambda: 0.0,
         )
         self.plant.poll()
         StandardServices(self, self.plant)

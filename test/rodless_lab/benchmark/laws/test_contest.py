@@ -23,7 +23,7 @@ from rodless_lab.benchmark.laws.contest import Score, contest, score
 from rodless_lab.benchmark.laws.entries import Entry, entry, of_package, users
 from rodless_lab.benchmark.laws.tables import markdown, rows
 from rodless_lab.benchmark.laws.tasks import FRICTION, Steps, Task, random_steps, rigs, tasks
-from rodless_lab.cli.laws import main
+from rodless_lab.cli.laws import MOST_RIGS, main
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS
 from rodless_sim import RigParameters
@@ -203,3 +203,27 @@ def test_bad_options_are_refused_in_one_line(
         assert len(capsys.readouterr().err.splitlines()) == 1
     with pytest.raises(SystemExit):
         main(["--rigs", "0"], Quiet())
+
+
+def test_more_rigs_than_fit_into_memory_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the command line, in one line with value and bound: before, 10 million took 38 GB."""
+    for rigs_wanted in (MOST_RIGS + 1, 10_000_001):
+        with pytest.raises(SystemExit) as ended:
+            main(["--rigs", str(rigs_wanted), "--output", str(tmp_path / "out")], Quiet())
+        assert ended.value.code == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"--rigs: {rigs_wanted} refused, must be 100000 or less" in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_seed_that_draws_nothing_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Code 2 and the bound; it was a traceback. No folder is made."""
+    arguments = ["--seed", "3000000000", "--law", "pid", "--output", str(tmp_path / "out")]
+    assert main(arguments, Quiet()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "seed 3000000000 refused: must be a whole number from 0 to 2147483647"
+    assert not (tmp_path / "out").exists()
