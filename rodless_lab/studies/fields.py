@@ -47,6 +47,8 @@ class Fields:
     @classmethod
     def of(cls, where: str, value: object) -> "Fields":
         """Take a mapping of names; raises StudyError for what is none."""
+        if value is None:
+            raise StudyError(f"{where}: is empty, must be names and values")
         if not isinstance(value, dict) or not all(isinstance(name, str) for name in value):
             raise StudyError(f"{where}: {shown(value)} refused, must be names and values")
         return cls(where, value)

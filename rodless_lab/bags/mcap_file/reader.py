@@ -19,7 +19,16 @@ from typing import NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, MessageIndex, Metadata, MetadataIndex, Schema
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
 
 from rodless_lab.bags.decompress import Decompressor, TooLargeError
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
@@ -82,6 +91,7 @@ class McapReader:
             try:
                 if record.opcode == Opcode.DATA_END:
                     _check_data(content, record)
+                    self._check_count(content, record)
                     self.complete = content[-len(MAGIC) :] == MAGIC
                     return
                 yield from self._messages_in(record)
@@ -96,6 +106,15 @@ class McapReader:
             whole = self.index.end == len(content) - len(MAGIC)
             what = "it lacks the end of its data" if whole else "a record of no possible length"
             raise McapError(f"is damaged at byte {self.index.end}: {what}")
+
+    def _check_count(self, content: mmap.mmap, end: _Record) -> None:
+        """Raise :class:`McapError` where the file says that it has more messages, or fewer."""
+        found = sum(stretch.counts.total() for stretch in self.index.stretches)
+        for record in _records(content, end.end):
+            if record.opcode == Opcode.STATISTICS:
+                wanted = Statistics.read(_stream(record.content)).message_count
+                if wanted != found:
+                    raise McapError(f"holds {found} messages, its statistics {wanted}")
 
     def _messages_in(self, record: _Record) -> Iterator[McapMessage]:
         if record.opcode == 0:

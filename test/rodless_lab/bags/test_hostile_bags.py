@@ -22,14 +22,14 @@ import lz4.frame
 import pytest
 import yaml
 import zstandard
-from mcap.records import Channel, Chunk, Header, Message, Schema
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message, Schema
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 
 from rodless_lab.bags import decompress, recorded_topics
 from rodless_lab.bags import reader as bag_reader
-from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, encoded
+from rodless_lab.bags.mcap_file.index import MAGIC, encoded
 from rodless_lab.bags.metadata import METADATA_FILE, BagError
 from rodless_lab.bags.reader import read_bag
 from rodless_lab.bags.writer import recover_bag
@@ -56,10 +56,11 @@ def records(
 
 
 def file_of(path: Path, content: bytes) -> Path:
-    """Write a bag of one storage file, closed properly, without metadata.yaml."""
+    """Write a bag of one storage file, closed properly, without summary or metadata.yaml."""
     path.mkdir()
-    begin = MAGIC + encoded([Header(profile="ros2", library="")]) + content
-    (path / "bag_0.mcap").write_bytes(begin + McapIndex().tail(len(begin)))
+    end = [DataEnd(data_section_crc=0), Footer(0, 0, 0)]
+    begin = MAGIC + encoded([Header(profile="ros2", library="")])
+    (path / "bag_0.mcap").write_bytes(begin + content + encoded(end) + MAGIC)
     return path
 
 

@@ -25,6 +25,7 @@ from rodless_lab.bags.writer import BagWriter
 from rodless_lab.cli import recover
 
 FLOAT, INT = "std_msgs/msg/Float64", "std_msgs/msg/Int64"
+MESSAGE = struct.Struct("<BQHIQQ")  # the kind of record, its length, and its own head
 
 Messages = list[tuple[str, bytes, int, int]]  # type, payload, log and publish time
 
@@ -175,6 +176,23 @@ def test_recovery_does_not_call_a_wrong_checksum_sound(
     assert recover.main([str(folder)], Quiet()) == 2
     assert "the checksum of all data before is wrong" in capsys.readouterr().err
     assert bag.read_bytes() == before
+
+
+def test_a_message_that_is_gone_is_missed(tmp_path: Path) -> None:
+    """Without chunks and checksum the file's own count tells, where there is one."""
+    whole = written(tmp_path / "x.mcap", numbers(10), use_chunking=False)
+    content = whole.read_bytes()
+    one = len(MESSAGE.pack(0x05, 0, 0, 0, 0, 0)) + len(numbers(1)[0][1])
+    begin = content.index(struct.pack("<d", 3.0)) + 8 - one
+    assert content[begin] == 0x05
+    bag = tmp_path / "y.mcap"
+    bag.write_bytes(content[:begin] + content[begin + one :])
+    with pytest.raises(BagError, match=r"damaged at byte \d+: holds 9 messages, its statistics 10"):
+        read_bag(bag)
+    found = read_bag(bag, recover=True)["/x"].fields["data"].tolist()
+    assert found == [0.0, 1.0, 2.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    bag = written(tmp_path / "z.mcap", numbers(10), use_chunking=False, use_statistics=False)
+    assert len(read_bag(bag)["/x"]) == 10
 
 
 @pytest.mark.parametrize("length", [0, 2])

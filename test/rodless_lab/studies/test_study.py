@@ -244,6 +244,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("sensors: perfect", "sensors: 'perfect' refused, must be base, ideal or data-sheet"),
         ("vry: {}", "vry: no such field; did you mean vary?"),
         ("[1, 2]", "[1, 2] refused, must be names and values"),
+        ("# nothing yet", "is empty, must be names and values"),
         ("run: 0", "run: 0 refused, must be names and values"),
         ("vary: []", "vary: [] refused, must be names and values"),
         ("set: false", "set: False refused, must be names and values"),

@@ -552,6 +552,15 @@ def test_a_number_that_was_counted_is_no_further_answer() -> None:
     assert bench.times == [0, 1, 1]
 
 
+def test_an_answer_that_was_lost_is_known_by_the_next_one() -> None:
+    """The sample was offered again: the answer to that is the last one there can be."""
+    bench = under_way()
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    bench.plant.receive(6.0, 52)
+    assert bench.times == [0, 1, 1, 2]
+
+
 def test_what_another_sends_without_a_number_is_not_counted() -> None:
     """It is known by name; the commander answers late, both offers."""
     bench = Bench()
@@ -619,6 +628,18 @@ def test_of_two_of_one_name_the_one_that_is_left_is_followed(left: str) -> None:
         assert bench.times[-1] == 1
         bench.plant.receive(6.0, number)
     assert bench.times == [0, 1, 1, 1, 2]
+
+
+@pytest.mark.parametrize("first", [1, 2])
+def test_of_one_that_was_started_again_a_number_counts_once(first: int) -> None:
+    """What comes once more, or was sent before, does not act."""
+    bench = killed_and_started_again(50)
+    bench.plant.receive(6.0, first)
+    bench.plant.receive(9.0, 1)
+    bench.clock += 1.1 * TIMEOUT
+    bench.plant.poll()
+    assert bench.times == [0, 1, 1, 2]
+    assert bench.samples[-1][1].voltage == 6.0
 
 
 def test_one_that_took_over_before_the_first_answer_owes_its_own() -> None:
