@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from rodless_lab.bags.being_written import still_written, writer_of
 from rodless_lab.bags.decompress import Decompressor, is_zstd
-from rodless_lab.bags.mcap_file.reader import McapError, McapReader
+from rodless_lab.bags.mcap_file.reader import McapReader
+from rodless_lab.bags.mcap_file.records import McapError
 from rodless_lab.bags.metadata import COMPRESSED, BagError, BagTopic, memory_for
 from rodless_lab.bags.recorded_topics import Profiles, RecordedTopics
 from rodless_lab.bags.sqlite_file import left_beside, sqlite_messages

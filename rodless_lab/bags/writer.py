@@ -22,7 +22,8 @@ from rodless_lab.bags.being_written import locked
 from rodless_lab.bags.decompress import Decompressor, is_zstd
 from rodless_lab.bags.description_check import READ_ANYHOW, RECOVER, other_counts
 from rodless_lab.bags.mcap_file.index import McapIndex
-from rodless_lab.bags.mcap_file.reader import McapError, McapReader
+from rodless_lab.bags.mcap_file.reader import McapReader
+from rodless_lab.bags.mcap_file.records import McapError
 from rodless_lab.bags.mcap_file.writer import McapWriter
 from rodless_lab.bags.message_definition import message_definition
 from rodless_lab.bags.metadata import (

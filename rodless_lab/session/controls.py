@@ -95,7 +95,7 @@ class Controls(LiveSession):
         low, high = (cast(float, one) for one in self.parameters("controller", RANGE).values())
         if not low <= position <= high:
             raise RefusedError(
-                f"setpoint {position:g} m refused, must be from {low:g} to {high:g} m "
+                f"setpoint {position:.12g} m refused, must be from {low:.12g} to {high:.12g} m "
                 f"({', '.join(RANGE)})"
             )
 

@@ -10,6 +10,7 @@
 
 import contextlib
 import math
+import re
 import time
 from collections.abc import Callable
 
@@ -40,6 +41,12 @@ ABSENT_AFTER = 1.0
 CHECKED = {"reference.type", "reference.minimum", "reference.maximum"}
 
 REFUSED = "set-points refused"
+# How the lines of its log begin that say what is wrong with one.
+SET_POINT = "set-point: "
+VALUE = re.compile(r"([-+.\w]+) m ")
+
+# In s: what is refused after that is not what the reference might follow yet.
+FOLLOWS_WITHIN = 0.3
 
 
 class StandstillError(RuntimeError):
@@ -53,7 +60,9 @@ class SetpointMove:
         """Prepare a move to ``target`` (m)."""
         self._rig = rig
         self._target = target
-        self._refused_before = 0
+        self._sent_at = 0.0
+        # What was refused before ours, None where the controller had not said.
+        self._refused_before: int | None = None
         self._refusal: str | None = None
         self._last_sample = time.monotonic()
         # The last set-point (m) that anybody has sent, when (ns), and whether ours has gone out.
@@ -116,8 +125,15 @@ class SetpointMove:
 
     def _take_log(self, message: Log) -> None:
         logger = self._rig.name(CONTROLLER).strip("/").replace("/", ".")
-        if message.name == logger and "refused" in message.msg:
+        if message.name == logger and self._is_about_ours(message.msg):
             self._refusal = message.msg
+
+    def _is_about_ours(self, line: str) -> bool:
+        """Whether ``line`` says that our set-point is refused: others may send wrong ones, too."""
+        if not line.startswith(SET_POINT):
+            return False
+        value = VALUE.match(line, len(SET_POINT))
+        return value is None or math.isclose(float(value[1]), self._target, rel_tol=1e-5)
 
     def _check_target(self) -> None:
         names = set(self._rig.observer.parameter_names(CONTROLLER)) & CHECKED
@@ -131,8 +147,8 @@ class SetpointMove:
         low, high = values.get("reference.minimum"), values.get("reference.maximum")
         if isinstance(low, float) and isinstance(high, float) and not low <= self._target <= high:
             raise RigError(
-                f"{self._target * 1e3:g} mm refused: the controller takes {low * 1e3:g} to "
-                f"{high * 1e3:g} mm (reference.minimum, reference.maximum)"
+                f"{self._target * 1e3:.12g} mm refused: the controller takes {low * 1e3:.12g} to "
+                f"{high * 1e3:.12g} mm (reference.minimum, reference.maximum)"
             )
 
     def _wait_until_heard(self) -> None:
@@ -243,6 +259,7 @@ class SetpointMove:
     def _send(self) -> None:
         self._refused_before = self._refused
         self._refusal = None
+        self._sent_at = time.monotonic()
         self._is_out = False
         self.track.begin(time.time_ns())
         self._setpoint.publish(Float64(data=self._target))
@@ -258,13 +275,24 @@ class SetpointMove:
         return silent and not self._rig.is_known(PLANT)
 
     @property
-    def _refused(self) -> int:
+    def _refused(self) -> int | None:
         said = self._rig.diagnostic(CONTROLLER)
-        return count_among(said.values, REFUSED) if said is not None else 0
+        return count_among(said.values, REFUSED) if said is not None else None
 
     @property
     def _is_refused(self) -> bool:
-        return self._refusal is not None or self._refused > self._refused_before
+        """Whether the log says so, or the count, where the reference has not followed."""
+        if self.track.is_taken:
+            return False
+        return self._refusal is not None or self._is_counted
+
+    @property
+    def _is_counted(self) -> bool:
+        """Whether more is refused than before, as long ago as the reference needs to follow."""
+        said, before = self._rig.diagnostic(CONTROLLER), self._refused_before
+        if said is None or before is None or said.arrived < self._sent_at + FOLLOWS_WITHIN:
+            return False
+        return count_among(said.values, REFUSED) > before
 
 
 def _value_taker(take: Callable[[int, float], None]) -> Callable[[Float64, Info], None]:

@@ -145,6 +145,11 @@ class Track:
         return self._elsewhere is not None and min(self._rested) > LONG and not self.has_settled
 
     @property
+    def is_taken(self) -> bool:
+        """Whether the reference has changed since the set-point went out, or was there already."""
+        return self._changed is not None or self.reference == self._target
+
+    @property
     def is_followed(self) -> bool:
         """Whether the reference has changed since the set-point went out, or need not."""
         return self._changed is not None or self._from_sending is not None

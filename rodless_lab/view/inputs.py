@@ -50,8 +50,8 @@ def set_point(value: object, parameters: Mapping[str, object]) -> float:
     low, high = parameters.get("reference.minimum"), parameters.get("reference.maximum")
     if isinstance(low, float) and isinstance(high, float) and not low <= target <= high:
         raise ViewError(
-            f"{target * 1e3:g} mm refused: the controller takes {low * 1e3:g} to "
-            f"{high * 1e3:g} mm (reference.minimum, reference.maximum)"
+            f"{target * 1e3:.12g} mm refused: the controller takes {low * 1e3:.12g} to "
+            f"{high * 1e3:.12g} mm (reference.minimum, reference.maximum)"
         )
     return target
 

@@ -125,6 +125,9 @@ class Lockstep(TimeKeeper):
             self._take_of_either(voltage, number, self._second)
         elif number is None or self._is_in_turn(number):
             self._take(voltage, number)
+        elif self._started and len(self._present) > 1:  # the one that was taken for dead
+            self._several_answer = True
+            self._hold()
 
     def connect(self, in_all: int) -> None:
         """Look whether one of the publishers is another's."""

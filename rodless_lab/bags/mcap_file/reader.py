@@ -13,11 +13,9 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
-from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
@@ -32,8 +30,16 @@ from mcap.records import (
 
 from rodless_lab.bags.decompress import Decompressor, TooLargeError
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
+from rodless_lab.bags.mcap_file.records import (
+    McapError,
+    Record,
+    find_whole,
+    is_chunk,
+    is_message_index,
+    read_as,
+    records,
+)
 
-_HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _CHECKSUM = struct.Struct("<I")
 
@@ -41,8 +47,19 @@ _CHECKSUM = struct.Struct("<I")
 LARGEST_TIME = 2**63 - 1
 
 
-class McapError(ValueError):
-    """The file is not MCAP, or is damaged or too large where the text says."""
+NO_LENGTH = "a record of no possible length"
+
+_DEFINITIONS = (Opcode.SCHEMA, Opcode.CHANNEL)
+# What stands before all data, or behind them.
+_ELSEWHERE = (
+    Opcode.HEADER,
+    Opcode.FOOTER,
+    Opcode.CHUNK_INDEX,
+    Opcode.ATTACHMENT_INDEX,
+    Opcode.STATISTICS,
+    Opcode.METADATA_INDEX,
+    Opcode.SUMMARY_OFFSET,
+)
 
 
 class McapMessage(NamedTuple):
@@ -53,13 +70,6 @@ class McapMessage(NamedTuple):
     log_time: int
     publish_time: int
     data: bytes
-
-
-class _Record(NamedTuple):
-    opcode: int
-    start: int
-    content: bytes
-    end: int
 
 
 class McapReader:
@@ -87,7 +97,7 @@ class McapReader:
 
     def _messages(self, content: mmap.mmap) -> Iterator[McapMessage]:
         self.index.end = len(MAGIC)
-        for record in _records(content, len(MAGIC)):
+        for record in records(content, len(MAGIC)):
             try:
                 if record.opcode == Opcode.DATA_END:
                     _check_data(content, record)
@@ -104,48 +114,60 @@ class McapReader:
         if len(content) > len(MAGIC) and content[-len(MAGIC) :] == MAGIC:
             # It was closed, so nothing is cut off.
             whole = self.index.end == len(content) - len(MAGIC)
-            what = "it lacks the end of its data" if whole else "a record of no possible length"
+            what = "it lacks the end of its data" if whole else NO_LENGTH
             raise McapError(f"is damaged at byte {self.index.end}: {what}")
+        behind = find_whole(content, self.index.end, self.index.channels)
+        if behind is not None:
+            raise McapError(
+                f"is damaged at byte {self.index.end}: {NO_LENGTH}, with a whole one behind it at "
+                f"byte {behind}"
+            )
 
-    def _check_count(self, content: mmap.mmap, end: _Record) -> None:
+    def _check_count(self, content: mmap.mmap, end: Record) -> None:
         """Raise :class:`McapError` where the file says that it has more messages, or fewer."""
         found = sum(stretch.counts.total() for stretch in self.index.stretches)
-        for record in _records(content, end.end):
+        for record in records(content, end.end):
             if record.opcode == Opcode.STATISTICS:
-                wanted = Statistics.read(_stream(record.content)).message_count
+                wanted = read_as(Statistics, record.content).message_count
                 if wanted != found:
                     raise McapError(f"holds {found} messages, its statistics {wanted}")
 
-    def _messages_in(self, record: _Record) -> Iterator[McapMessage]:
+    def _messages_in(self, record: Record) -> Iterator[McapMessage]:
         if record.opcode == 0:
             raise McapError("a record of no kind")
         if record.opcode == Opcode.CHUNK:
             yield from self._messages_in_chunk(record)
         elif record.opcode == Opcode.MESSAGE:
+            if self._is_behind_chunk and is_message_index(record.content):
+                raise McapError("the index of a chunk that calls itself a message")
             message = self._message(record.content)
             self._count_loose(record.start, message)
             yield message
         elif record.opcode == Opcode.MESSAGE_INDEX:
             self._add_message_index(record)
         elif record.opcode == Opcode.METADATA:
-            name = Metadata.read(_stream(record.content)).name
+            name = read_as(Metadata, record.content).name
             length = record.end - record.start
             self.index.metadata.append(MetadataIndex(record.start, length, name))
-        else:
+        elif record.opcode in _DEFINITIONS:
             self._add_definition(record)
+        elif record.opcode in _ELSEWHERE and record.start > len(MAGIC):
+            raise McapError(f"a record of kind {record.opcode:#04x} among the data")
+        elif is_chunk(record.content):
+            raise McapError(f"a chunk that calls itself a record of kind {record.opcode:#04x}")
 
-    def _messages_in_chunk(self, record: _Record) -> Iterator[McapMessage]:
-        chunk = Chunk.read(_stream(record.content))
+    def _messages_in_chunk(self, record: Record) -> Iterator[McapMessage]:
+        chunk = read_as(Chunk, record.content)
         content = self._decompressor.chunk(chunk.compression, chunk.data, chunk.uncompressed_size)
         if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
             raise McapError("the checksum of a chunk is wrong")
         entries: dict[int, list[tuple[int, int]]] = {}
-        for inner in _records(content, 0):
+        for inner in records(content, 0):
             if inner.opcode == Opcode.MESSAGE:
                 message = self._message(inner.content)
                 entries.setdefault(message.channel, []).append((message.log_time, inner.start))
                 yield message
-            else:
+            elif inner.opcode in _DEFINITIONS:
                 self._add_definition(inner)
         index = ChunkIndex(
             chunk_length=record.end - record.start,
@@ -170,45 +192,38 @@ class McapReader:
             raise McapError(f"holds a message of the unknown channel {message.channel}")
         return message
 
-    def _add_message_index(self, record: _Record) -> None:
+    def _add_message_index(self, record: Record) -> None:
         index = self.index.stretches[-1].index if self.index.stretches else None
-        if index is not None:
-            channel = MessageIndex.read(_stream(record.content)).channel_id
-            index.message_index_offsets[channel] = record.start
-            index.message_index_length += record.end - record.start
+        if index is None:
+            raise McapError("the index of a chunk, behind none")
+        channel = read_as(MessageIndex, record.content).channel_id
+        index.message_index_offsets[channel] = record.start
+        index.message_index_length += record.end - record.start
+
+    @property
+    def _is_behind_chunk(self) -> bool:
+        stretches = self.index.stretches
+        return bool(stretches) and stretches[-1].index is not None
 
     def _count_loose(self, start: int, message: McapMessage) -> None:
         time, stretches = message.log_time, self.index.stretches
-        if not stretches or stretches[-1].index is not None:
+        if not stretches or self._is_behind_chunk:
             stretches.append(Stretch(start, time, time, Counter()))
         stretch = stretches[-1]
         stretch.counts[message.channel] += 1
         stretch.first_time = min(stretch.first_time, time)
         stretch.last_time = max(stretch.last_time, time)
 
-    def _add_definition(self, record: _Record) -> None:
+    def _add_definition(self, record: Record) -> None:
         if record.opcode == Opcode.SCHEMA:
-            schema = Schema.read(_stream(record.content))
+            schema = read_as(Schema, record.content)
             self.index.schemas[schema.id] = schema
-        elif record.opcode == Opcode.CHANNEL:
-            channel = Channel.read(_stream(record.content))
+        else:
+            channel = read_as(Channel, record.content)
             self.index.channels[channel.id] = channel
 
 
-def _records(content: mmap.mmap | bytes, start: int) -> Iterator[_Record]:
-    """Yield the whole records from offset ``start``; stop before one that is cut."""
-    size = len(content)
-    while start + _HEAD.size <= size:
-        opcode, length = _HEAD.unpack_from(content, start)
-        begin = start + _HEAD.size
-        end = begin + length
-        if end > size:
-            return
-        yield _Record(opcode, start, content[begin:end], end)
-        start = end
-
-
-def _check_data(content: mmap.mmap, end: _Record) -> None:
+def _check_data(content: mmap.mmap, end: Record) -> None:
     """Raise :class:`McapError` where the file has a checksum of all its data, and another one."""
     (wanted,) = _CHECKSUM.unpack_from(end.content)
     if not wanted:
@@ -225,7 +240,3 @@ def _message(content: bytes) -> McapMessage:
         time = max(log_time, publish_time)
         raise McapError(f"a message of {time} ns, later than ROS can express (2**63 ns)")
     return McapMessage(channel, sequence, log_time, publish_time, content[_MESSAGE.size :])
-
-
-def _stream(content: bytes) -> ReadDataStream:
-    return ReadDataStream(BytesIO(content))

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import pytest
 from mcap.opcode import Opcode
+from mcap.writer import CompressionType, Writer
 from rosbags.highlevel import AnyReader
 
 from rodless_lab.bags.mcap_file.index import MAGIC
@@ -411,12 +412,8 @@ def test_a_length_that_leads_out_of_a_closed_file_is_no_cut_end(
     if not described:
         (bag / "metadata.yaml").unlink()
     file = bag / "sample_0.mcap"
-    content, place, chunks = bytearray(file.read_bytes()), len(MAGIC), list[int]()
-    while place < len(content) - len(MAGIC):
-        opcode, length = struct.unpack_from("<BQ", content, place)
-        if opcode == Opcode.CHUNK:
-            chunks.append(place)
-        place += struct.calcsize("<BQ") + length
+    content = bytearray(file.read_bytes())
+    chunks = heads(content)[Opcode.CHUNK]
     content[chunks[1] + 5] ^= 0x40
     file.write_bytes(content)
     said = f"is damaged at byte {chunks[1]}: a record of no possible length"
@@ -426,6 +423,90 @@ def test_a_length_that_leads_out_of_a_closed_file_is_no_cut_end(
         recover_bag(bag)
     assert file.read_bytes() == content
     assert 0 < len(read_bag(bag, recover=True)["/joint_states"]) < 300
+
+
+def heads(content: bytes) -> dict[int, list[int]]:
+    """Where the records of each kind begin."""
+    found: dict[int, list[int]] = {}
+    place = len(MAGIC)
+    while place < len(content) - len(MAGIC):
+        opcode, length = struct.unpack_from("<BQ", content, place)
+        found.setdefault(opcode, []).append(place)
+        place += struct.calcsize("<BQ") + length
+    return found
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_flipped_bit_in_the_head_of_a_record_costs_no_message_in_silence(
+    sample_bag, tmp_path: Path, *, closed: bool
+) -> None:
+    """A kind or length that is wrong may lead past others, out of the file or to nowhere.
+
+    What stands behind it is neither left out nor taken for a cut end. The description is lost, too.
+    """
+    whole = payloads(read_bag(sample_bag.path))
+    content = (sample_bag.path / "sample_0.mcap").read_bytes()
+    records = heads(content)
+    if not closed:
+        content = content[: records[Opcode.DATA_END][0]]
+    bag = tmp_path / "bag"
+    refused = 0
+    for kind in (Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.METADATA):
+        begin = records[kind][len(records[kind]) // 2]
+        for bit in range(8 * struct.calcsize("<BQ")):
+            damaged = bytearray(content)
+            damaged[begin + bit // 8] ^= 1 << bit % 8
+            shutil.rmtree(bag, ignore_errors=True)
+            bag.mkdir()
+            (bag / "sample_0.mcap").write_bytes(damaged)
+            try:
+                recover_bag(bag)
+                assert payloads(read_bag(bag)) == whole, (kind, bit, begin, len(content))
+            except BagError:
+                refused += 1
+                assert (bag / "sample_0.mcap").read_bytes() == damaged
+    assert refused > 100
+
+
+def test_a_killed_recording_of_uncompressed_chunks_can_be_recovered(tmp_path: Path) -> None:
+    """Whole messages stand behind where it is cut: they are within the chunk that was begun."""
+    with (tmp_path / "whole").open("wb") as file:
+        writer = Writer(file, chunk_size=1000, compression=CompressionType.NONE)
+        writer.start("ros2")
+        schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")
+        channel = writer.register_channel("/x", "cdr", schema)
+        for k in range(100):
+            writer.add_message(channel, k, bytes(12), k)
+        writer.finish()
+    content = (tmp_path / "whole").read_bytes()
+    chunks = heads(content)[Opcode.CHUNK]
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    (bag / "bag_0.mcap").write_bytes(content[: chunks[-1] - 100])
+    recover_bag(bag)
+    assert len(read_bag(bag)["/x"]) > 30
+
+
+@pytest.mark.parametrize("damaged", [5, -2])
+def test_a_message_of_no_possible_length_is_no_cut_end(tmp_path: Path, damaged: int) -> None:
+    """Without chunks whole messages behind it tell, the last one of a killed recording at least."""
+    with (tmp_path / "whole").open("wb") as file:
+        writer = Writer(file, use_chunking=False)
+        writer.start("ros2")
+        schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")
+        channel = writer.register_channel("/x", "cdr", schema)
+        for k in range(20):
+            writer.add_message(channel, k, bytes(12), k)
+        writer.finish()
+    content = bytearray((tmp_path / "whole").read_bytes())
+    found = heads(content)
+    del content[found[Opcode.DATA_END][0] :]
+    content[found[Opcode.MESSAGE][damaged] + 4] = 1
+    (tmp_path / "whole").unlink()
+    (tmp_path / "bag_0.mcap").write_bytes(content)
+    with pytest.raises(BagError, match="a record of no possible length, with a whole one behind"):
+        recover_bag(tmp_path)
+    assert (tmp_path / "bag_0.mcap").read_bytes() == content
 
 
 def test_a_closed_file_without_an_end_of_its_data_is_damaged(tmp_path: Path) -> None:

@@ -1,0 +1,136 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""The records of an MCAP file one by one, and whether whole ones stand where none should."""
+
+import mmap
+import re
+import struct
+from collections.abc import Container, Iterator
+from io import BytesIO
+from typing import NamedTuple, Protocol, TypeVar
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+
+Content = mmap.mmap | bytes
+
+_HEAD = struct.Struct("<BQ")
+_CHANNEL = struct.Struct("<H")
+_LEAST_MESSAGE = 22
+_INDEX = struct.Struct("<HI")
+_PAIR = 16
+
+# Times, size and checksum come before the name of a chunk's compression, and the length of its
+# records behind it.
+_BEFORE_NAME = 28
+_LENGTH = struct.Struct("<I")
+_LONG_LENGTH = struct.Struct("<Q")
+_COMPRESSIONS = (b"", b"lz4", b"zstd")
+
+# Chunks, or messages without one, shorter than a terabyte.
+_LIKELY = re.compile(rb"(?=[\x05\x06].{5}\0\0\0)", re.DOTALL)
+
+T_co = TypeVar("T_co", covariant=True)
+T = TypeVar("T")
+
+
+class McapError(ValueError):
+    """The file is not MCAP, or is damaged or too large where the text says."""
+
+
+class Kind(Protocol[T_co]):
+    """A class of records of the mcap library."""
+
+    @staticmethod
+    def read(stream: ReadDataStream) -> T_co:
+        """Read one."""
+
+
+class Record(NamedTuple):
+    """A record, with where it starts and ends."""
+
+    opcode: int
+    start: int
+    content: bytes
+    end: int
+
+
+def records(content: Content, start: int) -> Iterator[Record]:
+    """Yield the whole records from offset ``start``; stop before one that is cut."""
+    size = len(content)
+    while start + _HEAD.size <= size:
+        opcode, length = _HEAD.unpack_from(content, start)
+        begin = start + _HEAD.size
+        end = begin + length
+        if end > size:
+            return
+        yield Record(opcode, start, content[begin:end], end)
+        start = end
+
+
+def read_as(kind: Kind[T], content: bytes) -> T:
+    """Return what a record holds; raises :class:`McapError` where something is left of it."""
+    stream = BytesIO(content)
+    found = kind.read(ReadDataStream(stream))
+    left = len(content) - stream.tell()
+    if left:
+        raise McapError(f"a record with {left} bytes too many")
+    return found
+
+
+def is_chunk(content: bytes) -> bool:
+    """Whether ``content`` is built as that of a chunk, whatever its record calls itself."""
+    for name in _COMPRESSIONS:
+        start = _BEFORE_NAME + _LENGTH.size + len(name) + _LONG_LENGTH.size
+        if len(content) < start:
+            continue
+        told = _LENGTH.pack(len(name)) + name + _LONG_LENGTH.pack(len(content) - start)
+        if content[_BEFORE_NAME:start] == told:
+            return True
+    return False
+
+
+def is_message_index(content: bytes) -> bool:
+    """Whether ``content`` is built as that of a message index: a channel, and pairs of numbers."""
+    if len(content) < _INDEX.size:
+        return False
+    _, length = _INDEX.unpack_from(content)
+    return bool(length == len(content) - _INDEX.size and length % _PAIR == 0)
+
+
+def find_whole(content: Content, start: int, channels: Container[int]) -> int | None:
+    """Return where a whole chunk or message stands behind ``start``, None if none does.
+
+    What was cut off has nothing behind it, but for the messages within a chunk.
+    """
+    in_chunk = content[start : start + 1] == bytes([Opcode.CHUNK])
+    for likely in _LIKELY.finditer(content, start + 1):
+        found = next(records(content, likely.start()), None)
+        if found is None:
+            continue
+        if found.opcode == Opcode.CHUNK:
+            is_whole = is_chunk(found.content)
+        else:
+            is_whole = not in_chunk and _is_followed_message(content, found, channels)
+        if is_whole:
+            return found.start
+    return None
+
+
+def _is_followed_message(content: Content, found: Record, channels: Container[int]) -> bool:
+    following = next(records(content, found.end), None)
+    if following is None:
+        return found.end == len(content) and _is_message(found, channels)
+    return all(_is_message(one, channels) for one in (found, following))
+
+
+def _is_message(record: Record, channels: Container[int]) -> bool:
+    if record.opcode != Opcode.MESSAGE or len(record.content) < _LEAST_MESSAGE:
+        return False
+    return _CHANNEL.unpack_from(record.content)[0] in channels
