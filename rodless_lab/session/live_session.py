@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
+from diagnostic_msgs.msg import DiagnosticStatus
+
 from rodless_base.one_line import shown
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.catch_up import CatchUp
@@ -25,6 +27,7 @@ from rodless_lab.session.observer import Observer
 from rodless_lab.session.plant_hears import PlantHears
 from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.receiver import Receiver
+from rodless_lab.session.running_rig import PLANT, is_silent
 from rodless_lab.session.samples import Received, Sample, instant
 
 OUTSIDE = "this session does not run: use it inside its with block"
@@ -157,10 +160,18 @@ class LiveSession:
             watched = (self._law_watch, self._own, self._plant_hears)
             silence = "".join(one.silence for one in watched if one is not None)
             silence += "; the plant is paused: resume() lets it go on" if self._paused else ""
-            text = f"{error}{silence}{self._processes.ended}"
+            text = f"{error}{silence}{self._processes.held}{self._complaint}"
             raise WaitTimeoutError(self._processes.with_outputs(text)) from error
         finally:
             self._answering = before
+
+    @property
+    def _complaint(self) -> str:
+        """What a plant in lock-step says that it waits for, to complete the text of a wait."""
+        said = self._observer.diagnostics.get(self._observer.node.resolve_topic_name(PLANT))
+        if self._mode != "lockstep" or is_silent(said) or said is None:
+            return ""
+        return "" if said.level == DiagnosticStatus.OK else f"; the plant says: {said.message}"
 
     def _catch_up(self) -> None:
         """Take what the plant has sent until now: a test has not heard of it while it computed.

@@ -114,6 +114,7 @@ class NodeProcess:
         self._opening = OpeningProcess()
         self._meant_to_run = False
         self._over = True
+        self.is_frozen = False
         self.had_to_be_killed = False  # because it did not end when it was asked to
         if output is not None:
             output.touch()
@@ -136,7 +137,7 @@ class NodeProcess:
                 raise HarnessError(
                     f"{self.name}: {shown(self._command[0])} cannot be started: {error.strerror}"
                 ) from error
-        self._meant_to_run = True
+        self._meant_to_run, self.is_frozen = True, False
         self._over = False
         self._guard.tell(f"+{self._process.pid}")
 
@@ -183,10 +184,12 @@ class NodeProcess:
     def freeze(self) -> None:
         """Hold it where it is; it answers nothing until :meth:`thaw`."""
         self.signal(signal.SIGSTOP)
+        self.is_frozen = True
 
     def thaw(self) -> None:
         """Let it go on."""
         self.signal(signal.SIGCONT)
+        self.is_frozen = False
 
     def kill(self) -> None:
         """End it at once."""

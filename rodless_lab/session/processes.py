@@ -264,10 +264,15 @@ class SessionProcesses:
         return self._processes.get(node) or (self._processes.get("rig") if own else None)
 
     @property
-    def ended(self) -> str:
-        """Say which the test has ended, to complete the text of a wait; empty where none is."""
-        names = [one.name for one in self._processes.values() if one.exit_code is not None]
-        return "".join(f"; the {name} was ended by the test" for name in names)
+    def held(self) -> str:
+        """Say what the test has ended or frozen, to complete the text of a wait; empty for none."""
+        said = []
+        for name, process in self._processes.items():
+            if process.exit_code is not None:
+                said.append(f"; the {name} was ended by the test")
+            elif process.is_frozen:
+                said.append(f"; the {name} was frozen by the test: thaw({name!r}) lets it go on")
+        return "".join(said)
 
     def with_outputs(self, text: str) -> str:
         """Return ``text`` and below it the last lines of each output that is kept."""

@@ -344,6 +344,20 @@ def test_a_set_point_that_a_frozen_controller_has_not_got_is_told_of(
         rig.setpoint(0.05)
 
 
+def test_a_wait_for_a_frozen_plant_says_so(rig_session: StartSession) -> None:
+    """Until it is thawed."""
+    rig = rig_session(plant=SLOW)
+    rig.freeze("plant")
+    with pytest.raises(
+        WaitTimeoutError, match=r"the plant was frozen by the test: thaw\('plant'\)"
+    ):
+        rig.run_for(0.1, timeout=0.5)
+    rig.thaw("plant")
+    with pytest.raises(WaitTimeoutError) as caught:
+        rig.wait_until(lambda: False, "nothing", timeout=0.1)
+    assert "frozen" not in str(caught.value)
+
+
 def test_a_killed_process_of_both_nodes_is_named(rig_session: StartSession) -> None:
     """Where they share one, it is that which was ended."""
     rig = rig_session(plant=SLOW, one_process=True)

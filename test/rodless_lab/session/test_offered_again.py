@@ -27,6 +27,7 @@ from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
 from rodless_lab.harness import RigSession
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
+from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.plant_hears import PlantHears
 from rodless_lab.session.samples import Received, Sample, Stamped, Unstamped
 from rodless_sim import RigParameters, simulate
@@ -148,6 +149,28 @@ def test_a_run_goes_on_once_another_commander_is_gone(
     rig.wait_until(lambda: "more than one" in rig.diagnostics("plant")["message"], "it to hold")
     other.destroy_node()
     check_goes_on(rig, relayed)
+
+
+def test_a_publisher_of_the_commanders_own_name_is_told_of_once_it_sends(
+    rig_session: StartSession,
+) -> None:
+    """It is silent at first, as a dead one is that the middleware has not missed yet.
+
+    The plant holds then, and the wait says so; with it gone the run is the one without it.
+    """
+    rig = begin(rig_session, relayed=False)
+    node = rig.observer.node
+    other = node.create_publisher(Float64, VALVE_VOLTAGE, 1000)
+    rig.run_until(0.1)
+    for _ in range(300):
+        other.publish(Float64(data=9.0))
+    with pytest.raises(WaitTimeoutError, match="the plant says: more than one publisher on "):
+        rig.run_until(0.2, timeout=3.0)
+    node.destroy_publisher(other)
+    rig.run_until(0.2)
+    run = rig.samples()
+    voltage = 5.0 + 4.0 * run.time[:200]
+    assert np.array_equal(run.position[:201], simulate(RigParameters(), voltage, 1e-3).position)
 
 
 @dataclass
