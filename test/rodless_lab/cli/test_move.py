@@ -8,8 +8,10 @@
 
 """`rodless move`: the carriage of a running rig goes where it is sent, and is measured."""
 
+import math
 import re
 import signal
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -187,6 +189,30 @@ def test_a_move_whose_set_point_is_replaced_says_by_which(
         observer.wait(sent, "the other set-points to go out")
         assert move.wait() == 2
     assert "another set-point, 60 mm, has taken the place of this one" in move.output
+
+
+def test_a_move_beside_another_that_sends_nonsense_goes_on(
+    rodless: StartProcess, observer: Observer
+) -> None:
+    """The controller refuses what is no number, and says so, but not of this set-point."""
+    sender = observer.publisher(Float64, "/setpoint")
+    last = 0.0
+
+    def ended() -> bool:
+        nonlocal last
+        if time.monotonic() - last > 0.05:
+            last = time.monotonic()
+            sender.publish(Float64(data=math.nan))
+        return move.exit_code is not None
+
+    try:
+        with rodless("move", "45") as move:
+            observer.wait(ended, "the move to end", 60.0)
+            assert move.wait() == 0, move.output
+        assert observer.counter("/controller", "set-points refused", fresh=True) > 2
+    finally:
+        observer.node.destroy_publisher(sender)
+    assert "to 45 mm" in move.output
 
 
 def test_a_move_whose_rig_ends_does_not_wait_for_it(

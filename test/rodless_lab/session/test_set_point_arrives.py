@@ -8,12 +8,15 @@
 
 """What a move waits for before it sends its set-point, and before it ends; without ROS."""
 
+import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 
+from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.errors import InterruptedRunError
 from rodless_lab.session.move import SetpointMove
 from rodless_lab.session.running_rig import RunningRig
@@ -48,6 +51,10 @@ class Rig(RunningRig):
     def diagnostic(self, node: str) -> None:
         """They report nothing."""
 
+    def name(self, node: str) -> str:
+        """It is in the root namespace."""
+        return f"/{node}"
+
     def check_alone(self) -> None:
         """There is no other."""
 
@@ -56,7 +63,7 @@ class Track:
     """A carriage that is there at once, by a controller whose first commands take their time."""
 
     has_samples = has_references = has_settled = True
-    was_reset = is_elsewhere = False
+    was_reset = is_elsewhere = is_taken = False
 
     def __init__(self, commands: Iterator[bool]) -> None:
         self._commands = commands
@@ -150,3 +157,59 @@ def test_who_does_not_wait_for_the_last_receipt_keeps_the_measurement() -> None:
     move.track = Track(iter([True]))
     move.prepare()
     assert move.make(1.0, lambda _: None, lambda _: None) == "measured"
+
+
+MUST = "refused, must be from reference.minimum (0 m) to reference.maximum (0.05 m)"
+
+
+@pytest.mark.parametrize(
+    ("line", "refused"),
+    [
+        (f"set-point: 0.058 m {MUST}", True),
+        ("set-point: 0.058 m ignored, reference.type is sine; set-points need setpoint", True),
+        ("set-point: ignored, the controller is disabled; ~/enable it first", True),
+        (f"set-point: 0.3 m {MUST}", False),
+        ("set-point: nan m refused, must be a finite number", False),
+        ("command: refused, it names the joints gripper, not carriage", False),
+    ],
+)
+def test_what_another_has_sent_wrong_is_not_this_moves(line: str, *, refused: bool) -> None:
+    """The controller's log has a line for everybody."""
+    move = SetpointMove(Rig(iter([True])), 0.058)
+    move._take_log(SimpleNamespace(name="controller", msg=line))
+    assert move._is_refused is refused
+    move.track.take_sample(0, 0, 0.0)
+    move.track.begin()
+    for reference in (0.0, 0.058):
+        move.track.take_reference(1, reference)
+    assert not move._is_refused, "it is on its way there"
+
+
+@pytest.mark.parametrize(
+    ("before", "count", "late", "refused"),
+    [(3, 4, 1.0, True), (3, 3, 1.0, False), (None, 4, 1.0, False), (3, 4, 0.0, False)],
+)
+def test_what_was_refused_before_is_not_counted(
+    before: int | None, count: int, late: float, *, refused: bool
+) -> None:
+    """Nor while the reference may still follow, nor where nothing was known."""
+
+    def report(number: int | None, arrived: float) -> Diagnostic | None:
+        if number is None:
+            return None
+        values = {"set-points refused": str(number)}
+        return Diagnostic(DiagnosticStatus.OK, "controlling", values, arrived)
+
+    class Told(Rig):
+        said = report(before, time.monotonic())
+
+        def diagnostic(self, node: str) -> Diagnostic | None:  # type: ignore[override]
+            return self.said if node == "controller" else None
+
+    rig = Told(iter([True]))
+    move = SetpointMove(rig, 0.058)
+    move.track = Track(iter([True]))
+    move._listen()
+    move._send()
+    rig.said = report(count, time.monotonic() + late)
+    assert move._is_refused is refused
