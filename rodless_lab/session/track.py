@@ -70,7 +70,8 @@ class Track:
         self._sent.append(sent)
         self._stamps.append(stamp)
         self._positions.append(position)
-        if self._first is None or abs(position - self._target) > SETTLING_BAND:
+        # A sensor that is gone says NaN.
+        if self._first is None or not abs(position - self._target) <= SETTLING_BAND:
             self._inside_since = None
         elif self._inside_since is None:
             self._inside_since = stamp

@@ -140,9 +140,10 @@ class Lockstep(TimeKeeper):
         if self._own.last is not None and number <= self._own.last:
             self._out_of_turn = True
             return False
-        # The first, or more than are due; where there is another publisher, it may be its.
+        # The first, or more than are due; where there is another publisher, or was until now, it
+        # may be its.
         self._look_who_commands()
-        is_alone = self._own.last is None or len(self._present) == 1
+        is_alone = self._own.last is None or (len(self._present) == 1 and self._crowd.is_settled)
         return is_alone and self._may_be_one and bool(self._offered_to)
 
     def _take(self, voltage: float, number: int | None) -> None:

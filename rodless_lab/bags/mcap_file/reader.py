@@ -31,21 +31,19 @@ from mcap.records import (
 from rodless_lab.bags.decompress import Decompressor, TooLargeError
 from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
 from rodless_lab.bags.mcap_file.records import (
+    LARGEST_TIME,
+    MESSAGE,
     McapError,
     Record,
     find_whole,
     is_chunk,
+    is_message,
     is_message_index,
     read_as,
     records,
 )
 
-_MESSAGE = struct.Struct("<HIQQ")
 _CHECKSUM = struct.Struct("<I")
-
-# In ns: ROS counts them with a sign, the file without.
-LARGEST_TIME = 2**63 - 1
-
 
 NO_LENGTH = "a record of no possible length"
 
@@ -155,6 +153,8 @@ class McapReader:
             raise McapError(f"a record of kind {record.opcode:#04x} among the data")
         elif is_chunk(record.content):
             raise McapError(f"a chunk that calls itself a record of kind {record.opcode:#04x}")
+        elif self._is_among_messages and is_message(record.content, self.index.channels):
+            raise McapError(f"a message that calls itself a record of kind {record.opcode:#04x}")
 
     def _messages_in_chunk(self, record: Record) -> Iterator[McapMessage]:
         chunk = read_as(Chunk, record.content)
@@ -201,6 +201,10 @@ class McapReader:
         index.message_index_length += record.end - record.start
 
     @property
+    def _is_among_messages(self) -> bool:
+        return bool(self.index.stretches) and not self._is_behind_chunk
+
+    @property
     def _is_behind_chunk(self) -> bool:
         stretches = self.index.stretches
         return bool(stretches) and stretches[-1].index is not None
@@ -235,8 +239,8 @@ def _check_data(content: mmap.mmap, end: Record) -> None:
 
 
 def _message(content: bytes) -> McapMessage:
-    channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content)
+    channel, sequence, log_time, publish_time = MESSAGE.unpack_from(content)
     if log_time > LARGEST_TIME or publish_time > LARGEST_TIME:
         time = max(log_time, publish_time)
         raise McapError(f"a message of {time} ns, later than ROS can express (2**63 ns)")
-    return McapMessage(channel, sequence, log_time, publish_time, content[_MESSAGE.size :])
+    return McapMessage(channel, sequence, log_time, publish_time, content[MESSAGE.size :])

@@ -11,7 +11,7 @@
 import mmap
 import re
 import struct
-from collections.abc import Container, Iterator
+from collections.abc import Collection, Container, Iterator
 from io import BytesIO
 from typing import NamedTuple, Protocol, TypeVar
 
@@ -21,8 +21,7 @@ from mcap.opcode import Opcode
 Content = mmap.mmap | bytes
 
 _HEAD = struct.Struct("<BQ")
-_CHANNEL = struct.Struct("<H")
-_LEAST_MESSAGE = 22
+MESSAGE = struct.Struct("<HIQQ")
 _INDEX = struct.Struct("<HI")
 _PAIR = 16
 
@@ -33,8 +32,11 @@ _LENGTH = struct.Struct("<I")
 _LONG_LENGTH = struct.Struct("<Q")
 _COMPRESSIONS = (b"", b"lz4", b"zstd")
 
-# Chunks, or messages without one, shorter than a terabyte.
-_LIKELY = re.compile(rb"(?=[\x05\x06].{5}\0\0\0)", re.DOTALL)
+# Chunks and their indices, or messages without one, shorter than a terabyte.
+_LIKELY = re.compile(rb"(?=[\x05-\x07].{5}\0\0\0)", re.DOTALL)
+
+# In ns; ROS counts them with a sign.
+LARGEST_TIME = 2**63 - 1
 
 T_co = TypeVar("T_co", covariant=True)
 T = TypeVar("T")
@@ -104,8 +106,8 @@ def is_message_index(content: bytes) -> bool:
     return bool(length == len(content) - _INDEX.size and length % _PAIR == 0)
 
 
-def find_whole(content: Content, start: int, channels: Container[int]) -> int | None:
-    """Return where a whole chunk or message stands behind ``start``, None if none does.
+def find_whole(content: Content, start: int, channels: Collection[int]) -> int | None:
+    """Return where a whole chunk, its index or a message stands behind ``start``, None for nowhere.
 
     What was cut off has nothing behind it, but for the messages within a chunk.
     """
@@ -116,21 +118,32 @@ def find_whole(content: Content, start: int, channels: Container[int]) -> int | 
             continue
         if found.opcode == Opcode.CHUNK:
             is_whole = is_chunk(found.content)
+        elif found.opcode == Opcode.MESSAGE_INDEX:
+            is_whole = is_message_index(found.content) and len(found.content) > _INDEX.size
         else:
-            is_whole = not in_chunk and _is_followed_message(content, found, channels)
+            is_whole = not in_chunk and _are_messages(content, found, channels)
         if is_whole:
             return found.start
     return None
 
 
-def _is_followed_message(content: Content, found: Record, channels: Container[int]) -> bool:
+def _are_messages(content: Content, found: Record, channels: Collection[int]) -> bool:
+    """Whether ``found`` and what follows it are messages, one of them of ``channels`` if any are.
+
+    Where none is known yet, what is damaged stands before them.
+    """
     following = next(records(content, found.end), None)
-    if following is None:
-        return found.end == len(content) and _is_message(found, channels)
-    return all(_is_message(one, channels) for one in (found, following))
-
-
-def _is_message(record: Record, channels: Container[int]) -> bool:
-    if record.opcode != Opcode.MESSAGE or len(record.content) < _LEAST_MESSAGE:
+    if following is None and found.end != len(content):
         return False
-    return _CHANNEL.unpack_from(record.content)[0] in channels
+    both = [found] if following is None else [found, following]
+    if not all(one.opcode == Opcode.MESSAGE and is_message(one.content) for one in both):
+        return False
+    return not channels or any(is_message(one.content, channels) for one in both)
+
+
+def is_message(content: bytes, channels: Container[int] | None = None) -> bool:
+    """Whether ``content`` may be that of a message, of one of ``channels`` where they are given."""
+    if len(content) < MESSAGE.size:
+        return False
+    channel, _, *times = MESSAGE.unpack_from(content)
+    return max(times) <= LARGEST_TIME and (channels is None or channel in channels)

@@ -487,9 +487,34 @@ def test_a_killed_recording_of_uncompressed_chunks_can_be_recovered(tmp_path: Pa
     assert len(read_bag(bag)["/x"]) > 30
 
 
-@pytest.mark.parametrize("damaged", [5, -2])
-def test_a_message_of_no_possible_length_is_no_cut_end(tmp_path: Path, damaged: int) -> None:
-    """Without chunks whole messages behind it tell, the last one of a killed recording at least."""
+def test_the_last_chunk_is_not_cut_where_its_indices_stand(sample_bag, tmp_path: Path) -> None:
+    """A killed recording, and a flipped bit in the length of the chunk that it ended with."""
+    content = bytearray((sample_bag.path / "sample_0.mcap").read_bytes())
+    found = heads(content)
+    del content[found[Opcode.DATA_END][0] :]
+    content[found[Opcode.CHUNK][-1] + 5] ^= 0x40
+    (tmp_path / "sample_0.mcap").write_bytes(content)
+    with pytest.raises(BagError, match="a record of no possible length, with a whole one behind"):
+        recover_bag(tmp_path)
+    assert (tmp_path / "sample_0.mcap").read_bytes() == content
+
+
+@pytest.mark.parametrize(
+    ("kind", "damaged", "place", "bit"),
+    [
+        (Opcode.HEADER, 0, 4, 1),
+        (Opcode.SCHEMA, 0, 4, 1),
+        (Opcode.CHANNEL, 0, 4, 1),
+        (Opcode.MESSAGE, 5, 4, 1),
+        (Opcode.MESSAGE, -2, 4, 1),
+        (Opcode.MESSAGE, 5, 0, 0x80),
+        (Opcode.MESSAGE, 5, 0, 0x10),
+    ],
+)
+def test_damage_to_a_bag_without_chunks_is_no_cut_end(
+    tmp_path: Path, kind: Opcode, damaged: int, place: int, bit: int
+) -> None:
+    """Whole messages behind a record of no possible length tell, and one of an unknown kind."""
     with (tmp_path / "whole").open("wb") as file:
         writer = Writer(file, use_chunking=False)
         writer.start("ros2")
@@ -501,10 +526,11 @@ def test_a_message_of_no_possible_length_is_no_cut_end(tmp_path: Path, damaged: 
     content = bytearray((tmp_path / "whole").read_bytes())
     found = heads(content)
     del content[found[Opcode.DATA_END][0] :]
-    content[found[Opcode.MESSAGE][damaged] + 4] = 1
+    content[found[kind][damaged] + place] ^= bit
     (tmp_path / "whole").unlink()
     (tmp_path / "bag_0.mcap").write_bytes(content)
-    with pytest.raises(BagError, match="a record of no possible length, with a whole one behind"):
+    said = "of no possible length, with a whole one behind" if place else "that calls itself a"
+    with pytest.raises(BagError, match=said):
         recover_bag(tmp_path)
     assert (tmp_path / "bag_0.mcap").read_bytes() == content
 

@@ -199,3 +199,14 @@ def test_a_controller_that_says_nothing_follows_nothing_else() -> None:
     for stamp in range(end, end + 5000 * PERIOD, PERIOD):
         track.take_sample(sent(stamp), stamp, 0.0)
     assert not track.is_elsewhere
+
+
+def test_a_sensor_that_is_gone_is_nowhere_near() -> None:
+    """NaN in place of positions: the carriage that was there already has not settled."""
+    track = Track(0.02)
+    track.take_reference(0, 0.02)
+    track.take_sample(1, 0, 0.02)
+    track.begin(2)
+    for k in range(1, 20):
+        track.take_sample(2 + k, k * STAY, math.nan)
+    assert not track.has_settled
