@@ -153,7 +153,7 @@ class McapReader:
             raise McapError(f"a record of kind {record.opcode:#04x} among the data")
         elif is_chunk(record.content):
             raise McapError(f"a chunk that calls itself a record of kind {record.opcode:#04x}")
-        elif self._is_among_messages and is_message(record.content, self.index.channels):
+        elif self._is_lost_message(record):
             raise McapError(f"a message that calls itself a record of kind {record.opcode:#04x}")
 
     def _messages_in_chunk(self, record: Record) -> Iterator[McapMessage]:
@@ -200,9 +200,11 @@ class McapReader:
         index.message_index_offsets[channel] = record.start
         index.message_index_length += record.end - record.start
 
-    @property
-    def _is_among_messages(self) -> bool:
-        return bool(self.index.stretches) and not self._is_behind_chunk
+    def _is_lost_message(self, record: Record) -> bool:
+        """Whether a record of an unknown kind, behind a message without chunk, is built as one."""
+        if record.opcode == Opcode.ATTACHMENT or not self.index.stretches or self._is_behind_chunk:
+            return False
+        return is_message(record.content, self.index.channels)
 
     @property
     def _is_behind_chunk(self) -> bool:
