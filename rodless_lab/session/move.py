@@ -282,9 +282,7 @@ class SetpointMove:
     @property
     def _is_refused(self) -> bool:
         """Whether the log says so, or the count, where the reference has not followed."""
-        if self.track.is_taken:
-            return False
-        return self._refusal is not None or self._is_counted
+        return self._refusal is not None or (self._is_counted and not self.track.is_taken)
 
     @property
     def _is_counted(self) -> bool:

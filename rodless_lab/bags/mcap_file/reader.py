@@ -39,6 +39,7 @@ from rodless_lab.bags.mcap_file.records import (
     is_chunk,
     is_message,
     is_message_index,
+    log_time,
     read_as,
     records,
 )
@@ -46,6 +47,8 @@ from rodless_lab.bags.mcap_file.records import (
 _CHECKSUM = struct.Struct("<I")
 
 NO_LENGTH = "a record of no possible length"
+
+_HOUR = 3600 * 10**9
 
 _DEFINITIONS = (Opcode.SCHEMA, Opcode.CHANNEL)
 # What stands before all data, or behind them.
@@ -204,7 +207,10 @@ class McapReader:
         """Whether a record of an unknown kind, behind a message without chunk, is built as one."""
         if record.opcode == Opcode.ATTACHMENT or not self.index.stretches or self._is_behind_chunk:
             return False
-        return is_message(record.content, self.index.channels)
+        if not is_message(record.content, self.index.channels):
+            return False
+        last = self.index.stretches[-1]
+        return last.first_time - _HOUR <= log_time(record.content) <= last.last_time + _HOUR
 
     @property
     def _is_behind_chunk(self) -> bool:

@@ -23,7 +23,8 @@ Content = mmap.mmap | bytes
 _HEAD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
 _INDEX = struct.Struct("<HI")
-_PAIR = 16
+_PAIR = 16  # log time and offset
+_TIMES = struct.Struct("<QQ")
 
 # Times, size and checksum come before the name of a chunk's compression, and the length of its
 # records behind it.
@@ -112,6 +113,7 @@ def find_whole(content: Content, start: int, channels: Collection[int]) -> int |
     What was cut off has nothing behind it, but for the messages within a chunk.
     """
     in_chunk = content[start : start + 1] == bytes([Opcode.CHUNK])
+    times = _chunk_times(content, start) if in_chunk else None
     for likely in _LIKELY.finditer(content, start + 1):
         found = next(records(content, likely.start()), None)
         if found is None:
@@ -119,7 +121,7 @@ def find_whole(content: Content, start: int, channels: Collection[int]) -> int |
         if found.opcode == Opcode.CHUNK:
             is_whole = is_chunk(found.content)
         elif found.opcode == Opcode.MESSAGE_INDEX:
-            is_whole = is_message_index(found.content) and len(found.content) > _INDEX.size
+            is_whole = times is not None and _is_index_within(found.content, *times)
         else:
             is_whole = not in_chunk and _are_messages(content, found, channels)
         if is_whole:
@@ -127,16 +129,36 @@ def find_whole(content: Content, start: int, channels: Collection[int]) -> int |
     return None
 
 
+def _chunk_times(content: Content, start: int) -> tuple[int, int] | None:
+    """Return from when to when (ns) the messages are of a chunk that begins at ``start``."""
+    begin = start + _HEAD.size
+    if begin + _TIMES.size > len(content):
+        return None
+    first, last = _TIMES.unpack_from(content, begin)
+    return first, last
+
+
+def _is_index_within(content: bytes, first: int, last: int) -> bool:
+    """Whether ``content`` is that of an index of a chunk of such times (ns), and has an entry."""
+    if len(content) < _INDEX.size + _PAIR or not is_message_index(content):
+        return False
+    time, _ = _TIMES.unpack_from(content, _INDEX.size)
+    return bool(first <= time <= last)
+
+
 def _are_messages(content: Content, found: Record, channels: Collection[int]) -> bool:
     """Whether ``found`` and what follows it are messages, one of them of ``channels`` if any are.
 
-    Where none is known yet, what is damaged stands before them.
+    Where none is known yet, what is damaged stands before them; that of the other may have been
+    damaged. Zeros are no message: pictures have many.
     """
     following = next(records(content, found.end), None)
     if following is None and found.end != len(content):
         return False
     both = [found] if following is None else [found, following]
     if not all(one.opcode == Opcode.MESSAGE and is_message(one.content) for one in both):
+        return False
+    if not all(log_time(one.content) for one in both):
         return False
     return not channels or any(is_message(one.content, channels) for one in both)
 
@@ -147,3 +169,8 @@ def is_message(content: bytes, channels: Container[int] | None = None) -> bool:
         return False
     channel, _, *times = MESSAGE.unpack_from(content)
     return max(times) <= LARGEST_TIME and (channels is None or channel in channels)
+
+
+def log_time(content: bytes) -> int:
+    """Return when (ns) a message was recorded whose record has ``content``."""
+    return int(MESSAGE.unpack_from(content)[2])
