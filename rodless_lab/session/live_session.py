@@ -167,9 +167,9 @@ class LiveSession:
 
     @property
     def _complaint(self) -> str:
-        """What a plant in lock-step says that it waits for, to complete the text of a wait."""
+        """What a plant in lock-step warns of, to complete the text of a wait."""
         said = self._observer.diagnostics.get(self._observer.node.resolve_topic_name(PLANT))
-        if self._mode != "lockstep" or is_silent(said) or said is None:
+        if self._mode != "lockstep" or said is None or is_silent(said):
             return ""
         return "" if said.level == DiagnosticStatus.OK else f"; the plant says: {said.message}"
 

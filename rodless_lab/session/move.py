@@ -28,6 +28,7 @@ from rodless_lab.session.errors import InterruptedRunError
 from rodless_lab.session.running_rig import CONTROLLER, NODES, PLANT, RigError, RunningRig
 from rodless_lab.session.setpoint import has_arrived, hears_all_setpoints, setpoint_is_heard
 from rodless_lab.session.track import MoveResult, Track
+from rodless_lab.session.travel import BY_THEMSELVES, outside_travel
 
 # Wall-clock s, for the nodes to be found, and for their first or next message. Fast DDS takes up to
 # 3 s to match a topic, and diagnostics come once a second.
@@ -45,7 +46,8 @@ REFUSED = "set-points refused"
 SET_POINT = "set-point: "
 VALUE = re.compile(r"([-+.\w]+) m ")
 
-# In s: what is refused after that is not what the reference might follow yet.
+# In s, within which the reference of a controller that takes a set-point is heard to move: only a
+# later report tells by its count.
 FOLLOWS_WITHIN = 0.3
 
 
@@ -139,17 +141,13 @@ class SetpointMove:
         names = set(self._rig.observer.parameter_names(CONTROLLER)) & CHECKED
         values = self._rig.observer.get_parameters(CONTROLLER, sorted(names))
         kind = values.get("reference.type")
-        if kind in ("step", "sine"):
+        if kind in BY_THEMSELVES:
             raise RigError(
                 f"reference.type is {kind}, which takes no set-points; change it with "
                 "rodless set reference.type=setpoint"
             )
-        low, high = values.get("reference.minimum"), values.get("reference.maximum")
-        if isinstance(low, float) and isinstance(high, float) and not low <= self._target <= high:
-            raise RigError(
-                f"{self._target * 1e3:.12g} mm refused: the controller takes {low * 1e3:.12g} to "
-                f"{high * 1e3:.12g} mm (reference.minimum, reference.maximum)"
-            )
+        if refusal := outside_travel(self._target, values):
+            raise RigError(refusal)
 
     def _wait_until_heard(self) -> None:
         nodes = [node for node in NODES if self._rig.is_known(node)]
@@ -282,15 +280,15 @@ class SetpointMove:
     @property
     def _is_refused(self) -> bool:
         """Whether the log says so, or the count, where the reference has not followed."""
-        return self._refusal is not None or (self._is_counted and not self.track.is_taken)
+        return self._refusal is not None or (self._is_refused_by_count and not self.track.is_taken)
 
     @property
-    def _is_counted(self) -> bool:
-        """Whether more is refused than before, as long ago as the reference needs to follow."""
-        said, before = self._rig.diagnostic(CONTROLLER), self._refused_before
-        if said is None or before is None or said.arrived < self._sent_at + FOLLOWS_WITHIN:
+    def _is_refused_by_count(self) -> bool:
+        """Whether a report that came once the reference would have followed counts more."""
+        said, count, before = self._rig.diagnostic(CONTROLLER), self._refused, self._refused_before
+        if said is None or count is None or before is None:
             return False
-        return count_among(said.values, REFUSED) > before
+        return count > before and said.arrived >= self._sent_at + FOLLOWS_WITHIN
 
 
 def _value_taker(take: Callable[[int, float], None]) -> Callable[[Float64, Info], None]:

@@ -14,13 +14,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 from rodless_base.one_line import shown
+from rodless_lab.session.travel import BY_THEMSELVES, outside_travel
 from rodless_lab.view.errors import ViewError
 
 # As many periods as one request may step.
 MOST_STEPS = 1000
-
-# Reference types that take no set-points.
-BY_THEMSELVES = ("step", "sine")
 
 _BAG_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
@@ -47,12 +45,8 @@ def set_point(value: object, parameters: Mapping[str, object]) -> float:
     kind = parameters.get("reference.type")
     if kind in BY_THEMSELVES:
         raise ViewError(f"reference.type is {kind}, which takes no set-points; choose setpoint")
-    low, high = parameters.get("reference.minimum"), parameters.get("reference.maximum")
-    if isinstance(low, float) and isinstance(high, float) and not low <= target <= high:
-        raise ViewError(
-            f"{target * 1e3:.12g} mm refused: the controller takes {low * 1e3:.12g} to "
-            f"{high * 1e3:.12g} mm (reference.minimum, reference.maximum)"
-        )
+    if refusal := outside_travel(target, parameters):
+        raise ViewError(refusal)
     return target
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 from rodless_base.constants import CLOSED_VOLTAGE, STANDARD_ATMOSPHERE, STROKE
 from rodless_base.parameters import ParameterError
-from rodless_lab.view.inputs import BY_THEMSELVES
+from rodless_lab.session.travel import BY_THEMSELVES
 from rodless_lab.view.playback import Playback
 from rodless_lab.view.samples import History, spool_of, value
 from rodless_lab.view.valve_flows import EdgeFlows, ValveFlows

@@ -46,7 +46,7 @@ from rodless_lab.bags.mcap_file.records import (
 
 _CHECKSUM = struct.Struct("<I")
 
-NO_LENGTH = "a record of no possible length"
+_NO_LENGTH = "a record of no possible length"
 
 _HOUR = 3600 * 10**9
 
@@ -115,12 +115,12 @@ class McapReader:
         if len(content) > len(MAGIC) and content[-len(MAGIC) :] == MAGIC:
             # It was closed, so nothing is cut off.
             whole = self.index.end == len(content) - len(MAGIC)
-            what = "it lacks the end of its data" if whole else NO_LENGTH
+            what = "it lacks the end of its data" if whole else _NO_LENGTH
             raise McapError(f"is damaged at byte {self.index.end}: {what}")
         behind = find_whole(content, self.index.end, self.index.channels)
         if behind is not None:
             raise McapError(
-                f"is damaged at byte {self.index.end}: {NO_LENGTH}, with a whole one behind it at "
+                f"is damaged at byte {self.index.end}: {_NO_LENGTH}, with a whole one behind it at "
                 f"byte {behind}"
             )
 
@@ -129,7 +129,7 @@ class McapReader:
         found = sum(stretch.counts.total() for stretch in self.index.stretches)
         for record in records(content, end.end):
             if record.opcode == Opcode.STATISTICS:
-                wanted = read_as(Statistics, record.content).message_count
+                wanted = read_as(Statistics.read, record.content).message_count
                 if wanted != found:
                     raise McapError(f"holds {found} messages, its statistics {wanted}")
 
@@ -139,7 +139,7 @@ class McapReader:
         if record.opcode == Opcode.CHUNK:
             yield from self._messages_in_chunk(record)
         elif record.opcode == Opcode.MESSAGE:
-            if self._is_behind_chunk and is_message_index(record.content):
+            if self._last_chunk_index is not None and is_message_index(record.content):
                 raise McapError("the index of a chunk that calls itself a message")
             message = self._message(record.content)
             self._count_loose(record.start, message)
@@ -147,7 +147,7 @@ class McapReader:
         elif record.opcode == Opcode.MESSAGE_INDEX:
             self._add_message_index(record)
         elif record.opcode == Opcode.METADATA:
-            name = read_as(Metadata, record.content).name
+            name = read_as(Metadata.read, record.content).name
             length = record.end - record.start
             self.index.metadata.append(MetadataIndex(record.start, length, name))
         elif record.opcode in _DEFINITIONS:
@@ -160,7 +160,7 @@ class McapReader:
             raise McapError(f"a message that calls itself a record of kind {record.opcode:#04x}")
 
     def _messages_in_chunk(self, record: Record) -> Iterator[McapMessage]:
-        chunk = read_as(Chunk, record.content)
+        chunk = read_as(Chunk.read, record.content)
         content = self._decompressor.chunk(chunk.compression, chunk.data, chunk.uncompressed_size)
         if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
             raise McapError("the checksum of a chunk is wrong")
@@ -190,36 +190,41 @@ class McapReader:
         )
 
     def _message(self, content: bytes) -> McapMessage:
-        message = _message(content)
-        if message.channel not in self.index.channels:
-            raise McapError(f"holds a message of the unknown channel {message.channel}")
-        return message
+        channel, sequence, logged, published = MESSAGE.unpack_from(content)
+        if (time := max(logged, published)) > LARGEST_TIME:
+            raise McapError(f"a message of {time} ns, later than ROS can express (2**63 ns)")
+        if channel not in self.index.channels:
+            raise McapError(f"holds a message of the unknown channel {channel}")
+        return McapMessage(channel, sequence, logged, published, content[MESSAGE.size :])
 
     def _add_message_index(self, record: Record) -> None:
-        index = self.index.stretches[-1].index if self.index.stretches else None
+        index = self._last_chunk_index
         if index is None:
             raise McapError("the index of a chunk, behind none")
-        channel = read_as(MessageIndex, record.content).channel_id
+        channel = read_as(MessageIndex.read, record.content).channel_id
         index.message_index_offsets[channel] = record.start
         index.message_index_length += record.end - record.start
 
     def _is_lost_message(self, record: Record) -> bool:
         """Whether a record of an unknown kind, behind a message without chunk, is built as one."""
-        if record.opcode == Opcode.ATTACHMENT or not self.index.stretches or self._is_behind_chunk:
+        if record.opcode == Opcode.ATTACHMENT or not is_message(
+            record.content, self.index.channels
+        ):
             return False
-        if not is_message(record.content, self.index.channels):
+        last = self.index.stretches[-1] if self.index.stretches else None
+        if last is None or last.index is not None:
             return False
-        last = self.index.stretches[-1]
         return last.first_time - _HOUR <= log_time(record.content) <= last.last_time + _HOUR
 
     @property
-    def _is_behind_chunk(self) -> bool:
+    def _last_chunk_index(self) -> ChunkIndex | None:
+        """That of the chunk that came last, None behind messages without one and before all."""
         stretches = self.index.stretches
-        return bool(stretches) and stretches[-1].index is not None
+        return stretches[-1].index if stretches else None
 
     def _count_loose(self, start: int, message: McapMessage) -> None:
         time, stretches = message.log_time, self.index.stretches
-        if not stretches or self._is_behind_chunk:
+        if not stretches or self._last_chunk_index is not None:
             stretches.append(Stretch(start, time, time, Counter()))
         stretch = stretches[-1]
         stretch.counts[message.channel] += 1
@@ -228,10 +233,10 @@ class McapReader:
 
     def _add_definition(self, record: Record) -> None:
         if record.opcode == Opcode.SCHEMA:
-            schema = read_as(Schema, record.content)
+            schema = read_as(Schema.read, record.content)
             self.index.schemas[schema.id] = schema
         else:
-            channel = read_as(Channel, record.content)
+            channel = read_as(Channel.read, record.content)
             self.index.channels[channel.id] = channel
 
 
@@ -244,11 +249,3 @@ def _check_data(content: mmap.mmap, end: Record) -> None:
         found = zlib.crc32(data)
     if found != wanted:
         raise McapError("the checksum of all data before is wrong")
-
-
-def _message(content: bytes) -> McapMessage:
-    channel, sequence, log_time, publish_time = MESSAGE.unpack_from(content)
-    if log_time > LARGEST_TIME or publish_time > LARGEST_TIME:
-        time = max(log_time, publish_time)
-        raise McapError(f"a message of {time} ns, later than ROS can express (2**63 ns)")
-    return McapMessage(channel, sequence, log_time, publish_time, content[MESSAGE.size :])

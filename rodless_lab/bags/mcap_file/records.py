@@ -11,9 +11,9 @@
 import mmap
 import re
 import struct
-from collections.abc import Collection, Container, Iterator
+from collections.abc import Callable, Collection, Container, Iterator
 from io import BytesIO
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, TypeVar
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -39,20 +39,11 @@ _LIKELY = re.compile(rb"(?=[\x05-\x07].{5}\0\0\0)", re.DOTALL)
 # In ns; ROS counts them with a sign.
 LARGEST_TIME = 2**63 - 1
 
-T_co = TypeVar("T_co", covariant=True)
 T = TypeVar("T")
 
 
 class McapError(ValueError):
     """The file is not MCAP, or is damaged or too large where the text says."""
-
-
-class Kind(Protocol[T_co]):
-    """A class of records of the mcap library."""
-
-    @staticmethod
-    def read(stream: ReadDataStream) -> T_co:
-        """Read one."""
 
 
 class Record(NamedTuple):
@@ -77,10 +68,10 @@ def records(content: Content, start: int) -> Iterator[Record]:
         start = end
 
 
-def read_as(kind: Kind[T], content: bytes) -> T:
-    """Return what a record holds; raises :class:`McapError` where something is left of it."""
+def read_as(read: Callable[[ReadDataStream], T], content: bytes) -> T:
+    """Return what ``read`` finds in a record; raises :class:`McapError` where something is left."""
     stream = BytesIO(content)
-    found = kind.read(ReadDataStream(stream))
+    found = read(ReadDataStream(stream))
     left = len(content) - stream.tell()
     if left:
         raise McapError(f"a record with {left} bytes too many")

@@ -15,6 +15,7 @@ import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -425,6 +426,19 @@ def test_a_length_that_leads_out_of_a_closed_file_is_no_cut_end(
     assert 0 < len(read_bag(bag, recover=True)["/joint_states"]) < 300
 
 
+def by_another(count: int, **options: object) -> bytearray:
+    """Return a file of so many messages on ``/x`` as the mcap library writes it."""
+    file = BytesIO()
+    writer = Writer(file, **options)
+    writer.start("ros2")
+    schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")
+    channel = writer.register_channel("/x", "cdr", schema)
+    for k in range(count):
+        writer.add_message(channel, k, bytes(12), k)
+    writer.finish()
+    return bytearray(file.getvalue())
+
+
 def heads(content: bytes) -> dict[int, list[int]]:
     """Where the records of each kind begin."""
     found: dict[int, list[int]] = {}
@@ -470,15 +484,7 @@ def test_a_flipped_bit_in_the_head_of_a_record_costs_no_message_in_silence(
 
 def test_a_killed_recording_of_uncompressed_chunks_can_be_recovered(tmp_path: Path) -> None:
     """Whole messages stand behind where it is cut: they are within the chunk that was begun."""
-    with (tmp_path / "whole").open("wb") as file:
-        writer = Writer(file, chunk_size=1000, compression=CompressionType.NONE)
-        writer.start("ros2")
-        schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")
-        channel = writer.register_channel("/x", "cdr", schema)
-        for k in range(100):
-            writer.add_message(channel, k, bytes(12), k)
-        writer.finish()
-    content = (tmp_path / "whole").read_bytes()
+    content = by_another(100, chunk_size=1000, compression=CompressionType.NONE)
     found = heads(content)
     begun = found[Opcode.CHUNK][-2]
     bag = tmp_path / "bag"
@@ -521,19 +527,10 @@ def test_damage_to_a_bag_without_chunks_is_no_cut_end(
     tmp_path: Path, kind: Opcode, damaged: int, place: int, bit: int
 ) -> None:
     """Whole messages behind a record of no possible length tell, and one of an unknown kind."""
-    with (tmp_path / "whole").open("wb") as file:
-        writer = Writer(file, use_chunking=False)
-        writer.start("ros2")
-        schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")
-        channel = writer.register_channel("/x", "cdr", schema)
-        for k in range(20):
-            writer.add_message(channel, k, bytes(12), k)
-        writer.finish()
-    content = bytearray((tmp_path / "whole").read_bytes())
+    content = by_another(20, use_chunking=False)
     found = heads(content)
     del content[found[Opcode.DATA_END][0] :]
     content[found[kind][damaged] + place] ^= bit
-    (tmp_path / "whole").unlink()
     (tmp_path / "bag_0.mcap").write_bytes(content)
     said = "of no possible length, with a whole one behind" if place else "that calls itself a"
     with pytest.raises(BagError, match=said):
