@@ -48,6 +48,9 @@ _CHECKSUM = struct.Struct("<I")
 
 _NO_LENGTH = "a record of no possible length"
 
+# The first of the kinds that everybody may use for what is their own.
+_PRIVATE = 0x80
+
 _HOUR = 3600 * 10**9
 
 _DEFINITIONS = (Opcode.SCHEMA, Opcode.CHANNEL)
@@ -87,6 +90,8 @@ class McapReader:
         self.index = McapIndex()
         self.complete = False
         self.last_chunk: dict[int, list[tuple[int, int]]] = {}
+        # Before the first message: of an unknown kind, and built as one.
+        self._doubtful: Record | None = None
 
     def messages(self) -> Iterator[McapMessage]:
         """Yield every message; raises :class:`McapError` and OSError."""
@@ -165,13 +170,19 @@ class McapReader:
         if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
             raise McapError("the checksum of a chunk is wrong")
         entries: dict[int, list[tuple[int, int]]] = {}
+        end = 0
         for inner in records(content, 0):
+            end = inner.end
             if inner.opcode == Opcode.MESSAGE:
                 message = self._message(inner.content)
                 entries.setdefault(message.channel, []).append((message.log_time, inner.start))
                 yield message
             elif inner.opcode in _DEFINITIONS:
                 self._add_definition(inner)
+            elif inner.opcode < _PRIVATE or not chunk.uncompressed_crc:
+                raise McapError(f"a record of kind {inner.opcode:#04x} in a chunk")
+        if end != len(content):
+            raise McapError("a chunk whose last record has no possible length")
         index = ChunkIndex(
             chunk_length=record.end - record.start,
             chunk_start_offset=record.start,
@@ -206,15 +217,27 @@ class McapReader:
         index.message_index_length += record.end - record.start
 
     def _is_lost_message(self, record: Record) -> bool:
-        """Whether a record of an unknown kind, behind a message without chunk, is built as one."""
+        """Whether a record of an unknown kind, among messages without chunk, is built as one."""
         if record.opcode == Opcode.ATTACHMENT or not is_message(
             record.content, self.index.channels
         ):
             return False
-        last = self.index.stretches[-1] if self.index.stretches else None
-        if last is None or last.index is not None:
+        if not self.index.stretches:
+            self._doubtful = record
+            return False
+        last = self.index.stretches[-1]
+        if last.index is not None:
             return False
         return last.first_time - _HOUR <= log_time(record.content) <= last.last_time + _HOUR
+
+    @staticmethod
+    def _check_doubtful(record: Record, first_time: int) -> None:
+        """Raise :class:`McapError` where ``record`` is as old as the first message (ns)."""
+        if abs(first_time - log_time(record.content)) <= _HOUR:
+            raise McapError(
+                f"a message at byte {record.start} calls itself a record of kind "
+                f"{record.opcode:#04x}"
+            )
 
     @property
     def _last_chunk_index(self) -> ChunkIndex | None:
@@ -224,6 +247,8 @@ class McapReader:
 
     def _count_loose(self, start: int, message: McapMessage) -> None:
         time, stretches = message.log_time, self.index.stretches
+        if not stretches and self._doubtful is not None:
+            self._check_doubtful(self._doubtful, time)
         if not stretches or self._last_chunk_index is not None:
             stretches.append(Stretch(start, time, time, Counter()))
         stretch = stretches[-1]

@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeVar
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 
-Content = mmap.mmap | bytes
+Content = mmap.mmap | bytes | memoryview
 
 _HEAD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
@@ -55,8 +55,23 @@ class Record(NamedTuple):
     end: int
 
 
-def records(content: Content, start: int) -> Iterator[Record]:
+class _Place(NamedTuple):
+    """Where a record of which kind stands: its head, its content, and what follows it."""
+
+    opcode: int
+    start: int
+    begin: int
+    end: int
+
+
+def records(content: mmap.mmap | bytes, start: int) -> Iterator[Record]:
     """Yield the whole records from offset ``start``; stop before one that is cut."""
+    for opcode, place, begin, end in _places(content, start):
+        yield Record(opcode, place, content[begin:end], end)
+
+
+def _places(content: Content, start: int) -> Iterator[_Place]:
+    """Where the whole records from offset ``start`` stand."""
     size = len(content)
     while start + _HEAD.size <= size:
         opcode, length = _HEAD.unpack_from(content, start)
@@ -64,7 +79,7 @@ def records(content: Content, start: int) -> Iterator[Record]:
         end = begin + length
         if end > size:
             return
-        yield Record(opcode, start, content[begin:end], end)
+        yield _Place(opcode, start, begin, end)
         start = end
 
 
@@ -78,7 +93,7 @@ def read_as(read: Callable[[ReadDataStream], T], content: bytes) -> T:
     return found
 
 
-def is_chunk(content: bytes) -> bool:
+def is_chunk(content: bytes | memoryview) -> bool:
     """Whether ``content`` is built as that of a chunk, whatever its record calls itself."""
     for name in _COMPRESSIONS:
         start = _BEFORE_NAME + _LENGTH.size + len(name) + _LONG_LENGTH.size
@@ -90,7 +105,7 @@ def is_chunk(content: bytes) -> bool:
     return False
 
 
-def is_message_index(content: bytes) -> bool:
+def is_message_index(content: bytes | memoryview) -> bool:
     """Whether ``content`` is built as that of a message index: a channel, and pairs of numbers."""
     if len(content) < _INDEX.size:
         return False
@@ -98,21 +113,28 @@ def is_message_index(content: bytes) -> bool:
     return bool(length == len(content) - _INDEX.size and length % _PAIR == 0)
 
 
-def find_whole(content: Content, start: int, channels: Collection[int]) -> int | None:
+def find_whole(content: mmap.mmap | bytes, start: int, channels: Collection[int]) -> int | None:
     """Return where a whole chunk, its index or a message stands behind ``start``, None for nowhere.
 
     What was cut off has nothing behind it, but for the messages within a chunk.
     """
+    # Places that look like one overlap: a copy of each would take the square of the file's size.
+    with memoryview(content) as view:
+        return _find_whole(view, start, channels)
+
+
+def _find_whole(content: memoryview, start: int, channels: Collection[int]) -> int | None:
     in_chunk = content[start : start + 1] == bytes([Opcode.CHUNK])
     times = _chunk_times(content, start) if in_chunk else None
     for likely in _LIKELY.finditer(content, start + 1):
-        found = next(records(content, likely.start()), None)
+        found = next(_places(content, likely.start()), None)
         if found is None:
             continue
+        inside = content[found.begin : found.end]
         if found.opcode == Opcode.CHUNK:
-            is_whole = is_chunk(found.content)
+            is_whole = is_chunk(inside)
         elif found.opcode == Opcode.MESSAGE_INDEX:
-            is_whole = times is not None and _is_index_within(found.content, *times)
+            is_whole = times is not None and _is_index_within(inside, *times)
         else:
             is_whole = not in_chunk and _are_messages(content, found, channels)
         if is_whole:
@@ -120,7 +142,7 @@ def find_whole(content: Content, start: int, channels: Collection[int]) -> int |
     return None
 
 
-def _chunk_times(content: Content, start: int) -> tuple[int, int] | None:
+def _chunk_times(content: memoryview, start: int) -> tuple[int, int] | None:
     """Return from when to when (ns) the messages are of a chunk that begins at ``start``."""
     begin = start + _HEAD.size
     if begin + _TIMES.size > len(content):
@@ -129,7 +151,7 @@ def _chunk_times(content: Content, start: int) -> tuple[int, int] | None:
     return first, last
 
 
-def _is_index_within(content: bytes, first: int, last: int) -> bool:
+def _is_index_within(content: memoryview, first: int, last: int) -> bool:
     """Whether ``content`` is that of an index of a chunk of such times (ns), and has an entry."""
     if len(content) < _INDEX.size + _PAIR or not is_message_index(content):
         return False
@@ -137,24 +159,25 @@ def _is_index_within(content: bytes, first: int, last: int) -> bool:
     return bool(first <= time <= last)
 
 
-def _are_messages(content: Content, found: Record, channels: Collection[int]) -> bool:
+def _are_messages(content: memoryview, found: _Place, channels: Collection[int]) -> bool:
     """Whether ``found`` and what follows it are messages, one of them of ``channels`` if any are.
 
     Where none is known yet, what is damaged stands before them; that of the other may have been
     damaged. Zeros are no message: pictures have many.
     """
-    following = next(records(content, found.end), None)
+    following = next(_places(content, found.end), None)
     if following is None and found.end != len(content):
         return False
     both = [found] if following is None else [found, following]
-    if not all(one.opcode == Opcode.MESSAGE and is_message(one.content) for one in both):
+    if not all(place.opcode == Opcode.MESSAGE for place in both):
         return False
-    if not all(log_time(one.content) for one in both):
+    inside = [content[place.begin : place.end] for place in both]
+    if not all(is_message(one) and log_time(one) for one in inside):
         return False
-    return not channels or any(is_message(one.content, channels) for one in both)
+    return not channels or any(is_message(one, channels) for one in inside)
 
 
-def is_message(content: bytes, channels: Container[int] | None = None) -> bool:
+def is_message(content: bytes | memoryview, channels: Container[int] | None = None) -> bool:
     """Whether ``content`` may be that of a message, of one of ``channels`` where they are given."""
     if len(content) < MESSAGE.size:
         return False
@@ -162,6 +185,6 @@ def is_message(content: bytes, channels: Container[int] | None = None) -> bool:
     return max(times) <= LARGEST_TIME and (channels is None or channel in channels)
 
 
-def log_time(content: bytes) -> int:
+def log_time(content: bytes | memoryview) -> int:
     """Return when (ns) a message was recorded whose record has ``content``."""
     return int(MESSAGE.unpack_from(content)[2])

@@ -519,6 +519,7 @@ def test_the_last_chunk_is_not_cut_where_its_indices_stand(sample_bag, tmp_path:
         (Opcode.CHANNEL, 0, 4, 1),
         (Opcode.MESSAGE, 5, 4, 1),
         (Opcode.MESSAGE, -2, 4, 1),
+        (Opcode.MESSAGE, 0, 0, 0x80),
         (Opcode.MESSAGE, 5, 0, 0x80),
         (Opcode.MESSAGE, 5, 0, 0x10),
     ],
@@ -532,10 +533,40 @@ def test_damage_to_a_bag_without_chunks_is_no_cut_end(
     del content[found[Opcode.DATA_END][0] :]
     content[found[kind][damaged] + place] ^= bit
     (tmp_path / "bag_0.mcap").write_bytes(content)
-    said = "of no possible length, with a whole one behind" if place else "that calls itself a"
+    said = "of no possible length, with a whole one behind" if place else "calls itself a record"
     with pytest.raises(BagError, match=said):
         recover_bag(tmp_path)
     assert (tmp_path / "bag_0.mcap").read_bytes() == content
+
+
+def test_a_flipped_bit_in_a_chunk_without_checksum_costs_no_message_in_silence(
+    tmp_path: Path,
+) -> None:
+    """In the heads of the records within it: they are of few kinds and fill their chunk."""
+    content = by_another(20, compression=CompressionType.NONE, enable_crcs=False)
+    (chunk,) = heads(content)[Opcode.CHUNK]
+    message = content.index(struct.pack("<BQ", Opcode.MESSAGE, 22 + 12), chunk)
+    for bit in range(8 * struct.calcsize("<BQ")):
+        damaged = bytearray(content)
+        damaged[message + bit // 8] ^= 1 << bit % 8
+        (tmp_path / "bag_0.mcap").write_bytes(damaged)
+        with pytest.raises(BagError, match=r"damaged at|statistics"):
+            recover_bag(tmp_path)
+        del damaged[heads(damaged)[Opcode.DATA_END][0] :]
+        (tmp_path / "bag_0.mcap").write_bytes(damaged)
+        with pytest.raises(BagError, match=f"damaged at byte {chunk}"):
+            recover_bag(tmp_path)
+        assert (tmp_path / "bag_0.mcap").read_bytes() == damaged
+
+
+def test_what_looks_like_many_records_is_searched_without_copies(tmp_path: Path) -> None:
+    """The cut end is full of heads of messages that overlap: copied, they would be 300 GB."""
+    looks = struct.pack("<BQ", Opcode.MESSAGE, 2**20) * 330_000
+    cut_off = struct.pack("<BQ", Opcode.ATTACHMENT, 2**40) + looks
+    content = by_another(20)
+    end = heads(content)[Opcode.DATA_END][0]
+    (tmp_path / "bag_0.mcap").write_bytes(content[:end] + cut_off)
+    assert recover_bag(tmp_path) == 20
 
 
 def test_a_closed_file_without_an_end_of_its_data_is_damaged(tmp_path: Path) -> None:
