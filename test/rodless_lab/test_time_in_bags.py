@@ -32,7 +32,6 @@ def test_a_bag_of_a_loaded_machine_at_half_speed_replays(tmp_path: Path, clock: 
     Every sample has its valve state, from sample 0 on, in the same stamp.
     """
     with (
-        busy_cores(TIMEOUT),
         RigSession(
             "realtime",
             duration=1.5,
@@ -42,6 +41,7 @@ def test_a_bag_of_a_loaded_machine_at_half_speed_replays(tmp_path: Path, clock: 
             timeout=TIMEOUT,
             bag=tmp_path / "bag",
         ) as rig,
+        busy_cores(TIMEOUT),
     ):
         rig.run()
     bag = read_bag(tmp_path / "bag")

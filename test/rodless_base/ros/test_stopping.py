@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 from running import StartProcess, until_it_says
 from std_srvs.srv import SetBool
+from unmeasured import NOT_MEASURED
 
 from rodless_base.parameter_file import preset_file
 from rodless_base.ros.profiles import PROFILE_VARIABLES
@@ -106,7 +107,7 @@ def own_cache(
     start_process: StartProcess, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, str]:
     """Return where compiled code is kept that has the paper's equations and no others."""
-    environment = {"XDG_CACHE_HOME": str(tmp_path_factory.mktemp("cache"))}
+    environment = {"XDG_CACHE_HOME": str(tmp_path_factory.mktemp("cache")), **NOT_MEASURED}
     for executable in ("plant", "rig"):
         command = node_command(executable, [], next(NAMESPACES))
         with start_process(command, executable, environment) as process:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from extent import draws
 from quiet_stop import Quiet
 
 from rodless_base.parameters import Value
@@ -133,8 +134,8 @@ def test_a_carriage_that_sticks_is_told() -> None:
 
     Where the search ends hangs on the last bits of the numbers: one of four may be said not to fit.
     """
-    told = 0
-    for seed in (2, 8, 14, 19):
+    told, seeds = 0, (2, 8, 14, 19)[: draws(4, 2)]
+    for seed in seeds:
         run, _, known = hidden_run(seed, friction__dynamics="static")
         fit = identify_bristles(run, known)
         if not fit.verdict.fits:
@@ -145,7 +146,7 @@ def test_a_carriage_that_sticks_is_told() -> None:
         assert stiffness.note.startswith("not told from a carriage that sticks, and at least"), seed
         assert stiffness.low > 1e6, seed
         assert [found.value for found in bristle_findings(fit)] == [None, None, None], seed
-    assert told >= 3
+    assert told >= len(seeds) - 1
 
 
 @pytest.mark.parametrize(

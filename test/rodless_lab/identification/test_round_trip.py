@@ -15,6 +15,7 @@ More draws take long: ``python -m rodless_lab.identification.coverage`` does 100
 
 import numpy as np
 import pytest
+from extent import draws
 
 from rodless_lab.identification.coverage import (
     KNOWN,
@@ -33,7 +34,8 @@ from rodless_lab.identification.friction.run import identify_friction
 
 pytestmark = pytest.mark.slow
 
-DRAWS = 30
+DRAWS = draws(30, 10)
+DRAWS_OF_EFFECTS = draws(10, 4)
 
 # Median half width over the truth. F_s and F_c carry the bias of the pressure sensors: 0.5 % of
 # 1 MPa on each side of the piston is up to 4.9 N, however long one measures. v_s carries that slow
@@ -109,25 +111,25 @@ def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
 @pytest.mark.parametrize(("subject", "parameters"), [("heat", 6), ("leak", 6), ("spool", 7)])
 def test_intervals_of_effects_hold(subject: str, parameters: int) -> None:
     """What is claimed of an effect holds the truth, and nearly every run tells all of it."""
-    done = trials(subject, 10)
+    done = trials(subject, DRAWS_OF_EFFECTS)
     check_alarms(done)
     found = coverage_of(done)
     assert len(found) == parameters
     for name, one in found.items():
-        assert one.informed >= 9, name
+        assert one.informed >= 0.9 * DRAWS_OF_EFFECTS, name
         assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name
 
 
 def test_intervals_of_bristles_hold() -> None:
     """The stiffness is told of every rig, to 3 % of half of them; the damping where it is large."""
-    done = trials("bristles", 10)
+    done = trials("bristles", DRAWS_OF_EFFECTS)
     check_alarms(done)
     found = coverage_of(done)
     for name, one in found.items():
         assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name
-    assert found["friction.bristle_stiffness"].informed == 10
+    assert found["friction.bristle_stiffness"].informed == DRAWS_OF_EFFECTS
     assert found["friction.bristle_stiffness"].half_width < 0.03
-    assert found["friction.bristle_damping"].informed >= 2
+    assert found["friction.bristle_damping"].informed >= 0.2 * DRAWS_OF_EFFECTS
 
 
 def test_a_small_stribeck_velocity_is_covered() -> None:
@@ -136,7 +138,7 @@ def test_a_small_stribeck_velocity_is_covered() -> None:
     It is found 4 % too large, which the noise of a run does not explain.
     """
     found = []
-    for seed in range(20):
+    for seed in range(draws(20, 8)):
         run = measured_run(KNOWN, friction_voltages(), np.random.default_rng(1000 + seed))
         found.append(identify_friction(run, KNOWN).forward.stribeck_velocity)
     truth = KNOWN.number("friction.forward.stribeck_velocity")

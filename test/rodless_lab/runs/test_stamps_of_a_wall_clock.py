@@ -26,7 +26,7 @@ NOW = 1_764_218_000_123_456_789  # ns since 1970
 FIELDS = ("position", "pressure_a", "pressure_b", "supply_pressure", "voltage")
 
 
-def moved(samples: int = 8000) -> MeasuredRun:
+def moved(samples: int = 2000) -> MeasuredRun:
     """A run to and fro, with another voltage at each sample."""
     voltages = 5.08 + 0.9 * np.sin(2.0 * np.pi * 0.5e-3 * np.arange(samples))
     return run_of_trace(simulate(RIG, voltages, 1e-3, position=0.05), SUPPLY)
@@ -62,7 +62,7 @@ def test_it_does_not_matter_when_a_run_was_recorded(
 @pytest.mark.parametrize("lost", [0.0, 0.1])
 def test_jitter_of_stamps_leaves_the_period(tmp_path: Path, origin: int, lost: float) -> None:
     """Stamps that are off by 50 µs and samples that are missing: as many samples, as far apart."""
-    run = moved(20000)
+    run = moved(5000)
     generator = np.random.default_rng(5)
     late = generator.normal(0.0, 50e-6, len(run.time))
     late[[0, -1]] = 0.0

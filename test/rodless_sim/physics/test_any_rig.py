@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from extent import draws
 
 from rodless_base.parameters import Parameter, ParameterError
 from rodless_sim import Rig, RigParameters, SimulationError, Trace, simulate
@@ -195,7 +196,7 @@ def cases(kind: int) -> Iterator[Case]:
     raise AssertionError(f"of {2 * MANY} rigs only {found} ran")
 
 
-MANY = 40
+MANY = draws(40, 16)
 WITH_MORE_STATES, MOST_LOST = (3, 4), 4
 SAID = ("check the leak.*, or give pressures", "tubes draw air from a chamber")
 

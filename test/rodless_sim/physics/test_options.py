@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from extent import draws
 
 from rodless_control import references
 from rodless_lab import closed_loop
@@ -77,7 +78,7 @@ BY_PAIRS = {"tubes", "ripple"}
 # Both choose the same parameter: the last one wins.
 CHOICES = ("exponent", "heat")
 PAIRS = [pair for pair in combinations(OPTIONS, 2) if pair != CHOICES]
-RANDOM = 2000
+RANDOM = draws(2000, 500)
 
 
 def drawn(generator: np.random.Generator, names: tuple[str, ...]) -> RigParameters:
