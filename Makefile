@@ -55,7 +55,7 @@ MODULES ?=
 SECONDS ?= 60
 SEED ?= 1
 
-.PHONY: demo view experiments docs docs-links test test-fast test-lowest fuzz mutation reliability bench lint \
+.PHONY: demo view experiments docs docs-links test test-extensive test-fast test-lowest fuzz mutation reliability bench lint \
 	lock audit sbom headers release-check clean
 
 demo: installed
@@ -103,6 +103,10 @@ test: test-tools
 	$(VENV)/bin/python -m coverage report --skip-covered \
 	--include='*/rodless_base/*,*/rodless_sim/*,*/rodless_control/*' \
 	--fail-under=$(COVERAGE_FLOOR_CORE)
+
+# The same with all draws of what is drawn, of which `make test` does a part: half as long again.
+test-extensive: export RODLESS_EXTENSIVE = 1
+test-extensive: test
 
 # For the edit-run loop: no nodes, nothing slow, no coverage.
 test-fast: test-tools

@@ -8,6 +8,7 @@
 
 """A ROS node that listens, commands and asks, in a context of its own."""
 
+import math
 import os
 import threading
 import time
@@ -30,6 +31,7 @@ from rclpy.task import Future
 from rodless_base.closing import Closing
 from rodless_base.one_line import has_half_character, shown
 from rodless_base.parameters import LARGEST_INTEGER, SMALLEST_INTEGER
+from rodless_base.real_number import is_number
 from rodless_base.ros.message_info import take_waiting, with_info
 from rodless_base.ros.parameters import is_not_yet
 from rodless_base.ros.process import make_executor
@@ -168,9 +170,10 @@ class Observer(Closing):
     ) -> Found:
         """Spin until ``condition()`` is true, and return what it returned.
 
-        ``what`` completes the error "timed out … waiting for …".
+        ``what`` completes the error "timed out … waiting for …". Raises ValueError for a timeout
+        that is no number of s; an infinite one waits for ever.
         """
-        limit = self._timeout if timeout is None else timeout
+        limit = self._limit(timeout)
         deadline = time.monotonic() + limit
         while not (found := condition()):
             self._run_check()
@@ -178,6 +181,14 @@ class Observer(Closing):
                 raise WaitTimeoutError(f"timed out after {limit:g} s waiting for {what}")
             self.spin()
         return found
+
+    def _limit(self, timeout: float | None) -> float:
+        """Return how long to wait, in s; raises ValueError for what is no time."""
+        if timeout is None:
+            return self._timeout
+        if not is_number(timeout) or math.isnan(timeout):
+            raise ValueError(f"timeout: {shown(timeout)} refused, must be a number of s")
+        return timeout
 
     def _run_check(self) -> None:
         """Call the check, which cannot wait itself: it would be called again."""
@@ -195,9 +206,9 @@ class Observer(Closing):
 
     def result(self, ask: Callable[[], Future], what: str, timeout: float | None = None) -> Any:
         """Return the result of the future that ``ask`` returns; ask again if the answer is lost."""
+        lost = min(ANSWER_SECONDS, self._limit(timeout) / 2.0)
         futures = [ask()]
         asked = time.monotonic()
-        lost = min(ANSWER_SECONDS, (self._timeout if timeout is None else timeout) / 2.0)
 
         def answered() -> Future | None:
             nonlocal asked

@@ -47,6 +47,21 @@ def test_a_wait_returns_what_it_found_or_says_what_it_waited_for(observer: Obser
     assert 0.2 <= time.monotonic() - start < 10.0
 
 
+@pytest.mark.parametrize("timeout", [float("nan"), "a minute", True])
+def test_a_timeout_that_is_no_time_is_refused(observer: Observer, timeout: float) -> None:
+    """Before anything is asked or waited for; one of NaN would never end."""
+    asked: list[int] = []
+
+    def ask() -> None:
+        asked.append(1)
+
+    with pytest.raises(ValueError, match=r"^timeout: .* refused, must be a number of s$"):
+        observer.wait(ask, "nothing", timeout)
+    with pytest.raises(ValueError, match=r"^timeout: .* refused, must be a number of s$"):
+        observer.result(ask, "nothing", timeout)
+    assert not asked
+
+
 def test_what_waits_already_cannot_wait_again(observer: Observer, node: Node) -> None:
     """Neither from a callback nor in another thread: the line says so, and the first waits on."""
     said: list[str] = []
