@@ -89,6 +89,10 @@ WITH_NODES := -n $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 3
 # takes half the time.
 test test-fast test-lowest fuzz mutation: export OPENBLAS_NUM_THREADS = 1
 
+# Each process that runs tests reads all of them first, which takes half the time where one has kept
+# what pytest makes of their assertions.
+test test-fast: export PYTHONDONTWRITEBYTECODE =
+
 # First what needs no nodes, on every core; then the nodes, which mostly wait, each file of tests in a
 # ROS domain of its own. A ROS test that fails gets further tries, with a rig of its own, and stands
 # with what failed in the summary as RERUN.

@@ -132,18 +132,25 @@ class BagWriter(Closing):
             self.flush()
         with self._file:
             try:
-                _finish(self.path, self._file, Profiles())
+                given_up = _finish(self.path, self._file, Profiles())
             except BagError as error:
                 self.failure = error
+            else:
+                if given_up and self.failure is None:
+                    self.failure = BagError(
+                        f"{self.path}: no room for the end of its file: the last {given_up} "
+                        "messages were given up for it"
+                    )
 
 
 def recover_bag(path: str | Path) -> int:
     """End a bag whose recording was killed, in place, so that it opens again.
 
-    Only the cut end of its files is thrown away; a bag that was closed stays as it is. Returns
-    the number of messages. Raises :class:`BagError`, also for a bag damaged before its end, in
-    another storage than MCAP, compressed, with a file that leads out of its folder, that is still
-    being recorded, or that was closed and has other messages than its description says.
+    Only the cut end of its files is thrown away; a bag that was closed stays as it is, and so does
+    a file for whose end there is no room. Returns the number of messages. Raises :class:`BagError`,
+    also for a bag damaged before its end, in another storage than MCAP, compressed, with a file
+    that leads out of its folder, that is still being recorded, or that was closed and has other
+    messages than its description says.
     """
     bag = file_path(path, BagError)
     if not bag.is_dir():
@@ -163,7 +170,8 @@ def recover_bag(path: str | Path) -> int:
         try:
             done = _ended(bag, readers, profiles)
         except OSError as error:
-            raise BagError(cannot_be_written(path, error)) from error
+            left = "no message is lost; where that is mended, try again"
+            raise BagError(f"{cannot_be_written(path, error)}; {left}") from error
     return sum(sum(contents.counts.values()) for contents in done)
 
 
@@ -173,7 +181,8 @@ def _ended(bag: Path, readers: Mapping[Path, McapReader], profiles: Profiles) ->
     for file, reader in readers.items():
         if not reader.complete:
             with McapWriter.resume(file, reader.index, reader.last_chunk) as writer:
-                _finish(bag, writer, profiles, done)
+                contents = _contents(file.name, reader.index, profiles)
+                writer.finish(*_description([*done, contents]))
         done.append(_contents(file.name, reader.index, profiles))
     closed_before = all(reader.complete for reader in readers.values())
     if closed_before and (bag / METADATA_FILE).is_file():
@@ -232,15 +241,14 @@ def _scanned(file: Path, decompressor: Decompressor, profiles: Profiles) -> Mcap
     return reader
 
 
-def _finish(
-    bag: Path, writer: McapWriter, profiles: Profiles, before: Iterable[FileContents] = ()
-) -> None:
+def _finish(bag: Path, writer: McapWriter, profiles: Profiles) -> int:
     """Write the end of the storage file and ``metadata.yaml``, dropping messages to make room.
 
-    None is dropped for what no room helps: the file then ends with all of them.
+    Returns how many. None is dropped for what no room helps: the file then ends with all of them.
     """
+    recorded = writer.index.counts.total()
     while True:
-        files = [*before, _contents(writer.name, writer.index, profiles)]
+        files = [_contents(writer.name, writer.index, profiles)]
         try:
             writer.finish(*_description(files))
             if not writer.is_in_place:
@@ -253,7 +261,7 @@ def _finish(
                     f"`rodless recover {bag}` ends the bag"
                 ) from error
         else:
-            return
+            return recorded - writer.index.counts.total()
 
 
 def _has_other_cause(bag: Path, error: OSError) -> bool:

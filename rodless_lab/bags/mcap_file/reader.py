@@ -166,6 +166,8 @@ class McapReader:
 
     def _messages_in_chunk(self, record: Record) -> Iterator[McapMessage]:
         chunk = read_as(Chunk.read, record.content)
+        if not is_chunk(record.content):
+            raise McapError("a chunk whose records are longer or shorter than it says")
         content = self._decompressor.chunk(chunk.compression, chunk.data, chunk.uncompressed_size)
         if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
             raise McapError("the checksum of a chunk is wrong")

@@ -53,26 +53,26 @@ class McapWriter(Closing):
 
     def __init__(self, path: Path) -> None:
         """Begin a new file, which no other process may change; raises OSError."""
-        self._begin(path, "xb", McapIndex())
+        self._begin(path, "x+b", McapIndex())
         if not lock_to_write(self._file.fileno()):
             raise OSError(errno.EBUSY, "another process writes there", str(path))
         self._append(MAGIC + encoded([Header(profile="ros2", library="rodless_lab")]))
 
     @classmethod
     def resume(cls, path: Path, index: McapIndex, last_chunk: Entries) -> "McapWriter":
-        """Go on behind what ``index`` lists, throwing away what stands after it.
+        """Go on behind what ``index`` lists; what is written takes the place of what stands there.
 
-        ``last_chunk`` lists the messages of the last chunk, whose own index may have been cut.
-        The file is to be locked before ``index`` is made. Raises OSError.
+        ``last_chunk`` lists the messages of the last chunk, whose own index may have been cut: it
+        comes with the end of the file. The file is to be locked before ``index`` is made. Raises
+        OSError.
         """
         writer = cls.__new__(cls)
         writer._begin(path, "r+b", index)
         chunk = index.stretches[-1].index if index.stretches else None
         if chunk is not None and chunk.message_index_offsets.keys() != last_chunk.keys():
             index.end = chunk.chunk_start_offset + chunk.chunk_length
-            content, chunk.message_index_offsets = _message_indexes(index.end, last_chunk)
-            chunk.message_index_length = len(content)
-            writer._append(content)
+            writer._owed, chunk.message_index_offsets = _message_indexes(index.end, last_chunk)
+            chunk.message_index_length = len(writer._owed)
         return writer
 
     @property
@@ -90,6 +90,8 @@ class McapWriter(Closing):
         left_to_parent(self)
         self._chunk = bytearray()
         self._entries: Entries = {}
+        # What the last chunk lacks.
+        self._owed = b""
 
     def add_channel(
         self, topic: str, schema_name: str, encoding: str, text: str, metadata: dict[str, str]
@@ -189,9 +191,10 @@ class McapWriter(Closing):
     def finish(self, name: str, text: dict[str, str]) -> None:
         """Write a last metadata record and the summary; may be repeated after an OSError."""
         end = self.index.end
+        offset = end + len(self._owed)
         record = encoded([Metadata(metadata=text, name=name)])
-        place = MetadataIndex(offset=end, length=len(record), name=name)
-        self._append(record + self.index.tail(end + len(record), place))
+        place = MetadataIndex(offset=offset, length=len(record), name=name)
+        self._append(self._owed + record + self.index.tail(offset + len(record), place))
         # Should it have to be repeated, it goes to the same place, behind the messages.
         self.index.end = end
 
@@ -209,15 +212,23 @@ class McapWriter(Closing):
         self._file.close()
 
     def _append(self, data: bytes) -> None:
-        """Write all of ``data`` at the end, or raise OSError and leave the file as it was."""
-        self._file.seek(self.index.end)
-        self._file.truncate()
-        rest = memoryview(data)
+        """Write ``data`` as the end of the file, or raise OSError and leave the file as it was.
+
+        What a kill has left there is cut off last: where the disk is full or a file may not be as
+        long, its bytes could not be written again.
+        """
+        descriptor, end = self._file.fileno(), self.index.end
+        size = os.fstat(descriptor).st_size
+        replaced = os.pread(descriptor, len(data), end)
+        written, rest = 0, memoryview(data)
         try:
-            while rest:
-                rest = rest[self._file.write(rest) or 0 :]
+            while written < len(data):
+                written += os.pwrite(descriptor, rest[written:], end + written)
+            os.ftruncate(descriptor, end + len(data))
         except OSError:
-            self._file.truncate(self.index.end)
+            os.pwrite(descriptor, replaced[:written], end)
+            if os.fstat(descriptor).st_size != size:
+                os.ftruncate(descriptor, size)
             raise
         self.index.end += len(data)
 

@@ -164,6 +164,73 @@ def check_full(bag: Path, written: int) -> None:
         assert sum(1 for _ in reader.messages()) == len(numbers)
 
 
+def killed(sample_bag, bag: Path) -> bytes:
+    """Put into ``bag`` what a kill in mid-chunk leaves; return its content."""
+    whole = (sample_bag.path / "sample_0.mcap").read_bytes()
+    found = heads(whole)
+    begun = found[Opcode.CHUNK][0]
+    content = whole[: found[Opcode.DATA_END][0]] + whole[begun : begun + 200]
+    bag.mkdir()
+    (bag / "sample_0.mcap").write_bytes(content)
+    return content
+
+
+@pytest.mark.parametrize("limit", [4096, 20_000])
+def test_recovery_where_a_file_may_not_be_as_long_costs_no_message(
+    sample_bag, tmp_path: Path, limit: int
+) -> None:
+    """Refused in words, the file as it was; without the limit all of it is there."""
+    bag = tmp_path / "bag"
+    content = killed(sample_bag, bag)
+    code = (
+        "import resource, sys; from rodless_lab.cli import recover; "
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); "
+        "sys.exit(recover.main(sys.argv[1:], None))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(bag)], capture_output=True, text=True, check=False
+    )
+    said = f"{bag}: cannot be written: File too large; no message is lost; where that is mended, "
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert done.stderr == f"{said}try again\n"
+    assert contents(bag) == {"sample_0.mcap": content}
+    assert recover_bag(bag) == 600
+
+
+def test_recovery_on_a_full_file_system_costs_no_message(sample_bag, tmp_path: Path) -> None:
+    """The same where no byte is free, up to what had been cut off."""
+    with mounted(tmp_path / "small", "size=400k") as small:
+        content = killed(sample_bag, small / "bag")
+        with contextlib.suppress(OSError), (small / "rest").open("wb", buffering=0) as rest:
+            while True:
+                rest.write(bytes(4096))
+        with pytest.raises(BagError, match="No space left on device; no message is lost"):
+            recover_bag(small / "bag")
+        assert contents(small / "bag") == {"sample_0.mcap": content}
+        (small / "rest").unlink()
+        assert recover_bag(small / "bag") == 600
+
+
+def test_messages_that_make_room_for_the_end_of_a_recording_are_told(tmp_path: Path) -> None:
+    """All were written before the disk was full: how many of them were given up for the end."""
+    with mounted(tmp_path / "small", "size=400k") as small:
+
+        def fill_up() -> None:
+            writer.flush()
+            with contextlib.suppress(OSError), (small / "rest").open("wb", buffering=0) as rest:
+                while True:
+                    rest.write(bytes(4096))
+
+        with BagWriter(small / "bag") as writer:
+            writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
+            for k in range(100):
+                writer.write("/x", k.to_bytes(1000, "little"), k, k)
+            fill_up()
+        left = len(read_bag(small / "bag")["/x"].payloads)
+        assert left < 100
+        assert f"the last {100 - left} messages were given up" in str(writer.failure)
+
+
 def test_a_disk_full_from_the_start_is_told_apart(tmp_path: Path) -> None:
     """Where not even an empty bag fits, that is said, without a traceback."""
     said = r"BagError: .*bag: cannot be written: File too large"
@@ -537,6 +604,23 @@ def test_damage_to_a_bag_without_chunks_is_no_cut_end(
     with pytest.raises(BagError, match=said):
         recover_bag(tmp_path)
     assert (tmp_path / "bag_0.mcap").read_bytes() == content
+
+
+@pytest.mark.parametrize("compression", list(CompressionType))
+def test_a_flipped_bit_in_what_a_chunk_says_of_its_length_is_damage(
+    tmp_path: Path, compression: CompressionType
+) -> None:
+    """Recovery would pass it on in a bag that no other reader opens."""
+    content = by_another(20, compression=compression)
+    (chunk,) = heads(content)[Opcode.CHUNK]
+    name = {CompressionType.NONE: "", CompressionType.LZ4: "lz4", CompressionType.ZSTD: "zstd"}
+    length = chunk + struct.calcsize("<BQQQQII") + len(name[compression])
+    for bit in range(64):
+        damaged = bytearray(content)
+        damaged[length + bit // 8] ^= 1 << bit % 8
+        (tmp_path / "bag_0.mcap").write_bytes(damaged)
+        with pytest.raises(BagError, match=f"damaged at byte {chunk}"):
+            recover_bag(tmp_path)
 
 
 def test_a_flipped_bit_in_a_chunk_without_checksum_costs_no_message_in_silence(

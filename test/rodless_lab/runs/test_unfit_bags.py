@@ -161,14 +161,14 @@ def test_a_table_of_too_many_columns_is_not_saved(tmp_path: Path, run: MeasuredR
         found.save(tmp_path / "many.csv")
 
 
-def test_a_topic_that_lacks_is_told_without_the_names_of_thousands(tmp_path: Path) -> None:
+def test_a_topic_that_lacks_is_told_without_the_names_of_all(tmp_path: Path) -> None:
     """Some of those that there are, and how many more."""
     bag = tmp_path / "bag"
     with BagWriter(bag) as writer:
-        for k in range(3000):
+        for k in range(300):
             writer.add_topic(BagTopic(f"/topic{k}", "std_msgs/msg/Float64"))
         writer.write("/topic0", serialize_message(Float64MultiArray()), 0, 0)
-    with pytest.raises(RunError, match=r"/topic19 and 2980 more$"):
+    with pytest.raises(RunError, match=r"/topic19 and 280 more$"):
         read_run(bag)
 
 

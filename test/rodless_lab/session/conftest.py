@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from unmeasured import unmeasured
 
 from rodless_lab.session.session import RigSession
 
@@ -36,6 +37,7 @@ def run_pytest(tmp_path: Path) -> Callable[..., subprocess.Popen[str]]:
                 *("--rootdir", str(tmp_path), *arguments),
             ],
             cwd=tmp_path,
+            env=unmeasured(),
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -180,14 +180,14 @@ def test_an_axis_has_one_type_in_all_files(tmp_path: Path, monkeypatch: pytest.M
     path = tmp_path / "study.yaml"
     path.write_text(
         "set: {reference.at: 0.0}\nrun: {duration: 0.02}\n"
-        "vary: {supply.ripple_amplitude: [0, 0.5], "
+        "vary: {cylinder.moving_mass: [1, 1.5], "
         "supply.pressure: [500000, 600000]}",
         encoding="utf-8",
     )
     found = sweep(path, tmp_path / "out")
-    assert found["supply.ripple_amplitude"].tolist() == [0.0, 0.0, 0.5, 0.5]
+    assert found["cylinder.moving_mass"].tolist() == [1.0, 1.0, 1.5, 1.5]
     table = parquet.read_table(tmp_path / "out" / "rows")
-    assert str(table.schema.field("supply.ripple_amplitude").type) == "double"
+    assert str(table.schema.field("cylinder.moving_mass").type) == "double"
     assert str(table.schema.field("supply.pressure").type) == "int64"
 
 

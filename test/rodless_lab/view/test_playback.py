@@ -156,7 +156,7 @@ def test_samples_that_a_recorder_lost_are_told(bags: Path, tmp_path: Path) -> No
 
 def test_a_reference_of_arrays_is_refused(tmp_path: Path) -> None:
     """As `replay` does: which of its numbers it should be is not known."""
-    own = run()
+    own = run(100)
     numbers = [[0.01, 0.02]] * len(own.time)
     bag = rig_bag.with_arrays(tmp_path, own, "/controller/reference", numbers)
     with pytest.raises(ViewError, match=r"^bag: /controller/reference: .* has no data of one"):
