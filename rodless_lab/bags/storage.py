@@ -160,8 +160,7 @@ def _mcap(file: Path, into: Storage) -> Iterator[tuple[BagTopic, int, int, bytes
         for message in reader.messages():
             yield topics[message.channel], message.log_time, message.publish_time, message.data
         if not reader.complete:
-            fault = f"{file.name} is cut off, or was never closed because its recording was killed"
-            into.fault = into.fault or fault
+            into.fault = into.fault or f"{file.name} {reader.unended}"
     except McapError as error:
         into.note_damage(f"{file.name} {error}")
     for topic in map(topics.__getitem__, reader.index.channels):

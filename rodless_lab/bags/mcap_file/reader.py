@@ -45,6 +45,11 @@ from rodless_lab.bags.mcap_file.records import (
 )
 
 _CHECKSUM = struct.Struct("<I")
+_FOOTER = struct.Struct("<BQQQI")
+_HEAD_SIZE = struct.calcsize("<BQ")
+
+_CUT = "is cut off, or was never closed because its recording was killed"
+_DAMAGED_SUMMARY = "has a damaged summary behind its messages"
 
 _NO_LENGTH = "a record of no possible length"
 
@@ -80,7 +85,8 @@ class McapReader:
     """A file's messages in the order they were written, and its index when they have been read.
 
     ``complete`` says that the file was ended properly; otherwise it has been cut after
-    ``index.end``, as a killed recording leaves it. ``last_chunk`` lists log time (ns) and place
+    ``index.end``, as a killed recording leaves it, or what stands there is no summary: ``unended``
+    says which. ``last_chunk`` lists log time (ns) and place
     of each message in the last chunk, by channel.
     """
 
@@ -88,10 +94,15 @@ class McapReader:
         self._path = path
         self._decompressor = decompressor
         self.index = McapIndex()
-        self.complete = False
+        self.unended = _CUT
         self.last_chunk: dict[int, list[tuple[int, int]]] = {}
         # Before the first message: of an unknown kind, and built as one.
         self._doubtful: Record | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether the file was ended properly."""
+        return not self.unended
 
     def messages(self) -> Iterator[McapMessage]:
         """Yield every message; raises :class:`McapError` and OSError."""
@@ -107,8 +118,11 @@ class McapReader:
             try:
                 if record.opcode == Opcode.DATA_END:
                     _check_data(content, record)
+                    if content[-len(MAGIC) :] != MAGIC:
+                        return
                     self._check_count(content, record)
-                    self.complete = content[-len(MAGIC) :] == MAGIC
+                    whole = _is_summary_whole(content, record.end)
+                    self.unended = "" if whole else _DAMAGED_SUMMARY
                     return
                 yield from self._messages_in(record)
             except MemoryError:  # no damage
@@ -134,7 +148,10 @@ class McapReader:
         found = sum(stretch.counts.total() for stretch in self.index.stretches)
         for record in records(content, end.end):
             if record.opcode == Opcode.STATISTICS:
-                wanted = read_as(Statistics.read, record.content).message_count
+                try:
+                    wanted = read_as(Statistics.read, record.content).message_count
+                except Exception:  # damaged itself
+                    return
                 if wanted != found:
                     raise McapError(f"holds {found} messages, its statistics {wanted}")
 
@@ -265,6 +282,24 @@ class McapReader:
         else:
             channel = read_as(Channel.read, record.content)
             self.index.channels[channel.id] = channel
+
+
+def _is_summary_whole(content: mmap.mmap, start: int) -> bool:
+    """Whether the footer stands where it must, and its checksum, if any, is that of a summary.
+
+    The summary begins at offset ``start``; a footer without one says 0.
+    """
+    place = len(content) - len(MAGIC) - _FOOTER.size
+    if place < start:
+        return False
+    opcode, length, begin, _, wanted = _FOOTER.unpack_from(content, place)
+    if (opcode, length) != (Opcode.FOOTER, _FOOTER.size - _HEAD_SIZE) or begin not in (0, start):
+        return False
+    if not wanted:
+        return True
+    end = place + _FOOTER.size - _CHECKSUM.size
+    with memoryview(content) as whole, whole[start if begin else place : end] as summary:
+        return bool(zlib.crc32(summary) == wanted)
 
 
 def _check_data(content: mmap.mmap, end: Record) -> None:

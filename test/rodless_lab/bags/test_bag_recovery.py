@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 from mcap.opcode import Opcode
+from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from rosbags.highlevel import AnyReader
 
@@ -651,6 +652,35 @@ def test_what_looks_like_many_records_is_searched_without_copies(tmp_path: Path)
     end = heads(content)[Opcode.DATA_END][0]
     (tmp_path / "bag_0.mcap").write_bytes(content[:end] + cut_off)
     assert recover_bag(tmp_path) == 20
+
+
+def test_a_damaged_summary_is_told_and_made_anew(tmp_path: Path) -> None:
+    """All messages stand before it, and the mcap library reads them from the recovered file.
+
+    But for a number of messages that is not theirs: that may be right.
+    """
+    content = by_another(20)
+    found = heads(content)
+    file = tmp_path / "bag_0.mcap"
+    (behind,) = found[Opcode.DATA_END]
+    summary = behind + struct.calcsize("<BQI")
+    recovered = 0
+    for place in range(summary, len(content) - len(MAGIC), 7):
+        damaged = bytearray(content)
+        damaged[place] ^= 0x10
+        (tmp_path / "metadata.yaml").unlink(missing_ok=True)
+        file.write_bytes(damaged)
+        with pytest.raises(BagError) as refused:
+            read_bag(tmp_path)
+        if "holds 20 messages, its statistics" in str(refused.value):
+            continue
+        assert "has a damaged summary behind its messages; 20 messages can be" in str(refused.value)
+        recovered += 1
+        assert recover_bag(tmp_path) == 20
+        assert read_bag(tmp_path).complete
+        with file.open("rb") as opened:
+            assert sum(1 for _ in make_reader(opened).iter_messages()) == 20
+    assert recovered > 30
 
 
 def test_a_closed_file_without_an_end_of_its_data_is_damaged(tmp_path: Path) -> None:
