@@ -31,6 +31,7 @@ _TIMES = struct.Struct("<QQ")
 _BEFORE_NAME = 28
 _LENGTH = struct.Struct("<I")
 _LONG_LENGTH = struct.Struct("<Q")
+_MESSAGE_HEAD = bytes([Opcode.MESSAGE])
 _COMPRESSIONS = (b"", b"lz4", b"zstd")
 
 # Chunks and their indices, or messages without one, shorter than a terabyte.
@@ -166,7 +167,8 @@ def _are_messages(content: memoryview, found: _Place, channels: Collection[int])
     damaged. Zeros are no message: pictures have many.
     """
     following = next(_places(content, found.end), None)
-    if following is None and found.end != len(content):
+    # What follows may be cut itself.
+    if following is None and content[found.end : found.end + 1] not in (b"", _MESSAGE_HEAD):
         return False
     both = [found] if following is None else [found, following]
     if not all(place.opcode == Opcode.MESSAGE for place in both):

@@ -654,6 +654,17 @@ def test_what_looks_like_many_records_is_searched_without_copies(tmp_path: Path)
     assert recover_bag(tmp_path) == 20
 
 
+def test_one_message_before_the_cut_end_is_found(tmp_path: Path) -> None:
+    """Behind a damaged length stands one that is whole, and half of another."""
+    content = by_another(20, use_chunking=False)
+    found = heads(content)
+    del content[found[Opcode.DATA_END][0] - 5 :]
+    content[found[Opcode.MESSAGE][-3] + 4] ^= 1
+    (tmp_path / "bag_0.mcap").write_bytes(content)
+    with pytest.raises(BagError, match="of no possible length, with a whole one behind"):
+        recover_bag(tmp_path)
+
+
 def test_a_damaged_summary_is_told_and_made_anew(tmp_path: Path) -> None:
     """All messages stand before it, and the mcap library reads them from the recovered file.
 
