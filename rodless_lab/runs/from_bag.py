@@ -448,13 +448,19 @@ def _on_one_base(
 def _period(time: Array) -> float:
     """Return the time (s) from one sample to the next, of most; 0 where most share one.
 
-    Stamps jitter: over many samples that counts less, and how many periods there are to a span is
-    known from shorter ones. What was lost here and there does not change the median of them.
+    Stamps jitter: over many samples that counts less, and how many periods each span of them has,
+    with what was lost here and there, is known from shorter ones.
     """
-    period, span = float(np.median(np.diff(time))), LONGER
-    while period > 0.0 and span < len(time):
-        apart = float(np.median(time[span:] - time[:-span]))
-        period = apart / max(round(apart / period), 1)
+    steps = np.diff(time)
+    most = float(np.median(steps))
+    if most <= 0.0:
+        return 0.0
+    # Without the steps over a lost sample, which would lengthen the others' median.
+    period = float(np.median(steps[(steps > 0.0) & (steps < 1.5 * most)]))
+    span = 2
+    while span < len(time):
+        apart = time[span:] - time[:-span]
+        period = float(np.median(apart / np.maximum(np.rint(apart / period), 1.0)))
         span *= LONGER
     return period
 
