@@ -10,11 +10,10 @@
 
 import os
 
+# Instead of what makes coverage measure children. Compiling takes half as long again measured.
+NOT_MEASURED = {"COVERAGE_PROCESS_START": "", "COVERAGE_PROCESS_CONFIG": ""}
+
 
 def unmeasured() -> dict[str, str]:
     """Return this process's environment without what makes coverage measure its children."""
-    return {name: value for name, value in os.environ.items() if not name.startswith("COV")}
-
-
-# The same for processes that only get more variables: compiling takes half as long again measured.
-NOT_MEASURED = {"COVERAGE_PROCESS_START": "", "COVERAGE_PROCESS_CONFIG": ""}
+    return {**os.environ, **NOT_MEASURED}

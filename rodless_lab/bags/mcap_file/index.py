@@ -31,7 +31,7 @@ from mcap.records import (
 MAGIC = b"\x89MCAP0\r\n"
 
 # Length of a footer's content: two offsets and a checksum.
-_FOOTER_LENGTH = 20
+FOOTER_LENGTH = 20
 
 
 @dataclass
@@ -117,7 +117,7 @@ class McapIndex:
         offset_start = start + len(summary)
         summary += encoded(offsets)
         # The checksum covers the summary and the footer up to the checksum itself.
-        opening = struct.pack("<BQQQ", Opcode.FOOTER, _FOOTER_LENGTH, start, offset_start)
+        opening = struct.pack("<BQQQ", Opcode.FOOTER, FOOTER_LENGTH, start, offset_start)
         footer = Footer(
             summary_start=start,
             summary_offset_start=offset_start,

@@ -29,7 +29,7 @@ from mcap.records import (
 )
 
 from rodless_lab.bags.decompress import Decompressor, TooLargeError
-from rodless_lab.bags.mcap_file.index import MAGIC, McapIndex, Stretch
+from rodless_lab.bags.mcap_file.index import FOOTER_LENGTH, MAGIC, McapIndex, Stretch
 from rodless_lab.bags.mcap_file.records import (
     LARGEST_TIME,
     MESSAGE,
@@ -46,7 +46,6 @@ from rodless_lab.bags.mcap_file.records import (
 
 _CHECKSUM = struct.Struct("<I")
 _FOOTER = struct.Struct("<BQQQI")
-_HEAD_SIZE = struct.calcsize("<BQ")
 
 _CUT = "is cut off, or was never closed because its recording was killed"
 _DAMAGED_SUMMARY = "has a damaged summary behind its messages"
@@ -86,8 +85,8 @@ class McapReader:
 
     ``complete`` says that the file was ended properly; otherwise it has been cut after
     ``index.end``, as a killed recording leaves it, or what stands there is no summary: ``unended``
-    says which. ``last_chunk`` lists log time (ns) and place
-    of each message in the last chunk, by channel.
+    says which. ``last_chunk`` lists log time (ns) and place of each message in the last chunk, by
+    channel.
     """
 
     def __init__(self, path: Path, decompressor: Decompressor) -> None:
@@ -145,7 +144,7 @@ class McapReader:
 
     def _check_count(self, content: mmap.mmap, end: Record) -> None:
         """Raise :class:`McapError` where the file says that it has more messages, or fewer."""
-        found = sum(stretch.counts.total() for stretch in self.index.stretches)
+        found = self.index.counts.total()
         for record in records(content, end.end):
             if record.opcode == Opcode.STATISTICS:
                 try:
@@ -178,8 +177,8 @@ class McapReader:
             raise McapError(f"a record of kind {record.opcode:#04x} among the data")
         elif is_chunk(record.content):
             raise McapError(f"a chunk that calls itself a record of kind {record.opcode:#04x}")
-        elif self._is_lost_message(record):
-            raise McapError(f"a message that calls itself a record of kind {record.opcode:#04x}")
+        elif record.opcode != Opcode.ATTACHMENT and is_message(record.content, self.index.channels):
+            self._doubt(record)
 
     def _messages_in_chunk(self, record: Record) -> Iterator[McapMessage]:
         chunk = read_as(Chunk.read, record.content)
@@ -235,28 +234,17 @@ class McapReader:
         index.message_index_offsets[channel] = record.start
         index.message_index_length += record.end - record.start
 
-    def _is_lost_message(self, record: Record) -> bool:
-        """Whether a record of an unknown kind, among messages without chunk, is built as one."""
-        if record.opcode == Opcode.ATTACHMENT or not is_message(
-            record.content, self.index.channels
-        ):
-            return False
+    def _doubt(self, record: Record) -> None:
+        """Refuse a record of an unknown kind, built as a message, among those without chunk.
+
+        Before all of them it is compared with the first.
+        """
         if not self.index.stretches:
             self._doubtful = record
-            return False
+            return
         last = self.index.stretches[-1]
-        if last.index is not None:
-            return False
-        return last.first_time - _HOUR <= log_time(record.content) <= last.last_time + _HOUR
-
-    @staticmethod
-    def _check_doubtful(record: Record, first_time: int) -> None:
-        """Raise :class:`McapError` where ``record`` is as old as the first message (ns)."""
-        if abs(first_time - log_time(record.content)) <= _HOUR:
-            raise McapError(
-                f"a message at byte {record.start} calls itself a record of kind "
-                f"{record.opcode:#04x}"
-            )
+        if last.index is None:
+            _refuse_lost_message(record, last.first_time, last.last_time)
 
     @property
     def _last_chunk_index(self) -> ChunkIndex | None:
@@ -267,7 +255,7 @@ class McapReader:
     def _count_loose(self, start: int, message: McapMessage) -> None:
         time, stretches = message.log_time, self.index.stretches
         if not stretches and self._doubtful is not None:
-            self._check_doubtful(self._doubtful, time)
+            _refuse_lost_message(self._doubtful, time, time)
         if not stretches or self._last_chunk_index is not None:
             stretches.append(Stretch(start, time, time, Counter()))
         stretch = stretches[-1]
@@ -284,6 +272,13 @@ class McapReader:
             self.index.channels[channel.id] = channel
 
 
+def _refuse_lost_message(record: Record, first: int, last: int) -> None:
+    """Raise :class:`McapError` where ``record`` is as old as messages from first to last (ns)."""
+    if first - _HOUR <= log_time(record.content) <= last + _HOUR:
+        kind = f"{record.opcode:#04x}"
+        raise McapError(f"a message at byte {record.start} calls itself a record of kind {kind}")
+
+
 def _is_summary_whole(content: mmap.mmap, start: int) -> bool:
     """Whether the footer stands where it must, and its checksum, if any, is that of a summary.
 
@@ -293,7 +288,7 @@ def _is_summary_whole(content: mmap.mmap, start: int) -> bool:
     if place < start:
         return False
     opcode, length, begin, _, wanted = _FOOTER.unpack_from(content, place)
-    if (opcode, length) != (Opcode.FOOTER, _FOOTER.size - _HEAD_SIZE) or begin not in (0, start):
+    if (opcode, length) != (Opcode.FOOTER, FOOTER_LENGTH) or begin not in (0, start):
         return False
     if not wanted:
         return True

@@ -176,6 +176,13 @@ def killed(sample_bag, bag: Path) -> bytes:
     return content
 
 
+def fill_up(small: Path) -> None:
+    """Leave no byte free on a small file system; ``rest`` has what was."""
+    with contextlib.suppress(OSError), (small / "rest").open("wb", buffering=0) as rest:
+        while True:
+            rest.write(bytes(4096))
+
+
 @pytest.mark.parametrize("limit", [4096, 20_000])
 def test_recovery_where_a_file_may_not_be_as_long_costs_no_message(
     sample_bag, tmp_path: Path, limit: int
@@ -202,9 +209,7 @@ def test_recovery_on_a_full_file_system_costs_no_message(sample_bag, tmp_path: P
     """The same where no byte is free, up to what had been cut off."""
     with mounted(tmp_path / "small", "size=400k") as small:
         content = killed(sample_bag, small / "bag")
-        with contextlib.suppress(OSError), (small / "rest").open("wb", buffering=0) as rest:
-            while True:
-                rest.write(bytes(4096))
+        fill_up(small)
         with pytest.raises(BagError, match="No space left on device; no message is lost"):
             recover_bag(small / "bag")
         assert contents(small / "bag") == {"sample_0.mcap": content}
@@ -215,18 +220,12 @@ def test_recovery_on_a_full_file_system_costs_no_message(sample_bag, tmp_path: P
 def test_messages_that_make_room_for_the_end_of_a_recording_are_told(tmp_path: Path) -> None:
     """All were written before the disk was full: how many of them were given up for the end."""
     with mounted(tmp_path / "small", "size=400k") as small:
-
-        def fill_up() -> None:
-            writer.flush()
-            with contextlib.suppress(OSError), (small / "rest").open("wb", buffering=0) as rest:
-                while True:
-                    rest.write(bytes(4096))
-
         with BagWriter(small / "bag") as writer:
             writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
             for k in range(100):
                 writer.write("/x", k.to_bytes(1000, "little"), k, k)
-            fill_up()
+            writer.flush()
+            fill_up(small)
         left = len(read_bag(small / "bag")["/x"].payloads)
         assert left < 100
         assert f"the last {100 - left} messages were given up" in str(writer.failure)
