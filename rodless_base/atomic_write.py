@@ -122,7 +122,8 @@ def check_writable(folder: Path) -> None:
 
     A full disk takes one more empty file, so a page is written too.
     """
-    there = next(place for place in (folder, *folder.parents) if place.exists())
+    # A link that leads nowhere is there as well: no folder can be made in its place.
+    there = next(place for place in (folder, *folder.parents) if os.path.lexists(place))
     with naming(folder), tempfile.TemporaryFile(dir=there) as probe:
         probe.write(bytes(4096))
 

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 # Of fewer steps what the first ones leave open is too large a share of the turnover.
 FEWEST_STEPS = 10_000
 
+# Within less, memory is not read a second time.
+SHORTEST = 10.0  # s
+
 
 class _InterruptedError(Exception):
     """The user has asked to stop."""
@@ -124,4 +127,8 @@ def _seconds(text: str) -> float:
     value = number(text)
     if not 0.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds")
+    if 0.0 < value < SHORTEST:
+        raise argparse.ArgumentTypeError(
+            f"{text} s are too short to tell anything of memory: at least {SHORTEST:g}"
+        )
     return value

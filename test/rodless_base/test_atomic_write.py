@@ -100,8 +100,22 @@ def test_links_in_a_circle_stay_and_are_named(tmp_path: Path) -> None:
         with pytest.raises(OSError, match="Too many levels of symbolic links") as caught:
             write(here)
         assert caught.value.filename == str(here)
+    for folder in (here, here / "below"):
+        with pytest.raises(OSError, match="Too many levels of symbolic links") as caught:
+            check_writable(folder)
+        assert caught.value.filename == str(folder)
     assert here.is_symlink()
     assert there.is_symlink()
+
+
+def test_a_link_that_leads_nowhere_is_no_folder(tmp_path: Path) -> None:
+    """None can be made in its place: that is found by looking, not after the work."""
+    (tmp_path / "link").symlink_to(tmp_path / "gone")
+    for folder in (tmp_path / "link", tmp_path / "link" / "below"):
+        with pytest.raises(OSError, match="No such file or directory") as caught:
+            check_writable(folder)
+        assert caught.value.filename == str(folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["link"]
 
 
 def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:

@@ -95,6 +95,8 @@ const SECTION = `
 `;
 
 const kilopascals = (p) => (p === null || p === undefined ? "–" : `${(p / 1e3).toFixed(0)} kPa`);
+// Adding 0 makes a zero of -0, whose sign would be shown.
+const millimetres = (x) => (Math.round(x * 1e4) / 10 + 0).toFixed(1);
 const litres = (flow) => `${Math.abs(flow) < 0.05 ? "0.0" : flow.toFixed(1)} L/min`;
 
 export class Scene {
@@ -197,7 +199,7 @@ export class Scene {
     this.put(".carried", "transform", `translate(${carried.toFixed(2)},0)`);
     this.svg.classList.toggle("lost", lost);
     if (lost) this.put(".apart", "d", `M${carried.toFixed(2)},176 H${at.toFixed(2)}`);
-    this.put(".carried text", "text", `${(position * 1e3).toFixed(1)} mm`);
+    this.put(".carried text", "text", `${millimetres(position)} mm`);
   }
 
   valve(voltage, spool, words, a, b) {
@@ -258,11 +260,11 @@ export class Scene {
     const at = `translate(${this.x(shown).toFixed(2)},0)`;
     for (const name of [".target", ".want"]) this.put(name, "transform", at);
     this.part(".target").classList.toggle("locked", this.locked);
-    this.put(".target", "aria-valuenow", (shown * 1e3).toFixed(1));
+    this.put(".target", "aria-valuenow", millimetres(shown));
     this.put(".target", "aria-valuemin", "0");
-    this.put(".target", "aria-valuemax", (this.stroke * 1e3).toFixed(1));
+    this.put(".target", "aria-valuemax", millimetres(this.stroke));
     this.put(".target", "aria-disabled", String(this.locked));
-    this.put(".target text", "text", `target ${(shown * 1e3).toFixed(1)} mm`);
+    this.put(".target text", "text", `target ${millimetres(shown)} mm`);
   }
 
   at(event) {

@@ -127,3 +127,14 @@ def test_too_few_steps_to_tell_are_refused(steps: str, capsys: pytest.CaptureFix
         main(["--seconds", "0", "--steps", steps], Quiet())
     said = capsys.readouterr().err
     assert f"{steps} steps are too few to tell whether the balance closes: at least 10000" in said
+
+
+@pytest.mark.parametrize("seconds", ["0.0001", "9.9"])
+def test_too_few_seconds_to_tell_are_refused(
+    seconds: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It would pass: memory is read once, and says nothing of how it grows."""
+    with pytest.raises(SystemExit, match="2"):
+        main(["--seconds", seconds, "--steps", "0"], Quiet())
+    said = capsys.readouterr().err
+    assert f"{seconds} s are too short to tell anything of memory: at least 10" in said

@@ -256,6 +256,9 @@ def test_the_carriage_follows_the_target_that_is_dragged(tab: Tab, observer: "Ob
     # By keys, too: ten steps of a millimetre back.
     tab.page.locator(".target").press("Shift+ArrowLeft")
     tab.wait_position(47.0, 49.0)
+    # A zero has no sign, whatever rounds to it.
+    observer.publisher(Float64, "/setpoint", 2).publish(Float64(data=-1e-6))
+    tab.wait("() => document.querySelector('.target text').textContent === 'target 0.0 mm'")
 
 
 def test_a_pause_stops_time_and_a_step_advances_it_by_one_period(
