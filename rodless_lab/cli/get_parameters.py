@@ -9,6 +9,7 @@
 """`rodless get`: show parameters of a running rig, as `rodless set` takes them."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -53,8 +54,13 @@ def _name(text: str) -> str:
 
 
 def _get(rig: "RunningRig", names: Sequence[str], timeout: float) -> int:
-    from rodless_lab.session.set_parameters import parameter_values  # noqa: PLC0415  imports ROS
+    # They import ROS.
+    from rodless_lab.session.running_rig import NODES, OTHER_NODE_TIMEOUT  # noqa: PLC0415
+    from rodless_lab.session.set_parameters import parameter_values  # noqa: PLC0415
 
     for name, value in parameter_values(rig, names, timeout).items():
-        print(f"{name}={value_text(value)}")
+        print(f"{name}={value_text(value)}", flush=True)
+    for node in NODES:
+        if not names and not rig.is_known(node):
+            print(rig.missing(node, min(timeout, OTHER_NODE_TIMEOUT)), file=sys.stderr)
     return 0

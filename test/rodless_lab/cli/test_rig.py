@@ -56,6 +56,10 @@ def test_the_plant_can_be_started_alone(rodless: StartProcess, observer: Observe
         observer.get_parameters("/alone/plant", ["supply.pressure"])
         assert observer.node.count_publishers("/alone/valve/voltage") == 0
         assert ("controller", "/alone") not in observer.node.get_node_names_and_namespaces()
+        with rodless("get", "--namespace", "alone") as get:
+            assert get.wait() == 0
+        assert "\nsupply.pressure=" in get.output
+        assert "no controller in namespace /alone" in get.output.splitlines()[-1]
         rig.signal(signal.SIGINT)
         assert rig.wait(STOP_SECONDS) == 0
 
