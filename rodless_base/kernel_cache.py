@@ -36,6 +36,7 @@ LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator") or caching._UserPro
 LOGGER = logging.getLogger("rodless_sim")
 
 COMPILING = "compiling, which takes about a minute"
+NOT_KEPT = "compiled code is not kept, each start compiles anew"
 
 # What rebuilds a class that cannot be imported: whoever reads it has another class of that name.
 BY_VALUE = b"_make_skeleton_class"
@@ -55,7 +56,7 @@ def private_folder(path: Path) -> Path | None:
         if stat.S_IMODE(found.st_mode) != stat.S_IRWXU:
             path.chmod(stat.S_IRWXU)
     except OSError as error:
-        complain(f"compiled code is not kept, each start compiles anew: {error}")
+        complain(f"{NOT_KEPT}: {error}")
         return None
     return path
 

@@ -28,7 +28,7 @@ from numba.core.registry import CPUDispatcher
 from numba.extending import overload
 
 import rodless_base.boxing  # noqa: F401  before anything is compiled
-from rodless_base.kernel_cache import KernelCache, complain, private_folder
+from rodless_base.kernel_cache import NOT_KEPT, KernelCache, complain, private_folder
 from rodless_base.one_line import in_one_line
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
@@ -71,9 +71,13 @@ def _is_in_digest(function: Callable[..., object]) -> bool:
 
 def _cache_folder() -> Path | None:
     """Return the folder for compiled code of this version, None where there can be none."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    root = os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "rodless_sim"
-    return private_folder(Path(root) / source_digest())
+    given, caches = (os.environ.get(name) for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"))
+    try:
+        root = Path(given or Path(caches or Path.home() / ".cache") / "rodless_sim")
+    except RuntimeError as error:  # a user without a home
+        complain(f"{NOT_KEPT}: {error}")
+        return None
+    return private_folder(root / source_digest())
 
 
 _CACHE_FOLDER = _cache_folder()

@@ -41,6 +41,9 @@ def preset_file(name: str) -> Path:
 # The last part of a section's name that stands for every node.
 EVERY_NODE = ("*", "**")
 
+# A longer text is no number, nor a list of a parameter's: reading it as YAML would take seconds.
+LONGEST_NUMBERS = 1000
+
 # Where a section keeps its parameters.
 PARAMETERS = "ros__parameters"
 
@@ -153,6 +156,8 @@ def number_meant(text: str) -> object:
     >>> number_meant("1e-05"), number_meant("[2e-06, 0.5]"), number_meant("high")
     (1e-05, [2e-06, 0.5], 'high')
     """
+    if len(text) > LONGEST_NUMBERS:
+        return text
     try:
         value = yaml.load(text, RosLoader)
     except (yaml.YAMLError, ValueError):

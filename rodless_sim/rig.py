@@ -53,7 +53,7 @@ from rodless_sim.physics.state import (
 )
 from rodless_sim.physics.streams import heated_supply_flow
 from rodless_sim.physics.supply import rippled
-from rodless_sim.physics.timed import copied, memory_like, memory_of
+from rodless_sim.physics.timed import copied, memory_like, memory_of, tubes_in, with_tubes
 from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
@@ -173,8 +173,8 @@ def with_states_of(plant: Plant, motion: AnyMotion) -> AnyMotion:
     shared = Motion(*motion[: len(Motion._fields)])
     if not plant.heat:
         return shared
-    if isinstance(motion, HeatedMotion):
-        return motion
+    if isinstance(motion, HeatedMotion | FullMotion):
+        return HeatedMotion(*shared, motion.temperature_a, motion.temperature_b)
     return HeatedMotion(*shared, plant.air.temperature, plant.air.temperature)
 
 
@@ -366,7 +366,7 @@ class Rig:
         TypeError
             For what is no :class:`RigParameters`; the rig stays as it was.
         ParameterError
-            For a stroke that ends before the carriage, and for what :meth:`reset` could not have
+            For a stroke that ends before the carriage or the piston, and for what :meth:`reset` could not have
             once it has taken back what a scenario has changed; the rig stays as it was.
         SimulationError
             Where the state is none that a rig of these parameters has; the rig stays as it was.
@@ -407,8 +407,8 @@ class Rig:
         plant = self._plant
         if kinds_of(plant) == kinds_of(before):
             return
-        spool = spool_in(self._spool)
-        self._spool = self._remembered(self._motion, self._voltage)
+        spool, tubes = spool_in(self._spool), tubes_in(self._spool)
+        self._spool = with_tubes(self._remembered(self._motion, self._voltage), tubes)
         if bool(spool) == bool(plant.drive):
             self._spool = with_spool(self._spool, spool)
         else:
@@ -436,11 +436,15 @@ class Rig:
 
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
-        if self._motion.position > stroke:
-            raise ParameterError(
-                f"cylinder.stroke: {stroke:g} m refused, the carriage is at "
-                f"{self._motion.position:g} m; move it back or reset the rig first"
-            )
+        motion = self._motion
+        # Parted from the carriage, the piston is elsewhere.
+        piston = motion.piston_position if isinstance(motion, FullMotion) else motion.position
+        for what, place in (("carriage", motion.position), ("piston", piston)):
+            if place > stroke:
+                raise ParameterError(
+                    f"cylinder.stroke: {stroke:g} m refused, the {what} is at {place:g} m; move "
+                    "it back or reset the rig first"
+                )
 
     def _apply(
         self,

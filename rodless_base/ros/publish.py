@@ -18,6 +18,7 @@ from rclpy.duration import Duration
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from rodless_base.ros.profiles import asks_at_once
@@ -78,10 +79,13 @@ class Outbox:
         return not self._waiting
 
     def clear(self) -> bool:
-        """Forget what waits, which does not count as lost; return whether anything did."""
-        waited = bool(self._waiting)
-        self._waiting.clear()
-        return waited
+        """Forget what waits, which does not count as lost; return whether anything did.
+
+        What a publisher is to have ready for whoever comes later waits on: nobody says it again.
+        """
+        before = len(self._waiting)
+        self._waiting = deque(one for one in self._waiting if _is_latched(one[0]))
+        return len(self._waiting) < before
 
     def forget(self, publisher: Publisher) -> None:
         """Leave out what waits for one publisher, which ends."""
@@ -100,6 +104,10 @@ class Outbox:
 def nodes(endpoints: Sequence[TopicEndpointInfo]) -> dict[bytes, str]:
     """Return the full name of each endpoint's node, by what identifies the endpoint."""
     return {bytes(end.endpoint_gid): _full_name(end) for end in endpoints}
+
+
+def _is_latched(publisher: Publisher) -> bool:
+    return bool(publisher.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def _full_name(endpoint: TopicEndpointInfo) -> str:

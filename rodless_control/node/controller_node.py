@@ -97,7 +97,8 @@ class ControllerNode:
 
     def close(self) -> None:
         """Leave the valve closed, give readers time, and destroy the node."""
-        if self._watchdog.may_command_unprompted:
+        has_begun = self._answers.any or not self._watchdog.simulated
+        if has_begun and not self._watchdog.in_lockstep:
             self._answers.close_valve()
         if not self._answers.wait_for_readers(self.node.end_by):
             self.node.get_logger().warning(NOT_RECEIVED)

@@ -82,6 +82,9 @@ class PositionWatch:
     def arrive(self) -> None:
         """Take note of a position."""
         self._positions_silent = 0.0
+        if self._reports_silent > REPORT_TIMEOUT:
+            # Whoever sends these now is not the plant that has reported.
+            self.report = None
 
     def hear(self, report: PlantReport) -> None:
         """Take what the plant reports."""

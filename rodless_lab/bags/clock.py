@@ -79,6 +79,7 @@ class BagClock:
         self._waiting: dict[str, deque[tuple[int, Arrival]]] = {}
         self._clock_sent: list[int] = []
         self._clock_time: list[int] = []
+        self._received: dict[str, int] = {}  # when the last of each topic was
 
     def waits_since(self, received: int) -> bool:
         """Whether a message received before then (ns, wall clock) still waits."""
@@ -86,6 +87,10 @@ class BagClock:
 
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
+        before = self._leave_old_times() if self._shows_set_back(arrival) else []
+        return before + self._put(arrival)
+
+    def _put(self, arrival: Arrival) -> list[Timed]:
         if arrival.clock is not None:
             return [*self.tell(arrival.sent, arrival.clock), self._timed(arrival)]
         known = None if arrival.topic in self._waiting else self._known(arrival)
@@ -102,7 +107,7 @@ class BagClock:
         if self.base is TimeBase.WALL:
             return []
         self.base = TimeBase.PLANT
-        before = self._leave_old_times() if self._clock_sent and sent < self._clock_sent[-1] else []
+        before = self._leave_old_times() if self._is_before_the_last(sent) else []
         self._clock_sent.append(sent)
         self._clock_time.append(clock)
         if len(self._clock_sent) > 2 * _REMEMBERED:
@@ -110,14 +115,24 @@ class BagClock:
             del self._clock_time[:-_REMEMBERED]
         return before + self._take(lambda _, arrival: self._known(arrival))
 
+    def _shows_set_back(self, arrival: Arrival) -> bool:
+        """Whether the wall clock was set back since the message of the same topic before it."""
+        before = self._received.get(arrival.topic, 0)
+        self._received[arrival.topic] = arrival.received
+        return arrival.received < before and self._is_before_the_last(arrival.sent)
+
+    def _is_before_the_last(self, sent: int) -> bool:
+        return bool(self._clock_sent) and sent < self._clock_sent[-1]
+
     def _leave_old_times(self) -> list[Timed]:
         """Date what waits and forget the clock messages: the wall clock has been set back.
 
-        Their times say nothing any more of what is sent from now on.
+        Their times say nothing any more of what is sent from now on, but that it comes after the
+        last one.
         """
         dated = self._take(lambda _, arrival: self._timed(arrival))
-        self._clock_sent.clear()
-        self._clock_time.clear()
+        self._clock_sent[:] = [0]
+        del self._clock_time[:-1]
         return dated
 
     def poll(self) -> list[Timed]:

@@ -224,7 +224,10 @@ def _storage_files(bag: Path) -> list[Path]:
         raise BagError(
             f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it{_bags_within(bag)}"
         )
-    return sorted(found, key=_file_number)
+    # One that was being compressed when the recording was killed is there plain as well.
+    names = {path.name for path in found}
+    once = [path for path in found if _plain_name(path) not in names - {path.name}]
+    return sorted(once, key=_file_number)
 
 
 def _bags_within(folder: Path) -> str:
@@ -244,10 +247,10 @@ def unlisted_files(bag: Path, listed: Iterable[Path]) -> list[Path]:
 
     A file of the same name, compressed or not, is no other. Raises as :func:`storage_files`.
     """
-    own = {path.name.removesuffix(COMPRESSED) for path in listed}
+    own = {_plain_name(path) for path in listed}
     with _reading(bag):
         found = bag.iterdir() if bag.is_dir() else ()
-        others = [path for path in found if path.name.removesuffix(COMPRESSED) not in own]
+        others = [path for path in found if _plain_name(path) not in own]
         return sorted(
             (path for path in others if _storage(path) and path.is_file()), key=_file_number
         )
@@ -426,7 +429,12 @@ def _is_there_twice(first: Path, second: Path) -> str:
     return f"{names} are the same file; remove {link}, and {METADATA_FILE} where it lists both"
 
 
+def _plain_name(path: Path) -> str:
+    """Return the name of a storage file before it was compressed."""
+    return path.name.removesuffix(COMPRESSED)
+
+
 def _file_number(path: Path) -> tuple[int, str]:
-    number = path.stem.rsplit("_", 1)[-1]
+    number = Path(_plain_name(path)).stem.rsplit("_", 1)[-1]
     # Python calls some characters digits that make no number, such as a small 2.
     return (int(number) if number.isdecimal() else 0, path.name)

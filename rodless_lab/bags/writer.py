@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
-from rodless_base.atomic_write import cannot_be_written
+from rodless_base.atomic_write import cannot_be_written, removal_of_new
 from rodless_base.closing import Closing
 from rodless_base.file_path import file_path
 from rodless_lab.bags.being_written import locked
@@ -58,13 +58,21 @@ class BagWriter(Closing):
         self._channels: dict[str, int] = {}
         self.failure: BagError | None = None
         file = f"{Path(os.path.realpath(self.path)).name}_0.mcap"
+        undo = removal_of_new(self.path)
         try:
             self.path.mkdir(parents=True)
-            self._file = McapWriter(self.path / file)
-            self._file.add_metadata(*_description([_contents(file, self._file.index, Profiles())]))
         except FileExistsError as error:
             raise BagError(f"{path}: exists already; a bag is never written over") from error
         except OSError as error:
+            undo()
+            raise BagError(cannot_be_written(path, error)) from error
+        try:
+            self._file = McapWriter(self.path / file)
+            self._file.add_metadata(*_description([_contents(file, self._file.index, Profiles())]))
+        except OSError as error:
+            # What is no bag is not in the way of the next try.
+            (self.path / file).unlink(missing_ok=True)
+            undo()
             raise BagError(cannot_be_written(path, error)) from error
 
     def add_topic(self, topic: BagTopic) -> None:

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from std_srvs.srv import Trigger
 
 from rodless_base.one_line import shown
 from rodless_lab.session.bag import SessionBag
@@ -225,14 +226,19 @@ class LiveSession:
 
     def _ask(self, kind: type, service: str, **fields: object) -> str:
         """Call a service; return what it says. Raises RefusedError where it does not succeed."""
-        response = self._call(kind, service, **fields)
-        if not response.success:
-            raise RefusedError(f"{service}: {response.message}")
-        return str(response.message)
-
-    def _call(self, kind: type, service: str, **fields: object) -> Any:
         with self._asking(service.partition("/")[0]):
-            return self._observer.call(kind, service, **fields)
+            response = self._observer.call(kind, service, **fields)
+        return _said(service, response)
+
+    def _ask_once(self, service: str, has_worked: Callable[[], object]) -> str | None:
+        """Ask as :meth:`_ask` for what is not to be done twice; None: done, and nothing said."""
+        response = self._call_once(service, has_worked)
+        return None if response is None else _said(service, response)
+
+    def _call_once(self, service: str, has_worked: Callable[[], object]) -> Any:
+        """Call a service as :meth:`Observer.call_once` does."""
+        with self._asking(service.partition("/")[0]):
+            return self._observer.call_once(Trigger, service, has_worked)
 
     @contextmanager
     def _asking(self, node: str) -> Iterator[None]:
@@ -240,3 +246,10 @@ class LiveSession:
         with self._waiting():
             self._processes.check_node(node, f"no answer of {node} will come")
             yield
+
+
+def _said(service: str, response: Any) -> str:
+    """Return what a service says. Raises RefusedError where it does not succeed."""
+    if not response.success:
+        raise RefusedError(f"{service}: {response.message}")
+    return str(response.message)

@@ -116,8 +116,10 @@ class NodeProcess:
         self._over = True
         self.is_frozen = False
         self.had_to_be_killed = False  # because it did not end when it was asked to
+        self._printed_before = 0  # bytes of another session's, in the same file
         if output is not None:
             output.touch()
+            self._printed_before = output.stat().st_size
 
     def start(self) -> None:
         """Start it; its output is appended to that of an earlier start."""
@@ -151,7 +153,9 @@ class NodeProcess:
         """What it has printed so far, on both streams; empty where that is not kept."""
         if self._output is None:
             return ""
-        return self._output.read_text(encoding="utf-8", errors="replace")
+        with self._output.open("rb") as file:
+            file.seek(self._printed_before)
+            return file.read().decode("utf-8", errors="replace")
 
     @property
     def pid(self) -> int:

@@ -206,7 +206,7 @@ class Observer(Closing):
 
     def result(self, ask: Callable[[], Future], what: str, timeout: float | None = None) -> Any:
         """Return the result of the future that ``ask`` returns; ask again if the answer is lost."""
-        lost = min(ANSWER_SECONDS, self._limit(timeout) / 2.0)
+        lost = self._answer_seconds(timeout)
         futures = [ask()]
         asked = time.monotonic()
 
@@ -267,14 +267,39 @@ class Observer(Closing):
     # Services and parameters
 
     def call(self, kind: Any, service: str, /, **fields: object) -> Any:
-        """Call a service and return its response; repeated if the answer is lost."""
+        """Call a service and return its response; repeated if the answer is lost.
+
+        Only for what may be done twice; for the rest there is :meth:`call_once`.
+        """
+        client, request = self._client(kind, service), kind.Request(**fields)
+        return self.result(lambda: client.call_async(request), f"an answer of {service}")
+
+    def call_once(self, kind: Any, service: str, has_worked: Callable[[], object] = bool) -> Any:
+        """Call a service that would do its work twice if it were asked again; return its response.
+
+        None where no answer comes within ``ANSWER_SECONDS`` and ``has_worked()`` says that it has
+        been done. Raises WaitTimeoutError where that is open.
+        """
+        answer = self._client(kind, service).call_async(kind.Request())
+        lost = time.monotonic() + self._answer_seconds(None)
+        self.wait(
+            lambda: answer.done() or (time.monotonic() > lost and has_worked()),
+            f"an answer of {service}, which may have done what it was asked to",
+        )
+        return answer.result() if answer.done() else None
+
+    def _client(self, kind: Any, service: str) -> Any:
+        """Return the client of a service once that is there."""
         self._check_open()
         if (kind, service) not in self._clients:
             self._clients[kind, service] = self.node.create_client(kind, service)
         client = self._clients[kind, service]
         self.wait(client.service_is_ready, f"the service {service}")
-        request = kind.Request(**fields)
-        return self.result(lambda: client.call_async(request), f"an answer of {service}")
+        return client
+
+    def _answer_seconds(self, timeout: float | None) -> float:
+        """After how many s without an answer it is taken to be lost."""
+        return min(ANSWER_SECONDS, self._limit(timeout) / 2.0)
 
     def parameter_client(self, node: str, timeout: float | None = None) -> AsyncParameterClient:
         """Return a client of the parameter services of ``node`` once they are there."""

@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Callable
 
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number, whole_number
@@ -195,7 +195,8 @@ class PlantTime(LiveSession):
 
         def stepped() -> bool:
             self._check_goes_on("a step")
-            return bool(self._call(Trigger, "plant/step").success)
+            answer = self._call_once("plant/step", lambda: self._received.last_sent >= asked)
+            return answer is None or bool(answer.success)
 
         self._wait(stepped, "the plant to step", running=True)
         return self._run_until(lambda sent, _: sent >= asked, "the sample of a step")
@@ -204,8 +205,8 @@ class PlantTime(LiveSession):
         """Return the plant to its start, where a new run begins; return its sample 0."""
         runs = self._received.runs
         with self._received.expecting_run():
-            said = self._ask(Trigger, "plant/reset")
+            said = self._ask_once("plant/reset", lambda: self._received.runs > runs)
             if self._own is not None:
-                self._own.end_run(runs, at_once=said == RESET_DONE)
+                self._own.end_run(runs, at_once=said in {RESET_DONE, None})
             self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
         return self._received.sample(runs, 0)

@@ -58,7 +58,7 @@ def _check_shown(rig: RunningRig, services: Iterable[str]) -> None:
 
 def _answer(rig: RunningRig, service: str, value: bool | None) -> str:
     response: Any = (
-        rig.observer.call(Trigger, service)
+        rig.observer.call_once(Trigger, service)
         if value is None
         else rig.observer.call(SetBool, service, data=value)
     )

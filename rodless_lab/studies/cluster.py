@@ -18,10 +18,11 @@ from typing import Any
 
 from rodless_base.extras import missing_extra
 from rodless_base.one_line import described
+from rodless_control.controller_parameters import ControllerParameters
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.row_run import RowResult, RowRunner
 from rodless_lab.studies.study import Row, Study
-from rodless_lab.studies.version import rules_digest
+from rodless_lab.studies.version import law_digests, rules_digest
 
 # Rows of a task: a tenth of a second of work, a hundred times what it costs to send.
 BATCH = 25
@@ -32,10 +33,16 @@ AHEAD = 3
 CONNECTION_TIMEOUT = 30.0  # s
 
 
-def run_rows(columns: tuple[str, ...], every: int, rows: list[Row]) -> tuple[str, list[RowResult]]:
-    """Run rows on a worker; return the digest of its equations, and what it has found."""
+def run_rows(
+    columns: tuple[str, ...], every: int, controllers: list[ControllerParameters], rows: list[Row]
+) -> tuple[list[str], list[RowResult]]:
+    """Run rows on a worker; return the digests of its equations and laws, and what it has found."""
     run = RowRunner(columns, every)
-    return rules_digest(), [run(row) for row in rows]
+    return _versions(controllers), [run(row) for row in rows]
+
+
+def _versions(controllers: Iterable[ControllerParameters]) -> list[str]:
+    return [rules_digest(), *law_digests(controllers)]
 
 
 def on_cluster(address: str, study: Study, rows: Iterable[Row]) -> Iterator[RowResult]:
@@ -59,11 +66,12 @@ def on_cluster(address: str, study: Study, rows: Iterable[Row]) -> Iterator[RowR
             first = _sent(client, study, islice(left, _wanted(client)))
             completed = as_completed(first, loop=client.loop)
             for future in completed:
-                digest, results = future.result()
-                if digest != rules_digest():
+                versions, results = future.result()
+                if versions != _versions(study.base.by_law.values()):
+                    what = "this package" if versions[0] != rules_digest() else "the law"
                     raise StudyError(
-                        f"--scheduler {address}: a worker runs another version of this package; "
-                        "install the same one everywhere"
+                        f"--scheduler {address}: a worker runs another version of {what}; install "
+                        "the same one everywhere"
                     )
                 yield from results
                 # Workers may have joined, or gone.
@@ -83,10 +91,8 @@ def _wanted(client: Any) -> int:
 
 
 def _sent(client: Any, study: Study, tasks: Iterable[list[Row]]) -> list[Any]:
-    return [
-        client.submit(run_rows, study.trace_columns, study.trace_every, rows, pure=False)
-        for rows in tasks
-    ]
+    given = study.trace_columns, study.trace_every, [*study.base.by_law.values()]
+    return [client.submit(run_rows, *given, rows, pure=False) for rows in tasks]
 
 
 def batches(rows: Iterable[Row]) -> Iterator[list[Row]]:

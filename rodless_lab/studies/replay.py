@@ -28,13 +28,19 @@ PUBLISHED = ("position", "velocity", "pressure_a", "pressure_b", "voltage", "for
 def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
     """Run a row of a sweep again and say in what it differs: nothing, if all is well.
 
-    Raises StudyError for a folder without a sweep or a row that it does not have, OSError for one
-    that cannot be read, and with ``ros`` RuntimeError where the nodes fail.
+    Raises StudyError for a folder without a sweep or a row that it does not have, and with ``ros``
+    for a row that fails; OSError for a folder that cannot be read, and with ``ros`` RuntimeError
+    where the nodes fail.
     """
     study = read_saved_study(folder)
     if not 0 <= number < len(study):
         raise StudyError(f"row {number} refused: {folder} has rows 0 to {len(study) - 1}")
     saved = _saved(folder, study, number)
+    if ros and saved["failure"]:
+        raise StudyError(
+            f"row {number} refused: its run fails ({saved['failure']}), and the nodes go on; "
+            "replay it without --ros"
+        )
     row = study.row(number)
     found = RowRunner(study.trace_columns, study.trace_every)(row)
     differences = [

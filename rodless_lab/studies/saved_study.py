@@ -20,7 +20,7 @@ from rodless_lab.studies.base import Base
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.own_file import read_own
 from rodless_lab.studies.study import Study
-from rodless_lab.studies.version import law_digest, rules_digest
+from rodless_lab.studies.version import law_digests, rules_digest
 from rodless_sim import RigParameters
 
 FILE = "study.json"
@@ -32,7 +32,7 @@ def study_text(study: Study) -> str:
     return json.dumps(
         {
             "sources": rules_digest(),
-            "laws": [law_digest(one.LAW_CLASS) for one in base.by_law.values()],
+            "laws": law_digests(base.by_law.values()),
             "name": study.name,
             "rig": dict(base.rig),
             "controller": dict(base.controller),
@@ -72,7 +72,13 @@ def read_saved_study(folder: Path) -> Study:
             raise StudyError(
                 f"{folder}: made by another version of this package, whose numbers may differ"
             )
-        return _study(found)
+        study = _study(found)
+        if found["laws"] != law_digests(study.base.by_law.values()):
+            raise StudyError(
+                f"{folder}: made with another version of the law, whose file has changed since; "
+                "run the study into another folder"
+            )
+        return study
     except StudyError:
         raise
     except (KeyError, TypeError, IndexError, RecursionError, ValueError) as error:

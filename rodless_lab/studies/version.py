@@ -10,11 +10,13 @@
 
 import hashlib
 import inspect
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 from rodless_base.kernels import source_digest
 from rodless_control.controller import Law
+from rodless_control.controller_parameters import ControllerParameters
 
 SIMULATION = Path(__file__).parents[1] / "simulation"
 
@@ -47,3 +49,8 @@ def law_digest(law: type[Law]) -> str:
     except TypeError:  # defined where there is no file
         file = None
     return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else ""
+
+
+def law_digests(controllers: Iterable[ControllerParameters]) -> list[str]:
+    """Return the digest of each controller's law, in order."""
+    return [law_digest(one.LAW_CLASS) for one in controllers]

@@ -95,6 +95,18 @@ class Engine:
         """Whether ``time.duration`` is over."""
         return 0 < self._duration <= self.rig.nanoseconds
 
+    @property
+    def state(self) -> State:
+        """What the rig is at, between two steps and not within a change of its equations."""
+        with self._lock:
+            return self.rig.state
+
+    @property
+    def free_air_flow(self) -> float:
+        """What it takes from the supply then; see :attr:`Rig.free_air_flow`."""
+        with self._lock:
+            return self.rig.free_air_flow
+
     def offer(self) -> None:
         """Hand out the present state."""
         with self._lock:

@@ -95,8 +95,8 @@ class PlantDiagnostics:
 
         Faults that come and go, too; and a new subscriber of the samples is told.
         """
-        rig = self._engine.rig
-        faults, lost = faults_text(rig.parameters), carriage_lost(rig.state) is not None
+        faults = faults_text(self._engine.rig.parameters)
+        lost = carriage_lost(self._engine.state) is not None
         state = (self._time.paused, self._time.running, self._publishers.listeners(), faults, lost)
         if state != self._announced:
             self._announced = state
@@ -123,7 +123,7 @@ class PlantDiagnostics:
     def _publish(self) -> None:
         values = self._parameters.values
         faults = self._diagnostics.count()
-        flow = self._engine.rig.free_air_flow * 6e4
+        flow = self._engine.free_air_flow * 6e4
         self._diagnostics.publish(
             self._engine.rig.nanoseconds,
             self._judge(),
@@ -178,7 +178,7 @@ class PlantDiagnostics:
                 self._publishers.clock.problem,
                 self._rivals.problem,
                 "plant time falls behind" if behind else None,
-                carriage_lost(self._engine.rig.state),
+                carriage_lost(self._engine.state),
                 lately_text(self._faults_lately()),
             ),
             "running" if self._engine.command.received else "waiting for commands, valve closed",

@@ -13,6 +13,9 @@ from typing import Any, Protocol
 
 from rclpy.node import Node
 
+# As many periods as one request may step: the node answers nothing else meanwhile.
+MOST_STEPS = 10_000
+
 
 class Simulation(Protocol):
     """What the services steer: the plant's time keeper."""
@@ -113,6 +116,10 @@ class StandardServices:
         if request.steps > 1 and not self._simulation.steps_by_itself:
             text = "in lock-step each step needs a command: step one by one"
             response.result = self._result(result.RESULT_FEATURE_UNSUPPORTED, text)
+            return response
+        if request.steps > MOST_STEPS:
+            text = f"steps: {request.steps} refused, must be at most {MOST_STEPS} at a time"
+            response.result = self._result(result.RESULT_OPERATION_FAILED, text)
             return response
         for _ in range(request.steps):
             obstacle = self._simulation.step()

@@ -580,6 +580,18 @@ def resting_tubes(plant: Plant, motion: AnyMotion, time: float) -> Tubes:
     return Tubes(history, 2, 0, *ends)
 
 
+def tubes_in(memory: AnySpool) -> Tubes | tuple[()]:
+    """Return the tubes that are remembered; nothing of a rig without them."""
+    return memory.tubes if isinstance(memory, Memory) else ()
+
+
+def with_tubes(memory: AnySpool, tubes: Tubes | tuple[()]) -> AnySpool:
+    """Return ``memory`` with the air that is on its way in ``tubes``, if both have such."""
+    if isinstance(memory, Memory) and memory.tubes and tubes:
+        return memory._replace(tubes=tubes)
+    return memory
+
+
 def copied(memory: AnySpool) -> AnySpool:
     """Return the same memory with a history of its own: that of a run is written where it is."""
     if not isinstance(memory, Memory) or not isinstance(memory.tubes, Tubes):

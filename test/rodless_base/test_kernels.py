@@ -198,6 +198,36 @@ def test_results_are_kept_in_the_user_s_cache(probe: Probe, tmp_path: Path) -> N
     assert not any((tmp_path / "rodless_probe").rglob("*.nbi"))
 
 
+WITHOUT_A_HOME = """
+import pathlib
+def none():
+    raise RuntimeError("Could not determine home directory.")
+pathlib.Path.home = none
+from rodless_base import kernels
+print(kernels._CACHE_FOLDER)
+"""
+
+
+def test_a_user_without_a_home_compiles_in_memory(tmp_path: Path) -> None:
+    """As some containers have it: one line says so, and a folder that is given is used."""
+    for given in ("", str(tmp_path)):
+        done = subprocess.run(
+            [sys.executable, "-c", WITHOUT_A_HOME],
+            env={**unmeasured(), "XDG_CACHE_HOME": "", "NUMBA_CACHE_DIR": given},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        if given:
+            assert done.stdout.startswith(given)
+            assert done.stderr == ""
+        else:
+            assert done.stdout == "None\n"
+            assert done.stderr.splitlines()[-1].endswith(
+                "each start compiles anew: Could not determine home directory."
+            )
+
+
 def test_other_users_of_numba_keep_their_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     """Decorating leaves numba's own setting alone, whatever it was, and when it fails too."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", "/somewhere/else")

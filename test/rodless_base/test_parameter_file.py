@@ -301,9 +301,14 @@ def test_hostile_files_are_refused_in_one_line(tmp_path: Path, text: str, compla
     assert len(str(refusal.value)) < 700
 
 
-@pytest.mark.parametrize("text", ["*a", "&a [*a]", "[" * 100, "!!float abc", "9" * 5000, "{a"])
+@pytest.mark.parametrize(
+    "text", ["*a", "&a [*a]", "[" * 100, "!!float abc", "9" * 5000, "{a", f"[{'1,' * 1000}1]"]
+)
 def test_a_text_that_is_no_yaml_stays_a_text(text: str) -> None:
-    """It comes from a parameter request; the parameter that is no text refuses it then."""
+    """It comes from a parameter request; the parameter that is no text refuses it then.
+
+    So does one too long for any parameter: it would take a node seconds to read.
+    """
     assert number_meant(text) == text
 
 

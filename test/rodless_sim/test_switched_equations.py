@@ -79,6 +79,43 @@ def test_what_a_rig_has_compiled_is_known(option: dict[str, object]) -> None:
     assert equations_are_kept(RigParameters())
 
 
+# What a rig with heat, or with tubes, remembers beside position, velocity and pressures.
+REMEMBERED: tuple[dict[str, object], ...] = (
+    {"chambers.thermodynamics": "energy_balance"},
+    {"tubes.model": "delay", "tubes.length": 3.0, "valve.dynamics": "second_order"},
+)
+
+
+@pytest.mark.parametrize("kind", REMEMBERED, ids=lambda kind: next(iter(kind)))
+def test_droop_switched_while_the_carriage_moves_loses_no_heat_and_no_air(
+    kind: dict[str, object],
+) -> None:
+    """On and at once off again is nothing at all: the run goes on bit for bit as that of a twin.
+
+    A droop of next to nothing changes next to nothing, whether it is switched on or off.
+    """
+    values = RigParameters(kind)
+    drooping = values.with_values({"supply.droop": 1e-3})
+    rig, twin = Rig(values), Rig(values)
+    for one in (rig, twin):
+        for _ in range(60):
+            one.advance(8.0, PERIOD)
+    here = rig.state
+    rig.configure(drooping)
+    rig.configure(values)
+    assert rig.state == here
+    assert [rig.advance(8.0, PERIOD) for _ in range(30)] == [
+        twin.advance(8.0, PERIOD) for _ in range(30)
+    ]
+    for changed in (drooping, values):
+        rig.configure(changed)
+        for _ in range(30):
+            here, there = rig.advance(8.0, PERIOD), twin.advance(8.0, PERIOD)
+        assert here.position == pytest.approx(there.position, abs=1e-8)
+        assert here.pressure_a == pytest.approx(there.pressure_a, rel=1e-6)
+        assert here.pressure_b == pytest.approx(there.pressure_b, rel=1e-6)
+
+
 @pytest.mark.parametrize("option", OPTIONS, ids=lambda option: next(iter(option)))
 def test_a_reset_takes_the_equations_of_the_start_again(option: dict[str, object]) -> None:
     """After a scenario that has switched an option on: the run is the same once more."""

@@ -17,12 +17,14 @@ from std_msgs.msg import Float64
 
 from rodless_base.ros import publish
 from rodless_base.ros.publish import OnDemand, Outbox
+from rodless_base.ros.topics import LATCHED, LOSSLESS
 
 
 class Stopped:
     """A lossless publisher whose subscriber stops reading after some messages."""
 
     topic_name = "/samples"
+    qos_profile = LOSSLESS
 
     def __init__(self, sent: list[tuple[str, float]], name: str, room: int) -> None:
         self.sent, self.name, self.room = sent, name, room
@@ -85,6 +87,17 @@ def test_the_readers_that_may_hold_it_back_are_named() -> None:
     assert bench.outbox.obstacle is None
     assert not bench.outbox.clear()
     assert bench.sent == []
+
+
+def test_what_a_publisher_has_ready_for_whoever_comes_later_is_not_forgotten() -> None:
+    """Nobody says it again: it waits on where the samples are withdrawn that wait with it."""
+    bench = Bench(room=0)
+    bench.second.qos_profile = LATCHED
+    bench.send(1.0)
+    assert bench.outbox.clear()
+    assert not bench.outbox.clear()
+    assert bench.outbox.flush()
+    assert bench.sent == [("second", 1.0)]
 
 
 def test_what_there_is_no_room_for_counts_as_lost(monkeypatch: pytest.MonkeyPatch) -> None:

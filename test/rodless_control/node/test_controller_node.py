@@ -13,7 +13,7 @@ import signal
 from collections.abc import Iterator
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from running import StartProcess
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -335,17 +335,31 @@ def test_without_any_position_the_valve_is_kept_closed(
         assert "ready: " not in controller.output
 
 
+@pytest.mark.parametrize(
+    "values",
+    [{}, {"controller.position_timeout": 0.0}, {"use_sim_time": True}],
+    ids=["of a rig", "that never times out", "of a simulated plant"],
+)
 def test_the_last_command_of_a_controller_that_ends_closes_the_valve(
-    observer: Observer, start_node: StartProcess
+    observer: Observer, start_node: StartProcess, values: dict[str, object]
 ) -> None:
-    """Ctrl-C in mid-move: whatever has been commanded before, 5.08 V arrives last."""
-    with start_node("controller", namespace="ending") as controller:
+    """Ctrl-C in mid-move: whatever has been commanded before, 5.08 V arrives last.
+
+    In real time; a plant in lock-step has asked for none.
+    """
+    report = DiagnosticStatus(name="/ending/plant")
+    told = {"mode": "realtime", "Target frequency (Hz)": "1000"}
+    report.values = [KeyValue(key=key, value=value) for key, value in told.items()]
+    with start_node("controller", values, namespace="ending") as controller:
+        diagnostics = observer.publisher(DiagnosticArray, "/diagnostics")
         commands = observer.collect(Float64, "/ending/valve/voltage")
         positions = observer.publisher(JointState, "/ending/joint_states")
         observer.publisher(Float64, "/ending/setpoint").publish(Float64(data=0.1))
         sample = JointState(name=["carriage"], position=[0.0])
 
         def moves() -> bool:
+            if "use_sim_time" in values:
+                diagnostics.publish(DiagnosticArray(status=[report]))
             sample.header.stamp.nanosec += PERIOD
             positions.publish(sample)
             return bool(commands) and commands[-1].data > NEUTRAL

@@ -111,6 +111,23 @@ def test_positions_keep_it_content() -> None:
         bench.watch.arrive()
 
 
+def test_the_report_of_a_plant_that_is_gone_says_nothing_of_another_rig() -> None:
+    """Positions that come on without reports are a real rig's: lost after the timeout, not before.
+
+    One report that is late says nothing yet.
+    """
+    bench = Bench()
+    bench.watch.hear(LOCKSTEP)
+    for _ in range(round(3.0 / TIMEOUT)):
+        assert bench.silence(0.9 * TIMEOUT, simulated=False) == float("inf")
+        bench.watch.arrive()
+    assert bench.watch.report == LOCKSTEP
+    bench.silence(2.0, simulated=False)
+    bench.watch.arrive()
+    assert bench.watch.report is None
+    assert bench.silence(10.0, simulated=False) == soon(TIMEOUT)
+
+
 def test_a_controller_that_was_stopped_itself_blames_nobody() -> None:
     """Ten seconds between two polls are its own: what came meanwhile still waits in its queues."""
     bench = Bench()

@@ -141,6 +141,21 @@ def test_a_wall_clock_that_is_set_leaves_plant_time_as_it_is(hours: int) -> None
     assert commands == list(range(1000))
 
 
+@pytest.mark.parametrize("back", [3_000, 400_000, 3_600_000_000_000])
+def test_a_wall_clock_set_back_before_an_answer_leaves_that_its_time(back: int) -> None:
+    """The clock message that it follows has the old time; a set-point in a pause has, too."""
+    clock, dated = BagClock(), []
+    for k in range(1000):
+        dated += clock.put(arrival("clock", 1000 * k - (back if k > 500 else 0), clock=k))
+        dated += clock.put(arrival("command", 1000 * k + 500 - (back if k >= 500 else 0)))
+    dated += clock.put(arrival("clock", 1_000_000 - back, clock=1000))
+    commands = [time for topic, time in times(dated) if topic == "command"]
+    assert commands == list(range(1000))
+    paused = clock.put(arrival("set-point", 1_000_500 - back))
+    paused += clock.put(arrival("set-point", 1_000_600 - 2 * back))
+    assert times(paused + clock.finish()) == [("set-point", 1000)] * 2
+
+
 def test_remembered_clock_messages_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A recording of hours keeps only the clock messages that a late message may need."""
     monkeypatch.setattr(bag_clock, "_REMEMBERED", 10)

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 import yaml
 from mcap.reader import make_reader
+from no_room import no_room
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosReliability
 
@@ -161,6 +162,16 @@ def test_a_bag_is_never_written_over(sample_bag) -> None:
     with pytest.raises(BagError, match="sample: exists already"):
         BagWriter(sample_bag.path)
     assert {file.name: file.read_bytes() for file in sample_bag.path.iterdir()} == before
+
+
+def test_a_bag_that_cannot_be_begun_is_not_in_the_way_of_the_next_try(tmp_path: Path) -> None:
+    """A folder can be made on a full disk, its first bytes cannot: both are gone again."""
+    for bag in (tmp_path / "bag", tmp_path / "new" / "bag"):
+        with no_room(), pytest.raises(BagError, match=r"bag: cannot be written: File too large$"):
+            BagWriter(bag)
+    assert list(tmp_path.iterdir()) == []
+    BagWriter(tmp_path / "bag").close()
+    assert (tmp_path / "bag" / "metadata.yaml").is_file()
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:

@@ -141,6 +141,34 @@ def test_one_file_of_a_bag_is_read_by_itself(sample_bag, tmp_path: Path) -> None
     assert (read_bag(file).complete, read_bag(file).notes) == (True, ())
 
 
+@pytest.mark.parametrize("compression", [CompressionMode.NONE, CompressionMode.FILE])
+def test_the_files_of_a_killed_recording_are_read_in_order(
+    sample_bag, tmp_path: Path, compression: CompressionMode
+) -> None:
+    """By their numbers, of which there may be more than ten; nothing lists them any more."""
+    sent = sample_bag.messages["/joint_states"]
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    for k in range(12):
+        part = {"/joint_states": sent[20 * k : 20 * k + 20]}
+        (file,) = write(tmp_path / str(k), part, compression=compression).glob("*.db3*")
+        file.rename(bag / file.name.replace(str(k), f"bag_{k}", 1))
+    assert contents(bag) == {"/joint_states": sent[:240]}
+
+
+def test_a_file_that_was_being_compressed_is_read_once(sample_bag, tmp_path: Path) -> None:
+    """A kill leaves it plain and, whole or not, compressed: the plain one is whole."""
+    sent = {"/joint_states": sample_bag.messages["/joint_states"]}
+    bag = write(tmp_path / "bag", sent)
+    (compressed,) = write(tmp_path / "packed" / "bag", sent, compression=CompressionMode.FILE).glob(
+        "*.zstd"
+    )
+    (bag / METADATA_FILE).unlink()
+    for packed in (compressed.read_bytes(), compressed.read_bytes()[:100]):
+        (bag / compressed.name).write_bytes(packed)
+        assert contents(bag) == sent
+
+
 def altered(bag: Path, *changes: str) -> None:
     """Change the tables of a bag in SQLite."""
     with closing(sqlite3.connect(next(bag.glob("*.db3")))) as file, file:

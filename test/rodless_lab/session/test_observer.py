@@ -191,6 +191,40 @@ def test_a_call_whose_answer_is_lost_is_made_again(
     node.destroy_service(service)
 
 
+def test_what_would_be_done_twice_is_asked_for_once(
+    observer: Observer, node: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A server that answers late has done it once; one that stays silent is judged by its work."""
+    monkeypatch.setattr(module, "ANSWER_SECONDS", 0.2)
+    requests: list[None] = []
+
+    def answer(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        requests.append(None)
+        return ringing(request, response)
+
+    service = node.create_service(Trigger, "~/ring", answer)
+    observer.remove_node(node)
+    looks: list[None] = []
+
+    def go_on() -> bool:
+        looks.append(None)
+        if len(looks) == 3:
+            observer.add_node(node)
+        return False
+
+    assert observer.call_once(Trigger, "/there/server/ring", go_on).message == "rung"
+    observer.spin()
+    assert len(requests) == 1
+
+    observer.remove_node(node)
+    assert observer.call_once(Trigger, "/there/server/ring", lambda: True) is None
+    monkeypatch.setattr(observer, "_timeout", 0.5)
+    with pytest.raises(WaitTimeoutError, match="which may have done what it was asked to"):
+        observer.call_once(Trigger, "/there/server/ring")
+    observer.add_node(node)
+    node.destroy_service(service)
+
+
 def test_a_service_that_is_not_there_is_named(domain: dict[str, str]) -> None:
     """The error of a call says which service was waited for."""
     with Observer(domain, timeout=0.2) as hasty:

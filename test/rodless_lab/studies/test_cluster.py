@@ -79,6 +79,16 @@ def test_a_cluster_of_another_version_is_refused(
     assert not list((tmp_path / "out" / "rows").iterdir())
 
 
+def test_a_cluster_of_another_law_is_refused(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A user's file may be an older one on a worker, beside the same package."""
+    monkeypatch.setattr(cluster, "law_digests", lambda _controllers: ["another"])
+    with pytest.raises(StudyError, match="a worker runs another version of the law"):
+        sweep(write_study(tmp_path), tmp_path / "out", scheduler=address)
+    assert not list((tmp_path / "out" / "rows").iterdir())
+
+
 def test_a_scheduler_that_is_not_there_is_refused_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

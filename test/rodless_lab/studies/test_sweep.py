@@ -197,9 +197,11 @@ def test_a_law_that_was_changed_is_another_study(
     """Rows of a user's law before and after an edit are not put together."""
     study = read_study(write_study(tmp_path))
     run_sweep(study, tmp_path / "out", 1, None, silent, lambda: True)
-    monkeypatch.setattr(saved_study, "law_digest", lambda _law: "edited")
+    monkeypatch.setattr(saved_study, "law_digests", lambda _controllers: ["edited"])
     with pytest.raises(StudyError, match=r"holds the results of another study.* differs in laws;"):
         run_sweep(study, tmp_path / "out", 1, None, silent)
+    with pytest.raises(StudyError, match="made with another version of the law, whose file has"):
+        replay_row(tmp_path / "out", 0)
 
 
 def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(
@@ -224,6 +226,18 @@ def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(
     assert replay_row(tmp_path / "out", 16) == []
     with pytest.raises(StudyError, match=r"^row 20 refused: .* has rows 0 to 19$"):
         replay_row(tmp_path / "out", 20)
+
+
+def test_a_row_that_fails_is_not_said_to_be_equal_over_the_nodes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In process it is replayed; the nodes do not end a run that fails, and are not asked."""
+    run = RowRunner.__call__
+    monkeypatch.setattr(RowRunner, "__call__", lambda *given: run(*given)._replace(failure="stuck"))
+    sweep(read_study(write_study(tmp_path, rows=2)), tmp_path / "out")
+    assert replay_row(tmp_path / "out", 1) == []
+    with pytest.raises(StudyError, match=r"^row 1 refused: its run fails \(stuck\), and the nodes"):
+        replay_row(tmp_path / "out", 1, ros=True)
 
 
 @pytest.mark.ros

@@ -166,6 +166,19 @@ def test_several_steps_at_once_are_refused_in_lock_step(services: Services) -> N
     assert services.samples == [0]
 
 
+def test_steps_that_would_take_minutes_are_refused(
+    services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The node would answer nothing else meanwhile, and not end."""
+    monkeypatch.setattr(Lockstep, "steps_by_itself", True)
+    services.set_state(PAUSED)
+    services.plant.receive(6.0)
+    result = services.call("step_simulation", steps=2**64 - 1).result
+    assert result.result == FAILED
+    assert result.error_message == f"steps: {2**64 - 1} refused, must be at most 10000 at a time"
+    assert services.samples == [0]
+
+
 @pytest.mark.parametrize("scope", [0, TIME | STATE, ALL])
 def test_a_reset_takes_time_and_state_back(services: Services, scope: int) -> None:
     """With the answer to the last sample, which is dropped."""

@@ -174,6 +174,20 @@ def test_decoupled_by_a_fault_and_caught_again() -> None:
     assert state.position < rest - 1e-3
 
 
+def test_a_stroke_that_ends_before_the_parted_piston_is_refused() -> None:
+    """It would be thrown back to the new end within a sample; the carriage stands short of that."""
+    rig = Rig(RigParameters(MAGNETIC))
+    rig.configure(rig.parameters.with_values({"fault.carriage.decoupled": True}))
+    rig.advance(8.0, 0.3)
+    carriage, piston = rig.state.position, rig.state.piston_position
+    between = 0.5 * (carriage + piston)
+    assert carriage < between < piston
+    shorter = rig.parameters.with_values({"cylinder.stroke": between})
+    with pytest.raises(ParameterError, match=f"refused, the piston is at {piston:g} m"):
+        rig.configure(shorter)
+    assert rig.state.piston_position == piston
+
+
 def test_decoupled_is_refused_where_there_are_no_magnets() -> None:
     """The text says what the rig would need."""
     with pytest.raises(ParameterError, match=r"coupling\.kind is rigid; start .* magnetic"):
