@@ -366,8 +366,9 @@ class Rig:
         TypeError
             For what is no :class:`RigParameters`; the rig stays as it was.
         ParameterError
-            For a stroke that ends before the carriage or the piston, and for what :meth:`reset` could not have
-            once it has taken back what a scenario has changed; the rig stays as it was.
+            For a stroke that ends before the carriage or the piston, and for what :meth:`reset`
+            could not have once it has taken back what a scenario has changed; the rig stays as it
+            was.
         SimulationError
             Where the state is none that a rig of these parameters has; the rig stays as it was.
 

@@ -11,6 +11,7 @@
 from rodless_base.fault_counts import lately_text
 from rodless_base.ros.diagnostics import (
     CLOSED_VALVE,
+    ENABLED,
     LAST_COMMAND,
     OF_THE_LAW,
     PERIOD,
@@ -70,6 +71,7 @@ class ControllerDiagnostics:
             self._judge(slow),
             {
                 "set-point (m)": "none" if target is None else f"{target:g}",
+                ENABLED: self._answers.enabled,
                 LAST_COMMAND: OF_THE_LAW if self._answers.by_law else CLOSED_VALVE,
                 **faults,
                 "law's time per sample (ms)": f"{self._answers.pace.law_time * 1e3:.3g}",

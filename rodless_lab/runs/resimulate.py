@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.one_line import described
 from rodless_control import PidParameters
 from rodless_lab.runs.measured_run import MeasuredRun, RunError, Setpoint, run_of_trace
@@ -21,6 +22,7 @@ from rodless_lab.runs.off_any_rig import off_any_rig
 from rodless_lab.runs.recorded_drive import RecordedDrive, recorded_drive
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_sim import RigParameters, SimulationError, simulate
+from rodless_sim.timing import step_nanoseconds
 
 # m, which instruments may place a carriage beyond the end of its stroke without a remark.
 FARTHEST_OFF = 1e-3
@@ -70,12 +72,14 @@ def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRu
     with _refusing():
         drive = recorded_drive(RigParameters.preset(preset), recorded)
         start = start_of(drive.rig, recorded)
+        # In whole nanoseconds: over a million samples the difference is one of them.
+        period = step_nanoseconds(recorded.period) * SECONDS_PER_NANOSECOND
         trace = closed_loop(
             drive.rig,
             PidParameters.preset(preset),
             _Steps(setpoint, start),
-            duration=float(recorded.time[-1]),
-            period=recorded.period,
+            duration=(len(recorded.time) - 1) * period,
+            period=period,
             position=start,
             scenario=drive.scenario,
         )

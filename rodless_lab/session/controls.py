@@ -20,6 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
+from rodless_base.ros.diagnostics import ENABLED
 from rodless_base.topics import SETPOINT
 from rodless_control import ControllerParameters
 from rodless_control.setpoint import FROM_PARAMETERS
@@ -116,7 +117,7 @@ class Controls(LiveSession):
 
     def _is_off(self) -> bool:
         """Whether the controller is: others may have switched it on again."""
-        return self._observer.diagnostic("controller", fresh=True).message != "controlling"
+        return self._observer.diagnostic("controller", fresh=True).values.get(ENABLED) == "False"
 
     def _wait_for_controller(self) -> None:
         self._wait(
@@ -214,9 +215,9 @@ class Controls(LiveSession):
             self._observer.once_ready(
                 lambda: self._observer.set_parameters(node, values), self._timeout
             )
-        if node == "controller" and TYPE in values:
-            self._reference_type = str(values[TYPE])
-        self._range_changed |= node == "controller" and not values.keys().isdisjoint(RANGE)
+        if node.lstrip("/") == "controller":
+            self._reference_type = str(values.get(TYPE, self._reference_type))
+            self._range_changed |= not values.keys().isdisjoint(RANGE)
         self._catch_up()
 
     def parameters(self, node: str, names: Sequence[str]) -> dict[str, object]:

@@ -20,27 +20,41 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Collection
 
 # From the request to stop to the end by force, in s.
 TIMEOUT = 5.0
+POLL = 0.02
 
 
-def end(groups: Iterable[int]) -> None:
-    """Stop process groups: SIGINT first, as Ctrl-C does, then SIGKILL."""
-    leaders = {}
+def end(groups: Collection[int]) -> None:
+    """Stop process groups: SIGINT first, as Ctrl-C does, then SIGKILL.
+
+    One that cannot be ended keeps no other from it.
+    """
+    leaders = []
     for group in groups:
-        # One that cannot be ended keeps no other from it.
-        with contextlib.suppress(OSError):
-            leaders[group] = os.pidfd_open(group)
-            # Only what runs can act on a signal.
-            os.killpg(group, signal.SIGCONT)
-            os.killpg(group, signal.SIGINT)
+        with contextlib.suppress(OSError):  # a leader that has ended, which its group has not
+            leaders.append(os.pidfd_open(group))
+        # Only what runs can act on a signal.
+        _signal(group, signal.SIGCONT)
+        _signal(group, signal.SIGINT)
     deadline = time.monotonic() + TIMEOUT
-    for group, leader in leaders.items():
+    for leader in leaders:
         select.select([leader], [], [], max(deadline - time.monotonic(), 0.0))
-        with contextlib.suppress(OSError):
-            os.killpg(group, signal.SIGKILL)
+    while any(_signal(group, 0) for group in groups) and time.monotonic() < deadline:
+        time.sleep(POLL)
+    for group in groups:
+        _signal(group, signal.SIGKILL)
+
+
+def _signal(group: int, number: int) -> bool:
+    """Send a signal to a group; return whether there is one to take it."""
+    try:
+        os.killpg(group, number)
+    except OSError:
+        return False
+    return True
 
 
 def main() -> None:

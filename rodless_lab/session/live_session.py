@@ -195,6 +195,8 @@ class LiveSession:
     def latest(self) -> Sample:
         """The newest sample that has come."""
         run = self._received.runs - 1
+        if run < 0:
+            raise HarnessError("no sample has come yet: the session is being entered")
         return self._received.sample(run, self._received.complete(run) - 1)
 
     @property

@@ -51,6 +51,8 @@ class Guard:
 
     def tell(self, word: str) -> None:
         """Say that a process has started (``+`` and its ID) or ended (``-``)."""
+        if self._process is None and word.startswith("-"):
+            return  # it was closed, and watches nobody
         if self._process is None:
             self._process = self._started()
         assert self._process.stdin is not None

@@ -32,6 +32,11 @@ TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 # of them behind, as many as waited to be sent.
 LARGEST_DIFFERENCE = 100
 
+SET_BACK = (
+    "the wall clock was set back during the run: by the times at which they were sent no command "
+    "can be told to answer one sample or the next; run it once more"
+)
+
 LOST = (
     "samples were lost on their way: did the test compute for long, or was it held, without "
     "letting the session run? Or does somebody else publish on the plant's topics?"
@@ -235,9 +240,13 @@ class Received:
         count = self.complete(run) if count is None else count
         rows = np.array([self.sample(run, k) for k in range(count)]).reshape(count, -1)
         joint = self.joint.runs[run][:count]
+        if joint and joint[0].stamp:  # sample 0 is that of time 0
+            raise LostSampleError(LOST)
         if count > 1 and np.ptp(np.diff([message.stamp for message in joint])):
             raise LostSampleError(LOST)
         sent = np.array([message.sent for message in joint], dtype=np.int64)
+        if np.any(np.diff(sent) < 0):
+            raise LostSampleError(SET_BACK)
         end = self._end(run, count)
         columns = dict(zip(Sample._fields, rows.T.copy(), strict=True))
         terms = {term: self._term(term, sent, end) for term in self.terms}

@@ -170,7 +170,7 @@ class RigSession(PlantTime, Controls, Faults):
         self._duration = duration
         self._telemetry = telemetry
         self._relay = relay_commands
-        self._paused = paused
+        self._starts_paused = paused
         self._law_may_fail = law_may_fail
         self._timeout = timeout
         self._user_check = check
@@ -213,6 +213,9 @@ class RigSession(PlantTime, Controls, Faults):
         if self._inside:
             raise HarnessError("this session runs already; make another RigSession beside it")
         self._inside = True
+        # What a block before this one has left says nothing of new nodes.
+        self._paused = self._starts_paused
+        self._switched_off, self._reference_type, self._range_changed = False, "", False
         self._opening = OpeningProcess()
         with ExitStack() as stack:
             stack.callback(self._end)

@@ -21,6 +21,7 @@ from rodless_base.constants import CARRIAGE, PISTON, SPOOL
 from rodless_base.topics import JOINT_STATES, REFERENCE, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, read_bag
+from rodless_lab.runs.bag_remarks import namespaces_with
 from rodless_lab.runs.comparison import QUANTITIES, aligned, common_time, differences
 from rodless_lab.runs.from_bag import Recording, recording_in
 from rodless_lab.runs.joints import messages_of
@@ -107,11 +108,11 @@ def _tape(path: Path) -> Tape:
 
 def rig_namespace(bag: Bag) -> str:
     """Return the namespace of the rig in a bag; raises :class:`ViewError` for none or several."""
-    found = [topic.removesuffix(JOINT_STATES) for topic in bag if topic.endswith("/joint_states")]
+    found = namespaces_with(bag, JOINT_STATES)
     if len(found) != 1:
-        rigs = ", ".join(found) or "none"
+        rigs = ", ".join(one or "/" for one in found) or "none"
         raise ViewError(f"{bag.path}: holds {JOINT_STATES} of {rigs}; one rig can be played")
-    return found[0].rstrip("/")
+    return found[0]
 
 
 def _of_joint(

@@ -9,6 +9,8 @@
 """What pages may ask for: checked here, then done as everybody else's requests are."""
 
 import asyncio
+import math
+import stat
 from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -17,6 +19,7 @@ from typing import Protocol
 
 from rodless_base.one_line import shown
 from rodless_lab.bags.default_bag import default_bag
+from rodless_lab.bags.metadata import METADATA_FILE
 from rodless_lab.session.reset import RESET
 from rodless_lab.view import inputs
 from rodless_lab.view.errors import ViewError
@@ -168,11 +171,10 @@ class Requests:
     def bags(self) -> list[str]:
         """Names of what may be bags in the folder, the latest first."""
         try:
-            found = [one for one in self._folder.iterdir() if (one / "metadata.yaml").is_file()]
-            found.sort(key=lambda one: one.stat().st_mtime, reverse=True)
+            closed = [(_closed_at(one), one.name) for one in self._folder.iterdir()]
         except OSError:
             return []
-        return [one.name for one in found]
+        return [name for at, name in sorted(closed, reverse=True) if at > -math.inf]
 
     async def record(self, name: object = None) -> None:
         """Begin a bag of this name, or named after the time."""
@@ -239,3 +241,12 @@ _NO_RIG = "this view shows bags alone; start it without a bag to join a rig"
 def open_playback(paths: list[Path]) -> Playback:
     """Read one bag or two; raises :class:`ViewError`."""
     return Playback([open_tape(path) for path in paths])
+
+
+def _closed_at(bag: Path) -> float:
+    """Return when a bag was closed (s); minus infinity for what is none, or may not be entered."""
+    try:
+        found = (bag / METADATA_FILE).stat()
+    except OSError:
+        return -math.inf
+    return found.st_mtime if stat.S_ISREG(found.st_mode) else -math.inf

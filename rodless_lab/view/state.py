@@ -115,8 +115,12 @@ class ViewState:
 
     @property
     def enabled(self) -> bool:
-        """Whether the controller controls, as far as it says."""
-        return not self.nodes[CONTROLLER].message.startswith("disabled")
+        """Whether the controller controls, or would but for what is to be mended elsewhere.
+
+        One whose law has failed does so when it is enabled anew.
+        """
+        said = self.nodes[CONTROLLER]
+        return said.values.get("enabled") != "False" and "~/enable" not in said.message
 
     @property
     def time(self) -> float | None:

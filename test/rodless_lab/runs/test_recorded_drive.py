@@ -150,6 +150,17 @@ def test_another_supply_than_the_recorded_one_is_named() -> None:
     assert found.rig["supply.pressure"] == noisy.supply_pressure.mean()
 
 
+def test_a_long_run_of_a_period_between_two_nanoseconds_is_followed_to_its_last_sample() -> None:
+    """The clock of a real rig has no whole ones: rounded, they add up to samples."""
+    count, period = 150_000, 100_004.6e-9
+    still = np.full(count, 4e5)
+    run = MeasuredRun(
+        period * np.arange(count), still / 4e6, still, still, np.full(count, 621325.0), still / 1e5
+    )
+    setpoint = Setpoint(np.zeros(1), np.full(1, 0.1))
+    assert len(follow("paper", run, setpoint).time) == count
+
+
 def test_what_a_bias_of_the_supply_sensor_does_to_a_replay_is_named() -> None:
     """The rig of the recording itself, a sensor a kilopascal off: the carriage leaves, as is said.
 

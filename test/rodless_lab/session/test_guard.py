@@ -10,6 +10,7 @@
 
 import contextlib
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -87,3 +88,31 @@ def test_a_guard_that_was_killed_is_not_missed(watched: subprocess.Popen[bytes])
     guard.tell(f"-{watched.pid}")
     guard.close()
     assert watched.poll() is None
+
+
+def test_a_group_whose_leader_has_gone_ends_too() -> None:
+    """Only what it has started still runs, and nobody has told the guard of its end."""
+    program = (
+        "import os, signal, sys\n"
+        "if os.fork(): os._exit(0)\n"
+        "print(os.getpid(), flush=True)\n"
+        "signal.pause()\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-I", "-S", "-c", program], stdout=subprocess.PIPE, start_new_session=True
+    ) as leader:
+        assert leader.stdout is not None
+        left = int(leader.stdout.readline())
+        leader.wait(10.0)
+        with os.fdopen(os.pidfd_open(left)) as handle:
+            guard = Guard()
+            guard.tell(f"+{leader.pid}")
+            guard.close()
+            assert select.select([handle], [], [], 10.0)[0]
+
+
+def test_a_guard_that_was_closed_is_not_started_for_the_end_of_a_process() -> None:
+    """It would live as long as this one."""
+    guard, before = Guard(), children()
+    guard.tell("-1")
+    assert children() == before

@@ -404,6 +404,22 @@ def test_a_session_is_used_inside_its_block_and_once_at_a_time() -> None:
         assert len(rig.run()) == 21
 
 
+def test_a_session_that_is_entered_anew_knows_nothing_of_the_block_before() -> None:
+    """Nodes begin paused, enabled and with the reference that they are given, each time."""
+    session = RigSession("lockstep", controller={"reference.type": "step"}, paused=True)
+    for _ in range(2):
+        with session as rig:
+            assert rig.step().time == 1e-3
+            with pytest.raises(RefusedError, match=r"reference\.type is step; set-points need"):
+                rig.setpoint(0.1)
+            rig.set_parameters("/controller", {"reference.type": "setpoint"})
+            rig.enable_controller()
+            rig.setpoint(0.1)
+            rig.enable_controller(False)
+            rig.resume()
+            rig.run_for(0.01)
+
+
 def test_a_setpoint_that_cannot_be_is_refused_to_its_sender(rig_session: StartSession) -> None:
     """Millimetres for metres, no number, a text; within a range that was widened it arrives."""
     narrow = rig_session("lockstep", controller={"reference.maximum": 0.1}, duration=0.05)

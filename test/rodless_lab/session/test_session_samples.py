@@ -22,6 +22,7 @@ from rodless_lab.session.samples import (
     Sample,
     Samples,
     Stamped,
+    Unstamped,
 )
 
 
@@ -64,10 +65,27 @@ def test_a_gap_in_all_topics_is_seen_in_the_run() -> None:
         received([0, 1, 3, 4], [0, 1, 3, 4]).samples(0)
 
 
+def test_a_run_that_does_not_begin_at_sample_0_is_seen() -> None:
+    """Its beginning has come and gone while nobody listened."""
+    with pytest.raises(LostSampleError, match="samples were lost on their way"):
+        received([5, 6, 7], [5, 6, 7]).samples(0)
+
+
+def test_a_wall_clock_that_was_set_back_is_no_order_of_commands() -> None:
+    """Commands are told apart by it: refused, rather than given to other samples."""
+    found = received([0, 1, 2], [0, 1, 2])
+    found.voltage.append(Unstamped(2_500_000, 6.0))
+    assert found.samples(0).voltage[2] == 6.0
+    for topic in found.topics:
+        topic.put(topic.runs[0][2]._replace(stamp=3, sent=1_700_000))
+    with pytest.raises(LostSampleError, match="the wall clock was set back during the run"):
+        found.samples(0)
+
+
 def test_a_topic_that_leaves_a_run_alone_tears_it() -> None:
     """As by an older message of somebody else: no later sample would ever be complete."""
-    torn = received([*range(1, 300), 0], list(range(1, 300)))
-    assert len(torn.samples(0)) == 299
+    torn = received([*range(300), 0], list(range(300)))
+    assert len(torn.samples(0)) == 300
     for stamp in range(300, 500):
         for topic in torn.pressures:
             topic.put(Stamped(stamp, 1_000_000 * stamp, (4e5,)))

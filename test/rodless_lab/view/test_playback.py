@@ -19,7 +19,7 @@ from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.session.session import RigSession
 from rodless_lab.simulation.closed_loop import closed_loop
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.playback import MOST_ROWS, Playback, open_tape
+from rodless_lab.view.playback import MOST_ROWS, Playback, open_tape, rig_namespace
 from rodless_lab.view.samples import COLUMNS
 from rodless_sim import RigParameters
 
@@ -161,6 +161,19 @@ def test_a_reference_of_arrays_is_refused(tmp_path: Path) -> None:
     bag = rig_bag.with_arrays(tmp_path, own, "/controller/reference", numbers)
     with pytest.raises(ViewError, match=r"^bag: /controller/reference: .* has no data of one"):
         open_tape(bag)
+
+
+def test_what_is_sent_for_views_alone_makes_no_second_rig(bags: Path) -> None:
+    """As `ros2 bag record --include-hidden-topics` has it; several rigs are named."""
+
+    class Topics(dict[str, object]):
+        path = bags
+
+    own, thinned, other = (f"/{place}joint_states" for place in ("", "_throttled/", "left/"))
+    assert rig_namespace(Topics.fromkeys([own, thinned])) == ""  # type: ignore[arg-type]
+    assert rig_namespace(Topics.fromkeys([other])) == "/left"  # type: ignore[arg-type]
+    with pytest.raises(ViewError, match=r"holds joint_states of /, /left; one rig can be played$"):
+        rig_namespace(Topics.fromkeys([own, thinned, other]))  # type: ignore[arg-type]
 
 
 def test_what_is_no_bag_of_a_rig_is_refused_in_words(tmp_path: Path) -> None:

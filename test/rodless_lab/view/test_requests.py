@@ -9,6 +9,8 @@
 """What pages may ask for, without a rig: what is sent, and what is refused."""
 
 import asyncio
+import errno
+import os
 from collections.abc import Mapping
 from concurrent.futures import Future
 from pathlib import Path
@@ -187,6 +189,25 @@ def test_bags_are_those_of_the_folder(requests: Requests, tmp_path: Path) -> Non
             asyncio.run(requests.open_bags(names))
     with pytest.raises(ViewError, match="nothing is being recorded"):
         asyncio.run(requests.stop_recording())
+
+
+def test_a_folder_that_may_not_be_entered_hides_no_bag(
+    requests: Requests, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of others in /tmp; the bags are there, the latest first."""
+    for number, name in enumerate(("first", "second", "barred")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "metadata.yaml").touch()
+        os.utime(tmp_path / name / "metadata.yaml", (number, number))
+    find = Path.stat
+
+    def look(path: Path, **options: bool) -> os.stat_result:
+        if path.parent.name == "barred":
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return find(path, **options)
+
+    monkeypatch.setattr(Path, "stat", look)
+    assert requests.bags == ["second", "first"]
 
 
 def test_a_frame_has_what_is_new(state: ViewState) -> None:

@@ -17,7 +17,7 @@ from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.view.ros.desk import Desk
 from rodless_lab.view.samples import COLUMNS
-from rodless_lab.view.state import PLANT, NodeState, ViewState
+from rodless_lab.view.state import CONTROLLER, PLANT, NodeState, ViewState
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,25 @@ def test_a_speed_that_is_no_number_is_not_shown(text: str, factor: float | None)
     assert state.speed_factor is None
     state.nodes[PLANT] = NodeState("OK", "running", {"speed factor": text})
     assert state.speed_factor == factor
+
+
+@pytest.mark.parametrize(
+    ("message", "said", "enabled"),
+    [
+        ("controlling", "True", True),
+        ("disabled: valve closed", "False", False),
+        ("no position: valve closed", "False", False),
+        ("no position: valve closed", "True", True),
+        ("law pid failed: nan; valve closed until ~/reset or ~/enable", "True", False),
+    ],
+)
+def test_whether_a_controller_is_to_be_enabled_is_told_apart_from_its_problems(
+    message: str, said: str, enabled: bool
+) -> None:
+    """A problem takes the place of the words; a law that has failed goes on once enabled anew."""
+    state = ViewState()
+    state.nodes[CONTROLLER] = NodeState("ERROR", message, {"enabled": said})
+    assert state.enabled is enabled
 
 
 def test_a_page_says_what_it_waits_for() -> None:
