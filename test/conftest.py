@@ -19,13 +19,15 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
+from unmeasured import NOT_MEASURED
 
 if TYPE_CHECKING:
-    from running import StartProcess, StartRig
+    from running import StartProcess, StartRig, StartSession
 
+    from rodless_lab.harness import RigSession
     from rodless_lab.session.node_process import NodeProcess
     from rodless_lab.session.observer import Observer
     from rodless_lab.session.processes import SessionProcesses
@@ -188,14 +190,20 @@ def start_node(
 
 @pytest.fixture(scope="module")
 def start_rig(domain: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> StartRig:
-    """Return a context manager that runs a ProcessPlan and checks that all of it ends well."""
+    """Return a context manager that runs a ProcessPlan and checks that all of it ends well.
+
+    Its nodes are not measured for coverage, which takes them half their time: ``start_node`` and
+    ``rodless`` run the same ones.
+    """
     from rodless_lab.session.processes import ProcessPlan, run_rig  # noqa: PLC0415
 
     @contextmanager
     def running(**options: object) -> Iterator[SessionProcesses]:
         folder = tmp_path_factory.mktemp("rig")
         with (
-            run_rig(ProcessPlan(**options), domain, folder, STOP_TIMEOUT) as processes,
+            run_rig(
+                ProcessPlan(**options), {**domain, **NOT_MEASURED}, folder, STOP_TIMEOUT
+            ) as processes,
             _shown({name: processes[name] for name in processes.names}),
         ):
             yield processes
@@ -204,3 +212,14 @@ def start_rig(domain: dict[str, str], tmp_path_factory: pytest.TempPathFactory) 
             assert not any("Traceback" in output for output in processes.outputs.values())
 
     return running
+
+
+@pytest.fixture
+def rig_session(rig_session: StartSession) -> StartSession:
+    """Return the plugin's, whose nodes are not measured for coverage, as those of ``start_rig``."""
+
+    def start(*arguments: Any, **options: Any) -> RigSession:
+        options["environment"] = {**NOT_MEASURED, **(options.get("environment") or {})}
+        return rig_session(*arguments, **options)
+
+    return start

@@ -24,6 +24,10 @@ _REMEMBERED = 10_000
 # again comes seconds late, and all after it with it.
 POLLS = 100
 
+# No message is under way for so long (ns): one that was sent earlier than the last clock message by
+# more was sent after it, by a wall clock that has been set back.
+LONGEST_UNDER_WAY = 60 * NANOSECONDS_PER_SECOND
+
 # Messages of one topic that may wait for the first clock message.
 _WAITING = 20_000
 
@@ -79,7 +83,6 @@ class BagClock:
         self._waiting: dict[str, deque[tuple[int, Arrival]]] = {}
         self._clock_sent: list[int] = []
         self._clock_time: list[int] = []
-        self._received: dict[str, int] = {}  # when the last of each topic was
 
     def waits_since(self, received: int) -> bool:
         """Whether a message received before then (ns, wall clock) still waits."""
@@ -87,7 +90,8 @@ class BagClock:
 
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
-        before = self._leave_old_times() if self._shows_set_back(arrival) else []
+        long_ago = self._clock_sent[-1] - LONGEST_UNDER_WAY if self._clock_sent else 0
+        before = self._leave_old_times() if arrival.sent < long_ago else []
         return before + self._put(arrival)
 
     def _put(self, arrival: Arrival) -> list[Timed]:
@@ -107,7 +111,7 @@ class BagClock:
         if self.base is TimeBase.WALL:
             return []
         self.base = TimeBase.PLANT
-        before = self._leave_old_times() if self._is_before_the_last(sent) else []
+        before = self._leave_old_times() if self._clock_sent and sent < self._clock_sent[-1] else []
         self._clock_sent.append(sent)
         self._clock_time.append(clock)
         if len(self._clock_sent) > 2 * _REMEMBERED:
@@ -115,20 +119,10 @@ class BagClock:
             del self._clock_time[:-_REMEMBERED]
         return before + self._take(lambda _, arrival: self._known(arrival))
 
-    def _shows_set_back(self, arrival: Arrival) -> bool:
-        """Whether the wall clock was set back since the message of the same topic before it."""
-        before = self._received.get(arrival.topic, 0)
-        self._received[arrival.topic] = arrival.received
-        return arrival.received < before and self._is_before_the_last(arrival.sent)
-
-    def _is_before_the_last(self, sent: int) -> bool:
-        return bool(self._clock_sent) and sent < self._clock_sent[-1]
-
     def _leave_old_times(self) -> list[Timed]:
         """Date what waits and forget the clock messages: the wall clock has been set back.
 
-        Their times say nothing any more of what is sent from now on, but that it comes after the
-        last one.
+        Their times say nothing any more of what is sent from now on, but that it follows the last.
         """
         dated = self._take(lambda _, arrival: self._timed(arrival))
         self._clock_sent[:] = [0]

@@ -11,7 +11,6 @@
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from functools import partial
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -96,15 +95,15 @@ def test_a_reset_leaves_the_carriage_where_it_starts(
     rodless: StartProcess, observer: Observer
 ) -> None:
     """Whatever set-point it followed: no move from the start, and none later."""
-    for _ in range(3):
+    samples, starts = heard(observer)
+    for resets in range(1, 4):
         assert run(rodless, "move", "100")[0] == 0
-        samples = observer.collect(JointState, "/rig/joint_states")
         observer.more(samples, 1)
         assert run(rodless, "reset")[0] == 0
         # Behind what has come before the reset and is still to be read.
-        start = observer.wait(partial(start_of, samples), "the start")
+        observer.wait(lambda resets=resets: len(starts) == resets, "the start")
         observer.more(samples, round(0.5 / PERIOD))
-        assert max(abs(sample.position[0]) for sample in samples[start:]) < 1e-4
+        assert max(abs(sample.position[0]) for sample in samples[starts[-1] :]) < 1e-4
 
 
 def test_a_reset_beside_a_frozen_controller_is_refused(
@@ -115,7 +114,7 @@ def test_a_reset_beside_a_frozen_controller_is_refused(
     With the controller back, the same reset is done.
     """
     assert run(rodless, "move", "40")[0] == 0
-    samples = observer.collect(JointState, "/rig/joint_states")
+    samples, starts = heard(observer)
     observer.more(samples, 1)
     rig["controller"].freeze()
     try:
@@ -129,15 +128,24 @@ def test_a_reset_beside_a_frozen_controller_is_refused(
     )
     assert output.count("\n") == 1
     observer.diagnostic("/rig/plant", fresh=True)
-    assert start_of(samples) is None
+    assert not starts
     until_it_reports(observer, "controller", lambda said: said.level != DiagnosticStatus.ERROR)
     assert run(rodless, "reset") == (0, f"controller/reset: {HOLDS}\nplant/reset: done\n")
 
 
-def start_of(samples: list[JointState]) -> int | None:
-    """Return where time runs backwards, as after a reset; None where it does not yet."""
-    stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
-    return next((k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1]), None)
+def heard(observer: Observer) -> tuple[list[JointState], list[int]]:
+    """Return lists that grow: the samples, and where among them plant time has begun anew."""
+    samples: list[JointState] = []
+    starts: list[int] = []
+
+    def take(sample: JointState) -> None:
+        stamps = [stamp_nanoseconds(one.header.stamp) for one in (*samples[-1:], sample)]
+        if stamps != sorted(stamps):
+            starts.append(len(samples))
+        samples.append(sample)
+
+    observer.subscribe(JointState, "/rig/joint_states", take)
+    return samples, starts
 
 
 def test_a_drive_beside_a_controller_is_refused(rodless: StartProcess, observer: Observer) -> None:
