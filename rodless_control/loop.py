@@ -102,13 +102,13 @@ class ControlLoop:
         law has failed. Time that runs backwards means that the plant was reset, and so is the
         loop. A sample whose time stands still is answered without integrating.
         """
+        if self._last is not None and measurement.stamp < self._last:
+            self.restarts += 1
+            self._start_anew()
         if not all(map(math.isfinite, self._used(measurement))):
             self.not_finite += 1
             self._hold_law()
             return None
-        if self._last is not None and measurement.stamp < self._last:
-            self.restarts += 1
-            self._start_anew()
         last = measurement.stamp if self._last is None else self._last
         interval = (measurement.stamp - last) * SECONDS_PER_NANOSECOND
         self._last = measurement.stamp

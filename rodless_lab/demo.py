@@ -81,11 +81,13 @@ def earlier_results(folder: Path) -> Iterator[bool]:
     """
     bag, aside = folder / BAG, folder / ASIDE
     _settle(folder)  # after a demo that was killed
-    if there := bag.exists():
-        if not bag.is_dir() or any(
-            file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir()
-        ):
-            raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
+    there = bag.exists()
+    if there and (
+        not bag.is_dir()
+        or any(file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir())
+    ):
+        raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
+    if any((folder / name).exists() for name in RESULTS):
         aside.mkdir()
         _move(folder, aside)
     try:

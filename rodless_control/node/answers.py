@@ -148,11 +148,13 @@ class Answers:
         self._loop.reset()
         self.report_failure()
 
-    def enable(self, enabled: bool) -> None:
-        """Answer by the law, from a new start, or keep the valve closed."""
-        if enabled and (not self.enabled or self._loop.failure):
+    def enable(self, enabled: bool) -> bool:
+        """Answer by the law, or keep the valve closed; return whether the law begins anew."""
+        begins = enabled and (not self.enabled or self._loop.failure is not None)
+        if begins:
             self.reset()
         self.enabled = enabled
+        return begins
 
     def close_valve(self) -> None:
         """Send a command that closes the valve."""

@@ -42,9 +42,18 @@ from rodless_control.node.ready import Readiness, started_line
 from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.watchdog import Watchdog
 from rodless_control.parameters import LAW
+from rodless_control.setpoint import FROM_PARAMETERS
 
 # What ~/reset and ~/enable answer.
 HOLDS = "holds where it is until a new set-point comes"
+
+
+def resumes(values: ControllerParameters) -> str:
+    """Say what a controller does that begins anew."""
+    kind = values.text("reference.type")
+    if kind in FROM_PARAMETERS:
+        return f"follows its {kind} at once, as reference.* have it by plant time"
+    return HOLDS
 
 
 class ControllerNode:
@@ -76,7 +85,7 @@ class ControllerNode:
             self._answers.take_position,
         )
         self._references = ReferenceInputs(
-            self.node, self._loop.setpoints, self._joint, lambda: self._answers.enabled
+            self.node, self._loop.setpoints, self._joint, self._obstacle
         )
         self._watchdog = Watchdog(
             self.node,
@@ -114,6 +123,11 @@ class ControllerNode:
             self._joint_name = prefixed(values, values.text("controller.joint"))
         return self._joint_name
 
+    def _obstacle(self) -> str | None:
+        if not self._answers.enabled:
+            return "the controller is disabled"
+        return None if self._loop.failure is None else "the law has failed"
+
     def _configure(self, values: ControllerParameters) -> None:
         self._loop.setpoints.check(values)
         if values.text(LAW) != self._parameters.values.text(LAW):
@@ -135,7 +149,9 @@ class ControllerNode:
             telemetry.keep_only(self._loop.law.TERMS)
         self._inputs.use_pressures(self._loop.law.USES_PRESSURES)
         before = self._parameters.values.text(LAW)
-        self.node.get_logger().info(f"law {values.text(LAW)} in place of {before}: {HOLDS}")
+        self.node.get_logger().info(
+            f"law {values.text(LAW)} in place of {before}: {resumes(values)}"
+        )
 
     def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._watchdog.arrive()
@@ -163,13 +179,16 @@ class ControllerNode:
         self._answers.reset()
         self._diagnostics.clear()
         response.success = True
-        response.message = HOLDS
+        response.message = resumes(self._parameters.values)
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._answers.enable(request.data)
+        begins = self._answers.enable(request.data)
         response.success = True
-        response.message = f"enabled: {HOLDS}" if request.data else "disabled: valve closed"
+        response.message = "disabled: valve closed"
+        if request.data:
+            now = resumes(self._parameters.values) if begins else "it was already, and goes on"
+            response.message = f"enabled: {now}"
         return response
 
 

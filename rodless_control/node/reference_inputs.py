@@ -44,13 +44,16 @@ class ReferenceInputs:
         node: Node,
         setpoints: SetpointFollower,
         joint: Callable[[], str],
-        is_enabled: Callable[[], bool],
+        obstacle: Callable[[], str | None],
     ) -> None:
-        """Subscribe for ``setpoints``; ``joint`` tells the name of the joint that is controlled."""
+        """Subscribe for ``setpoints``; ``joint`` tells the name of the joint that is controlled.
+
+        ``obstacle`` says why the controller does not control until it is enabled anew, if so.
+        """
         self._logger = node.get_logger()
         self._setpoints = setpoints
         self._joint = joint
-        self._is_enabled = is_enabled
+        self._obstacle = obstacle
         self.refused = 0
         setpoint = node.create_subscription(Float64, SETPOINT, self._take_setpoint, 10)
         self.setpoint_topic = str(setpoint.topic_name)
@@ -94,8 +97,9 @@ class ReferenceInputs:
 
     def _check_enabled(self, what: str) -> None:
         """Raise ParameterError for what would be forgotten as the controller is switched on."""
-        if not self._is_enabled():
-            raise ParameterError(f"{what}: ignored, the controller is disabled; ~/enable it first")
+        obstacle = self._obstacle()
+        if obstacle is not None:
+            raise ParameterError(f"{what}: ignored, {obstacle}; ~/enable it first")
 
 
 def position_and_velocity(message: JointState, joint: str) -> tuple[float, float] | None:

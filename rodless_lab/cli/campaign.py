@@ -11,6 +11,7 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from rodless_base.atomic_write import atomic_write, check_files_writable, named_or_as_it_is
@@ -20,13 +21,14 @@ from rodless_lab.cli.number import positive_whole
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
-    """Run the rigs, print and write the tables; return 1 after Ctrl-C, 2 for a bad file."""
+    """Run the rigs, print and write the tables; return 1 where it ended early, 2 for a bad file."""
     parser = Parser(
         prog="rodless campaign",
         description="Run random rigs at the default and at a small time.tolerance, and show by how "
         "much they differ.",
         epilog="Ctrl-C interrupts it; the same command goes on where it was. Exit code: 0 all rigs "
-        "known; 1 Ctrl-C; 2 a file that cannot be read or written. See docs/accuracy.md.",
+        "known; 1 Ctrl-C, or a process of its own was killed; 2 a file that cannot be read or "
+        "written. See docs/accuracy.md.",
     )
     parser.add_argument(
         "--count", type=positive_whole, default=10_000, help="rigs (default: %(default)s)"
@@ -61,6 +63,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
+    except BrokenProcessPool:
+        # By somebody, or by the system, which was out of memory.
+        print("one of its processes was killed; the same command goes on", file=sys.stderr)
+        return 1
     if len(verdicts) < chosen.count:
         print("interrupted; the same command goes on", file=sys.stderr)
         return 1

@@ -21,13 +21,14 @@ from rodless_base.atomic_write import (
     write_together,
 )
 from rodless_base.command_line import Parser, named_path
+from rodless_base.parameter_file import preset_names
 from rodless_base.start import Stop
 from rodless_lab.cli.notes import print_notes
 from rodless_lab.cli.overwriting import check_none_is_read
 from rodless_lab.figures.files import png
 from rodless_lab.identification.parameter_writer import findings_table, parameter_text, title
 from rodless_lab.identification.plausible import check_run, frozen_sensors
-from rodless_lab.identification.pressures.fit import check_change
+from rodless_lab.identification.pressures.fit import MOST_BETWEEN_SAMPLES, check_change
 from rodless_lab.identification.subjects import (
     SUBJECTS,
     UNVALIDATED,
@@ -41,6 +42,8 @@ from rodless_lab.runs.same_run import mostly_known
 from rodless_sim import ParameterError, RigParameters
 
 MISFIT = 3
+
+DEFAULT_BASE = "paper"
 
 # How many times the first bag's a sample period of the second is worth a word.
 COARSER = 1.1
@@ -120,9 +123,18 @@ def _write(
     if informed:
         print(
             f"written to {options.output}; for `rodless rig --parameters`, or the plant's "
-            "--params-file"
+            f"--params-file{_rests_on(options.base)}"
         )
     print(f"{picture} shows the residuals")
+
+
+def _rests_on(base: str) -> str:
+    """Say what has to be loaded with the values, which are those of a rig like ``base``."""
+    if base == DEFAULT_BASE:
+        return ""
+    if base in preset_names():
+        return f", with the preset {base}"
+    return f", together with what {base} sets: they hold for that rig alone"
 
 
 def _second_run(
@@ -138,7 +150,7 @@ def _second_run(
         )
     with _named(options.validate):
         second = read_run(options.validate, options.namespace)
-        check_run(second, parameters)
+        check_run(second, parameters, longest=MOST_BETWEEN_SAMPLES)
         check_change(second, parameters)
         if mostly_known(second, first):
             raise RunError(
@@ -201,7 +213,7 @@ def _parser() -> Parser:
     parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
     parser.add_argument(
         "--base",
-        default="paper",
+        default=DEFAULT_BASE,
         metavar="PRESET|FILE",
         help="parameters taken as known: a preset or a parameter file (default: paper)",
     )

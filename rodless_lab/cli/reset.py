@@ -14,7 +14,8 @@ from rodless_lab.session.reset import RESET
 main = ServiceVerb(
     "reset",
     "Return the plant to its start, plant time 0, and let the controller forget the "
-    "run so far, a failed control law too. The carriage holds where it is until a new set-point. "
+    "run so far, a failed control law too. The carriage holds where it is until a new set-point, "
+    "or follows the step or sine that its reference is. "
     "Refused beside a controller that does not answer, such as one frozen in the last 20 s.",
     RESET,
 )

@@ -370,9 +370,16 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("subjects", nargs="*", help=", ".join(TRIED))
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument(
-        "--effects", nargs="*", metavar="EFFECT", help=f"left out: {', '.join(EFFECTS)}; all"
+        "--effects",
+        nargs="*",
+        choices=[*EFFECTS],
+        metavar="EFFECT",
+        help=f"left out: {', '.join(EFFECTS)}; none named: all of them",
     )
     options = parser.parse_args(arguments)
+    unknown = [name for name in options.subjects if name not in TRIED]
+    if unknown:
+        parser.error(f"{', '.join(unknown)}: no such subject; there are {', '.join(TRIED)}")
 
     def show(done: int) -> None:
         if sys.stderr.isatty():

@@ -192,7 +192,8 @@ class Controls(LiveSession):
     def enable_controller(self, enabled: bool = True) -> None:
         """Switch the PID on, or off: the valve is then commanded closed.
 
-        Switched on again it holds the carriage where it is until a new set-point comes.
+        Switched on again it holds the carriage where it is until a new set-point comes, or follows
+        the step or sine that its reference is.
         """
         self._ask(SetBool, "controller/enable", data=enabled)
         self._switched_off = not enabled

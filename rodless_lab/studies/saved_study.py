@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rodless_base.one_line import described
+from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
 from rodless_control.parameters import LAW
 from rodless_lab.simulation.design import Axis, Choice, Dimension, Range
@@ -24,6 +25,11 @@ from rodless_lab.studies.version import law_digests, rules_digest
 from rodless_sim import RigParameters
 
 FILE = "study.json"
+
+ANOTHER_LAW = (
+    "made with another version of the law, whose file has changed since; run the study into "
+    "another folder"
+)
 
 
 def study_text(study: Study) -> str:
@@ -74,13 +80,12 @@ def read_saved_study(folder: Path) -> Study:
             )
         study = _study(found)
         if found["laws"] != law_digests(study.base.by_law.values()):
-            raise StudyError(
-                f"{folder}: made with another version of the law, whose file has changed since; "
-                "run the study into another folder"
-            )
+            raise StudyError(f"{folder}: {ANOTHER_LAW}")
         return study
     except StudyError:
         raise
+    except ParameterError as error:
+        raise StudyError(f"{folder}: {error}; it is not there here, or {ANOTHER_LAW}") from error
     except (KeyError, TypeError, IndexError, RecursionError, ValueError) as error:
         raise StudyError(
             f"{file}: damaged ({described(error)}); run the study into another folder"

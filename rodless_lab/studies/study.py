@@ -194,7 +194,7 @@ def study_of(fields: Fields, path: Path, runs: bool = True) -> Study:
     columns, every = _traces(fields.below("traces"))
     study = Study(path.stem, base, dimensions, method, count, seed, columns, every)
     if runs:
-        _check_rows(study, fields.where)
+        check_rows(study, fields.where)
     return study
 
 
@@ -285,7 +285,8 @@ def read_dimension(fields: Fields, name: str, uncounted: str = "") -> Dimension:
     return Dimension(name, axis, factor)
 
 
-def _check_rows(study: Study, where: str) -> None:
+def check_rows(study: Study, where: str) -> None:
+    """Raise StudyError, which begins with ``where``, for a row that no rig can be."""
     try:
         count = len(study)
     except DesignError as error:

@@ -25,7 +25,15 @@ from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file
-from rodless_lab.studies.study import FIELDS, GRID, Study, check_set, read_dimension, study_of
+from rodless_lab.studies.study import (
+    FIELDS,
+    GRID,
+    Study,
+    check_rows,
+    check_set,
+    read_dimension,
+    study_of,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -217,6 +225,11 @@ def read_task(given: str | Path) -> TuningTask:
     )
     _check_trials(task, str(path))
     _check_ranges(task, str(path))
+    # After hours of search they would be refused all the same.
+    for others in (*task.finals(), task.other_rigs()):
+        for trial in others.trials:
+            place = f"{path}: of the rigs that the search does not see, by seed {trial.study.seed}"
+            check_rows(trial.study, place)
     return task
 
 
@@ -294,6 +307,12 @@ def _check_trials(task: TuningTask, where: str) -> None:
 
 def _check_ranges(task: TuningTask, where: str) -> None:
     controller = task.study.base.controller
+    for trial in task.trials:
+        if trial.study.base.controller[LAW] != controller[LAW]:
+            raise StudyError(
+                f"{where}: trials: {in_one_line(trial.name)}: {LAW}: refused, a task tunes one "
+                "law; give it in set of the whole file"
+            )
     varied = {
         name
         for trial in task.trials

@@ -207,7 +207,8 @@ class Requests:
         """Show one bag of the folder, or two on one time, in place of the rig."""
         if not isinstance(names, list) or not 1 <= len(names) <= 2:
             raise ViewError("choose one bag, or two")
-        paths = [self._folder / inputs.bag_name(name) for name in names]
+        listed = self.bags
+        paths = [self._folder / (n if n in listed else inputs.bag_name(n)) for n in names]
         self.state.playback = await asyncio.to_thread(open_playback, paths)
 
     def close_bags(self) -> None:

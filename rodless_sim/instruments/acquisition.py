@@ -64,8 +64,8 @@ class Acquisition:
 
     def __init__(self, parameters: ParameterSet) -> None:
         """Take the delay and the sampling period of ``parameters``."""
-        self.configure(parameters)
         self.start()
+        self.configure(parameters)
 
     def configure(self, parameters: ParameterSet) -> None:
         """Change delay and sampling period."""
@@ -73,6 +73,8 @@ class Acquisition:
         period = parameters.number("sensors.sampling_period")
         self._period = round(period * NANOSECONDS_PER_SECOND)
         self.at_once = self._delay == self._period == 0
+        if self.at_once:
+            self.start()  # what is true from now on is not kept
 
     def start(self) -> None:
         """Forget what was true."""

@@ -67,7 +67,9 @@ class Sampling:
         self._acquisition.configure(parameters)
         self._take(parameters)
         if parameters["sensors.seed"] != before:
+            shown = self._shown
             self.start()
+            self._shown = shown  # what is frozen stays so
 
     def _take(self, parameters: ParameterSet) -> None:
         self._instruments, _ = instruments_and_noise(parameters)
@@ -79,7 +81,8 @@ class Sampling:
         """Begin anew: what is read next is sample 0, its lags settled."""
         self._acquisition.start()
         self._instant: int | None = None
-        self._shown: Measurement | None = None
+        self._shown: Measurement | None = None  # as read, its faults included
+        self._held: Measurement | None = None  # as the converter has it, at _instant
         _, self._generator = instruments_and_noise(self._parameters)
         self._before: Lags | None = None
         self._after: Lags | None = None
@@ -103,10 +106,9 @@ class Sampling:
     def _acquired(self, true: Measurement) -> Measurement:
         """Return the last sample of the converter, as a reading at the stamp of ``true``."""
         sample = self._acquisition.sampled(true)
-        if self._shown is not None and sample.stamp == self._instant:
-            return self._shown._replace(stamp=true.stamp)
-        self._instant = sample.stamp
-        return self._converted(sample)._replace(stamp=true.stamp)
+        if self._held is None or sample.stamp != self._instant:
+            self._instant, self._held = sample.stamp, self._converted(sample)
+        return self._held._replace(stamp=true.stamp)
 
     def _converted(self, true: Measurement) -> Measurement:
         """Return what the instruments show at the stamp of ``true``."""

@@ -98,6 +98,17 @@ def test_a_position_that_is_not_finite_gives_none_and_keeps_the_integral(positio
     assert loop.not_finite == 5
 
 
+def test_a_plant_that_is_reset_while_its_sensor_is_gone_starts_the_loop_anew() -> None:
+    """The sensor is back only once plant time has passed where the old run was."""
+    loop, now, _ = charged()
+    for k in range(3):
+        assert loop.sample(Measurement(k * MILLISECOND, math.nan)) is None
+    assert (loop.restarts, loop.not_finite) == (1, 3)
+    output = loop.sample(Measurement(2 * now, 0.02))
+    assert output is not None
+    assert (output.terms["i"], output.terms["d"], output.reference) == (0.0, 0.0, 0.051)
+
+
 @pytest.mark.parametrize("position", NOT_FINITE)
 def test_the_first_position_may_be_missing(position: float) -> None:
     """Without any good sample there is no command; the first good one is where it holds."""

@@ -42,6 +42,8 @@ def _direction(side: str, fit: DirectionFit) -> list[Finding]:
         findings.append(Finding(f"friction.{side}.{name}", value, {LABELS[name]: estimate}))
     if fit.coulomb.informed:
         findings[0] = _not_below_coulomb(side, findings[0], fit)
+    else:
+        findings[1] = _not_above_static(side, findings[1], findings[0].value, fit.coulomb)
     return findings
 
 
@@ -54,3 +56,12 @@ def _not_below_coulomb(side: str, static: Finding, fit: DirectionFit) -> Finding
         return static
     note = f"{fit.static.note}; set to F_c, which exceeds the default"
     return replace(static, value=coulomb, estimates={"F_s": replace(fit.static, note=note)})
+
+
+def _not_above_static(side: str, coulomb: Finding, static: object, estimate: Estimate) -> Finding:
+    """Keep F_c at F_s or below where the run does not tell it: its default may be above."""
+    default = RigParameters().number(f"friction.{side}.coulomb")
+    if not isinstance(static, float) or static >= default:
+        return coulomb
+    note = f"{estimate.note}; set to F_s, below which the default is not"
+    return replace(coulomb, value=static, estimates={"F_c": replace(estimate, note=note)})

@@ -18,6 +18,7 @@ from rodless_lab.identification.plausible import from_gauge
 from rodless_lab.identification.pressures.fit import PressureFit, Solution, fit_pressures, solve
 from rodless_lab.identification.pressures.problem import Unknown
 from rodless_lab.identification.pressures.unknowns import (
+    HEAT_TRANSFER,
     SPOOL_START,
     area_factor,
     closed_voltage,
@@ -32,6 +33,7 @@ from rodless_lab.identification.pressures.unknowns import (
 from rodless_lab.identification.verdict import FALSE_ALARM
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim import RigParameters
+from rodless_sim.physics.heat import ENERGY_BALANCE
 
 
 def nothing(parameters: RigParameters) -> list[Unknown]:  # noqa: ARG001
@@ -157,6 +159,8 @@ def _tried(effect: Effect, run: MeasuredRun, without: Solution) -> Trial | None:
         with_effect = parameters.with_values(values)
     except ParameterError:
         return None
+    if HEAT_TRANSFER in known and with_effect.text("chambers.thermodynamics") != ENERGY_BALANCE:
+        return None  # what was found would stand for nothing
     added = [found for found in effect.unknowns(with_effect) if found.name not in known]
     if not added and not values:
         return None

@@ -202,6 +202,14 @@ def test_a_law_that_was_changed_is_another_study(
         run_sweep(study, tmp_path / "out", 1, None, silent)
     with pytest.raises(StudyError, match="made with another version of the law, whose file has"):
         replay_row(tmp_path / "out", 0)
+    monkeypatch.undo()
+    file = tmp_path / "out" / "study.json"
+    other = file.read_text(encoding="utf-8").replace('"controller.kp"', '"controller.gain"')
+    file.write_text(other, encoding="utf-8")
+    with pytest.raises(
+        StudyError, match=r"controller\.gain: .*; it is not there here, or made with"
+    ):
+        replay_row(tmp_path / "out", 0)
 
 
 def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(

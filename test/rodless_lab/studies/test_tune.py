@@ -468,6 +468,52 @@ def test_each_field_of_a_task_is_checked(
     assert expected in str(refusal.value)
 
 
+TWO_AXES = """
+base: calibrated
+set: {reference.type: step, reference.target: 0.058}
+vary:
+  cylinder.stroke: {from: 0.30, to: 0.5}
+  cylinder.initial_position: {from: 0.0, to: 0.32}
+design: {method: random, rows: 8, seed: 1}
+run: {duration: 1.0}
+tune: {controller.kp: {from: 500.0, to: 5000.0}}
+score: {figures: {mean_error: 1.0e-4}}
+search: {finalists: 2}
+"""
+
+
+def test_rigs_that_only_the_finals_draw_are_checked_as_well(tmp_path: Path) -> None:
+    """Hours later they would be refused: its own eight are rigs, those of the finals not all."""
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO_AXES, encoding="utf-8")
+    with pytest.raises(
+        StudyError, match=r"the search does not see, by seed \d+: .*cylinder\.initial_position: "
+    ):
+        read_task(path)
+
+
+TWO_LAWS = """
+base: calibrated
+vary: {cylinder.moving_mass: {from: 0.7, to: 1.0}}
+design: {method: random, rows: 2}
+tune: {controller.kp: {from: 500.0, to: 5000.0}}
+trials:
+  a: {set: {reference.type: step}, run: {duration: 1.0}, figures: {mean_error: 1.0e-4}}
+  b:
+    set: {reference.type: step, controller.law: adrc}
+    run: {duration: 1.0}
+    figures: {mean_error: 1.0e-4}
+"""
+
+
+def test_trials_of_two_laws_are_refused(tmp_path: Path) -> None:
+    """No candidate could do both."""
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO_LAWS, encoding="utf-8")
+    with pytest.raises(StudyError, match=r"trials: b: controller\.law: refused, a task tunes one"):
+        read_task(path)
+
+
 def test_the_folder_of_another_task_is_left_alone(tmp_path: Path) -> None:
     """A search does not mix its candidates with those of another."""
     left = iter([False, False])

@@ -15,9 +15,12 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from pathlib import Path
 
+import numpy as np
 import pytest
+import rig_bag
 
 from rodless_control import ControllerParameters
+from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.view import frames
 from rodless_lab.view.errors import ViewError
 from rodless_lab.view.requests import Requests
@@ -189,6 +192,17 @@ def test_bags_are_those_of_the_folder(requests: Requests, tmp_path: Path) -> Non
             asyncio.run(requests.open_bags(names))
     with pytest.raises(ViewError, match="nothing is being recorded"):
         asyncio.run(requests.stop_recording())
+
+
+def test_what_is_listed_can_be_opened_whatever_its_name(requests: Requests, tmp_path: Path) -> None:
+    """A new bag has a plainer one."""
+    names = ["run 1", "läuft"]
+    still = np.full(100, 4e5)
+    run = MeasuredRun(1e-3 * np.arange(100), still / 4e6, still, still, still, still / 1e5)
+    for name in names:
+        rig_bag.write(tmp_path / name, run)
+    asyncio.run(requests.open_bags(names))
+    assert requests.state.playback is not None
 
 
 def test_a_folder_that_may_not_be_entered_hides_no_bag(

@@ -62,6 +62,43 @@ def test_a_sample_that_is_held_keeps_its_noise() -> None:
     assert len(np.unique(found[:, 0] - np.arange(20) * 5e-3)) == 20
 
 
+@pytest.mark.parametrize("slow", [{"sensors.sampling_period": 0.05}, {"sensors.delay": 0.05}])
+def test_what_was_true_before_a_direct_reading_is_forgotten(slow: dict[str, object]) -> None:
+    """Slow, direct and slow again: never on a line from the first time to the second."""
+    instruments = Sampling(RigParameters(slow))
+    found = []
+    for k in range(400):
+        if k in (100, 217):
+            instruments.configure(RigParameters(slow if k == 217 else {}))
+        seen = instruments.read(Measurement(k * MILLISECOND, k * 1e-3, 4e5, 4e5, 6e5))
+        found.append(seen.position)
+    assert min(found[217:270]) >= 0.2
+    assert found[270:] == pytest.approx(
+        [k * 1e-3 - 0.05 if "sensors.delay" in slow else k // 50 * 0.05 for k in range(270, 400)],
+        abs=1e-12,
+    )
+
+
+def test_a_sensor_whose_fault_has_ended_reads_what_the_converter_holds() -> None:
+    """At once, not only with the converter's next sample; frozen, it stays whatever the seed."""
+    slow = RigParameters({"sensors.sampling_period": 1.0})
+    gone = slow.with_values({"fault.position.sensor": "gone"})
+    frozen = slow.with_values({"fault.position.sensor": "frozen", "sensors.sampling_period": 0.0})
+    instruments, k = Sampling(slow), 0
+
+    def read(parameters: RigParameters) -> float:
+        nonlocal k
+        k += 1
+        instruments.configure(parameters)
+        return instruments.read(Measurement(k * MILLISECOND, k * 1e-3, 4e5, 4e5, 6e5)).position
+
+    assert read(slow) == 1e-3
+    assert np.isnan(read(gone))
+    assert read(slow) == 1e-3
+    assert read(frozen) == 1e-3
+    assert read(frozen.with_values({"sensors.seed": 7})) == 1e-3
+
+
 def test_a_reset_forgets_what_was_before() -> None:
     """The run after it reads as the first."""
     rig = Rig(RigParameters({"sensors.delay": 3e-3, "sensors.pressure_lag": 2e-3}))
