@@ -67,9 +67,7 @@ class Sampling:
         self._acquisition.configure(parameters)
         self._take(parameters)
         if parameters["sensors.seed"] != before:
-            shown = self._shown
-            self.start()
-            self._shown = shown  # what is frozen stays so
+            self._begin()  # what is frozen stays so
 
     def _take(self, parameters: ParameterSet) -> None:
         self._instruments, _ = instruments_and_noise(parameters)
@@ -79,9 +77,12 @@ class Sampling:
 
     def start(self) -> None:
         """Begin anew: what is read next is sample 0, its lags settled."""
+        self._shown: Measurement | None = None  # as read, its faults included
+        self._begin()
+
+    def _begin(self) -> None:
         self._acquisition.start()
         self._instant: int | None = None
-        self._shown: Measurement | None = None  # as read, its faults included
         self._held: Measurement | None = None  # as the converter has it, at _instant
         _, self._generator = instruments_and_noise(self._parameters)
         self._before: Lags | None = None
