@@ -8,6 +8,7 @@
 
 """A demo takes the place of an earlier one, and of nothing else; it has its folder for itself."""
 
+import shutil
 from contextlib import suppress
 from pathlib import Path
 
@@ -69,6 +70,16 @@ def test_earlier_results_stand_until_there_is_another_bag(earlier: Path) -> None
 def test_earlier_results_go_with_their_bag(earlier: Path) -> None:
     """Figures of one bag never stand beside another."""
     with earlier_results(earlier):
+        (earlier / BAG).mkdir()
+        (earlier / BAG / "bag_0.mcap").write_text("new", encoding="utf-8")
+    assert files(earlier) == {f"{BAG}/bag_0.mcap": "new", "notes.txt": "earlier notes.txt"}
+
+
+def test_results_whose_bag_is_gone_do_not_stay_beside_another(earlier: Path) -> None:
+    """Somebody has moved it away for its size: figures and picture are not those of the new one."""
+    shutil.rmtree(earlier / BAG)
+    with earlier_results(earlier) as there:
+        assert not there
         (earlier / BAG).mkdir()
         (earlier / BAG / "bag_0.mcap").write_text("new", encoding="utf-8")
     assert files(earlier) == {f"{BAG}/bag_0.mcap": "new", "notes.txt": "earlier notes.txt"}

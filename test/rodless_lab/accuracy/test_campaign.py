@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -204,6 +205,21 @@ def test_all_that_a_verdict_depends_on_is_sealed() -> None:
         folder.parent / "bare_rigs.py",
     ) == module._JUDGES
     assert all(place.exists() for place in module._JUDGES)
+
+
+def test_a_worker_that_is_killed_is_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the system that is out of memory: one line, code 1; what is known stays."""
+
+    def end_early(*_given: object) -> None:
+        raise BrokenProcessPool("A process in the process pool was terminated abruptly")
+
+    monkeypatch.setattr("rodless_lab.accuracy.campaign.campaign", end_early)
+    assert main(["--count", "2", "--output", str(tmp_path / "rigs.csv")], Quiet()) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == "one of its processes was killed; the same command goes on\n"
 
 
 def test_more_rigs_than_have_a_number_are_refused_at_once(

@@ -8,10 +8,13 @@
 
 """Fits of eq. (29) on points computed by hand from Table 2, and on runs of the rig."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from rodless_lab.identification.estimate import Estimate, unknown
 from rodless_lab.identification.friction.auxiliary_lines import auxiliary_lines
 from rodless_lab.identification.friction.curve import (
     Stribeck,
@@ -19,10 +22,12 @@ from rodless_lab.identification.friction.curve import (
     has_unstable_branch,
     turning_points,
 )
-from rodless_lab.identification.friction.fit import fit_friction
+from rodless_lab.identification.friction.findings import friction_findings
+from rodless_lab.identification.friction.fit import DirectionFit, FrictionFit, fit_friction
 from rodless_lab.identification.friction.form import FrictionForm
 from rodless_lab.identification.friction.stick_slip import stick_slip_events
 from rodless_lab.identification.friction.uniform_motion import position_noise, uniform_parts
+from rodless_lab.identification.parameter_writer import parameter_text
 from rodless_sim import RigParameters, simulate
 
 FORWARD = Stribeck(29.0, 12.0, 1.3e-3, 4500.0)
@@ -204,3 +209,29 @@ def test_breakaways_and_stops_of_a_stick_slip_run_are_the_curves_extremes() -> N
     assert events.breakaways == pytest.approx(29.51, abs=0.12)
     assert events.stops == pytest.approx(22.56, abs=0.12)
     assert np.all(np.diff(events.breakaway_times) > 0.5)
+
+
+@pytest.mark.parametrize(("static", "coulomb"), [(10.7, 10.7), (29.0, None)])
+def test_a_weak_rig_whose_coulomb_friction_is_open_has_a_file_that_loads(
+    static: float, coulomb: float | None
+) -> None:
+    """The default F_c may be above the F_s found, which a plant refuses: set to that, with a note.
+
+    Elsewhere it stays open.
+    """
+    known, still = partial(Estimate, unit="N"), np.empty(0)
+    one = DirectionFit(
+        known(static, static - 0.1, static + 0.1),
+        unknown("N", "open within half its value"),
+        Estimate(0.01, 0.009, 0.011, "m/s"),
+        Estimate(60.0, 59.0, 61.0, "N s/m"),
+        None,
+        *(still,) * 4,
+    )
+    findings = friction_findings(FrictionFit(one, one))
+    values = {found.name: found.value for found in findings}
+    for side in ("forward", "reverse"):
+        assert values[f"friction.{side}.static"] == static
+        assert values[f"friction.{side}.coulomb"] == coulomb
+    text = parameter_text([], findings)
+    assert ("open within half its value; set to F_s" in text) is (coulomb is not None)

@@ -20,6 +20,7 @@ from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run, r
 from rodless_lab.identification.pressures.causes import trials, with_cause
 from rodless_lab.identification.pressures.chambers import identify_chambers
 from rodless_lab.identification.pressures.fit import PressureFit
+from rodless_lab.identification.pressures.heat import identify_heat
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_sim.instruments.instruments import DATA_SHEET
 
@@ -76,6 +77,15 @@ def test_a_late_spool_is_found_out(values: dict[str, object]) -> None:
     assert not verdict.fits
     causes = [f"{kind} of the valve" for kind in ("dynamics", "dead time", "hysteresis")]
     assert verdict.cause.startswith(tuple(causes))
+
+
+def test_what_a_heated_rig_lacks_is_named_as_well() -> None:
+    """Of identify heat: chambers without heat, which have no such coefficient, explain nothing."""
+    run = measured("heat", {"valve.hysteresis": 4e-3})
+    fit = identify_heat(run, KNOWN.with_values(HEAT))
+    verdict = with_cause(run, fit, partial(trials, run, fit.solution)).verdict
+    assert not verdict.fits
+    assert verdict.cause
 
 
 def test_a_supply_that_droops_is_found_out() -> None:
