@@ -438,9 +438,10 @@ class Rig:
     def _check_stroke(self, parameters: RigParameters) -> None:
         stroke = rig_parameters(parameters).number("cylinder.stroke")
         motion = self._motion
-        # Parted from the carriage, the piston is elsewhere.
-        piston = motion.piston_position if isinstance(motion, FullMotion) else motion.position
-        for what, place in (("carriage", motion.position), ("piston", piston)):
+        places = {"carriage": motion.position}
+        if isinstance(motion, FullMotion) and self._plant.full.coupling.magnetic:
+            places["piston"] = motion.piston_position
+        for what, place in places.items():
             if place > stroke:
                 raise ParameterError(
                     f"cylinder.stroke: {stroke:g} m refused, the {what} is at {place:g} m; move "

@@ -79,6 +79,15 @@ def test_what_a_rig_has_compiled_is_known(option: dict[str, object]) -> None:
     assert equations_are_kept(RigParameters())
 
 
+def test_a_rigid_rig_with_all_states_has_its_piston_where_its_carriage_is() -> None:
+    """Only magnets part them: a stroke that ends behind both is taken, wherever they began."""
+    rig = Rig(RigParameters({"supply.droop": 1e4, "cylinder.initial_position": 0.15}))
+    while rig.state.position > 0.05:
+        rig.advance(3.0, PERIOD)
+    rig.configure(rig.parameters.with_values({"cylinder.stroke": 0.1}))
+    assert rig.plant.cylinder.stroke == 0.1
+
+
 # What a rig with heat, or with tubes, remembers beside position, velocity and pressures.
 REMEMBERED: tuple[dict[str, object], ...] = (
     {"chambers.thermodynamics": "energy_balance"},
