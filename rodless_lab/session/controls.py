@@ -216,7 +216,7 @@ class Controls(LiveSession):
             self._observer.once_ready(
                 lambda: self._observer.set_parameters(node, values), self._timeout
             )
-        if node.lstrip("/") == "controller":
+        if str(node).lstrip("/") == "controller":
             self._reference_type = str(values.get(TYPE, self._reference_type))
             self._range_changed |= not values.keys().isdisjoint(RANGE)
         self._catch_up()

@@ -32,17 +32,18 @@ def end(groups: Collection[int]) -> None:
 
     One that cannot be ended keeps no other from it.
     """
-    leaders = []
+    leaders = {}
     for group in groups:
         with contextlib.suppress(OSError):  # a leader that has ended, which its group has not
-            leaders.append(os.pidfd_open(group))
+            leaders[group] = os.pidfd_open(group)
         # Only what runs can act on a signal.
         _signal(group, signal.SIGCONT)
         _signal(group, signal.SIGINT)
     deadline = time.monotonic() + TIMEOUT
-    for leader in leaders:
+    for leader in leaders.values():
         select.select([leader], [], [], max(deadline - time.monotonic(), 0.0))
-    while any(_signal(group, 0) for group in groups) and time.monotonic() < deadline:
+    leaderless = [group for group in groups if group not in leaders]
+    while any(_signal(group, 0) for group in leaderless) and time.monotonic() < deadline:
         time.sleep(POLL)
     for group in groups:
         _signal(group, signal.SIGKILL)
