@@ -177,6 +177,7 @@ def test_decoupled_by_a_fault_and_caught_again() -> None:
 def test_a_stroke_that_ends_before_the_parted_piston_is_refused() -> None:
     """It would be thrown back to the new end within a sample; the carriage stands short of that."""
     rig = Rig(RigParameters(MAGNETIC))
+    rig.reset(position=0.05)
     rig.configure(rig.parameters.with_values({"fault.carriage.decoupled": True}))
     rig.advance(8.0, 0.3)
     carriage, piston = rig.state.position, rig.state.piston_position
