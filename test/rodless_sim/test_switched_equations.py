@@ -81,7 +81,8 @@ def test_what_a_rig_has_compiled_is_known(option: dict[str, object]) -> None:
 
 def test_a_rigid_rig_with_all_states_has_its_piston_where_its_carriage_is() -> None:
     """Only magnets part them: a stroke that ends behind both is taken, wherever they began."""
-    rig = Rig(RigParameters({"supply.droop": 1e4, "cylinder.initial_position": 0.15}))
+    rig = Rig(RigParameters({"supply.droop": 1e4}))
+    rig.reset(position=0.15)
     while rig.state.position > 0.05:
         rig.advance(3.0, PERIOD)
     rig.configure(rig.parameters.with_values({"cylinder.stroke": 0.1}))
@@ -99,9 +100,10 @@ REMEMBERED: tuple[dict[str, object], ...] = (
 def test_droop_switched_while_the_carriage_moves_loses_no_heat_and_no_air(
     kind: dict[str, object],
 ) -> None:
-    """On and at once off again is nothing at all: the run goes on bit for bit as that of a twin.
+    """On and at once off again is nothing at all: the run goes on as that of a twin.
 
-    A droop of next to nothing changes next to nothing, whether it is switched on or off.
+    To what the solver of the equations leaves: it begins a step there. A droop of next to nothing changes next to nothing,
+    whether it is switched on or off.
     """
     values = RigParameters(kind)
     drooping = values.with_values({"supply.droop": 1e-3})
@@ -109,13 +111,12 @@ def test_droop_switched_while_the_carriage_moves_loses_no_heat_and_no_air(
     for one in (rig, twin):
         for _ in range(60):
             one.advance(8.0, PERIOD)
-    here = rig.state
     rig.configure(drooping)
     rig.configure(values)
-    assert rig.state == here
-    assert [rig.advance(8.0, PERIOD) for _ in range(30)] == [
-        twin.advance(8.0, PERIOD) for _ in range(30)
-    ]
+    assert tuple(rig.state) == pytest.approx(tuple(twin.state), rel=1e-12)
+    for _ in range(30):
+        here, there = rig.advance(8.0, PERIOD), twin.advance(8.0, PERIOD)
+        assert tuple(here) == pytest.approx(tuple(there), rel=1e-6, abs=1e-8)
     for changed in (drooping, values):
         rig.configure(changed)
         for _ in range(30):
