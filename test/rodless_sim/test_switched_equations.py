@@ -102,8 +102,8 @@ def test_droop_switched_while_the_carriage_moves_loses_no_heat_and_no_air(
 ) -> None:
     """On and at once off again is nothing at all: the run goes on as that of a twin.
 
-    To what the solver of the equations leaves: it begins a step there. A droop of next to nothing changes next to nothing,
-    whether it is switched on or off.
+    To what the solver leaves, which begins a step there. A droop of next to nothing changes next to
+    nothing, whether it is switched on or off.
     """
     values = RigParameters(kind)
     drooping = values.with_values({"supply.droop": 1e-3})
@@ -114,10 +114,7 @@ def test_droop_switched_while_the_carriage_moves_loses_no_heat_and_no_air(
     rig.configure(drooping)
     rig.configure(values)
     assert tuple(rig.state) == pytest.approx(tuple(twin.state), rel=1e-12)
-    for _ in range(30):
-        here, there = rig.advance(8.0, PERIOD), twin.advance(8.0, PERIOD)
-        assert tuple(here) == pytest.approx(tuple(there), rel=1e-6, abs=1e-8)
-    for changed in (drooping, values):
+    for changed in (values, drooping, values):
         rig.configure(changed)
         for _ in range(30):
             here, there = rig.advance(8.0, PERIOD), twin.advance(8.0, PERIOD)
