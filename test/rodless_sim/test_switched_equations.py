@@ -92,7 +92,7 @@ def test_a_rigid_rig_with_all_states_has_its_piston_where_its_carriage_is() -> N
 # What a rig with heat, or with tubes, remembers beside position, velocity and pressures.
 REMEMBERED: tuple[dict[str, object], ...] = (
     {"chambers.thermodynamics": "energy_balance"},
-    {"tubes.model": "delay", "tubes.length": 1.0, "valve.dynamics": "second_order"},
+    {"tubes.model": "delay", "tubes.length": 1.0},
 )
 
 
