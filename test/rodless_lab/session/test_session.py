@@ -202,7 +202,7 @@ def test_a_run_that_is_over_takes_no_step(rig_session: StartSession, mode: str) 
     rig.pause()
     with pytest.raises(HarnessError, match=r"^a step has not come, and the run is over: the"):
         rig.step()
-    asked = rig._call(Trigger, "plant/step")
+    asked = rig.observer.call_once(Trigger, "plant/step")
     assert (asked.success, asked.message) == (False, "time.duration is over; ~/reset begins anew")
     assert rig.latest.time == pytest.approx(0.05)
     rig.reset()
