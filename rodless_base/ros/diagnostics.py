@@ -46,10 +46,10 @@ SUBSCRIBERS = "subscribers of joint_states"
 
 # Of the controller's: whose the last command was, which has telemetry where it was the law's.
 LAST_COMMAND = "last command"
+OF_THE_LAW, CLOSED_VALVE = "of the law", "closed valve"
 
 # Whether the controller is: its message may say what is wrong with it besides.
 ENABLED = "enabled"
-OF_THE_LAW, CLOSED_VALVE = "of the law", "closed valve"
 
 # How many nodes have the name of the one that reports, itself included.
 NAMESAKES = "nodes of this name"

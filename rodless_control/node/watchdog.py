@@ -58,7 +58,7 @@ class Watchdog:
         return bool(self._node.get_parameter("use_sim_time").value)
 
     @property
-    def may_command_unprompted(self) -> bool:
+    def _may_command_unprompted(self) -> bool:
         """Whether to send commands without a sample: never in lock-step.
 
         A simulated plant that has not begun waits for nobody's command.
@@ -81,7 +81,7 @@ class Watchdog:
         if self._arrived:
             self._follow()
         elif not self._following:
-            if self.may_command_unprompted:
+            if self._may_command_unprompted:
                 self._close_valve()
         elif self._watch.missing(self._timeout(), self.simulated):
             self._lose()

@@ -225,8 +225,8 @@ def _storage_files(bag: Path) -> list[Path]:
             f"{bag}: not a bag: neither {METADATA_FILE} nor a storage file in it{_bags_within(bag)}"
         )
     # One that was being compressed when the recording was killed is there plain as well.
-    names = {path.name for path in found}
-    once = [path for path in found if _plain_name(path) not in names - {path.name}]
+    names = {path.name for path in found if path.suffix != COMPRESSED}
+    once = [p for p in found if p.suffix != COMPRESSED or _plain_name(p) not in names]
     return sorted(once, key=_file_number)
 
 
@@ -278,7 +278,7 @@ def _inside(bag: Path, name: object) -> Path:
 
 def _storage(file: Path) -> str:
     """Return the suffix that tells a file's storage, or nothing for one that is not read."""
-    suffix = Path(file.stem).suffix if file.suffix == COMPRESSED else file.suffix
+    suffix = Path(_plain_name(file)).suffix
     return suffix if suffix in STORAGES else ""
 
 

@@ -54,7 +54,7 @@ class Faults(LiveSession):
         if process != "controller":
             self._paused = False
         if process != "plant":
-            self._switched_off, self._reference_type = False, ""
+            self._controller_begins()
         if process == "controller" and self._mode == "lockstep":
             self._wait(lambda: not self._heard(), "the old controller to be forgotten")
             if self._relayed is not None:

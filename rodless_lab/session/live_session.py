@@ -226,6 +226,10 @@ class LiveSession:
     def _is_heard(self) -> bool:
         return self._plant_hears is None or self._plant_hears()
 
+    def _controller_begins(self) -> None:
+        """Take the controller for what it was given: what the test has made of it is gone."""
+        self._switched_off, self._reference_type, self._range_changed = False, "", False
+
     def _ask(self, kind: type, service: str, **fields: object) -> str:
         """Call a service; return what it says. Raises RefusedError where it does not succeed."""
         with self._asking(service.partition("/")[0]):

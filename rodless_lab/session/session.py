@@ -215,7 +215,7 @@ class RigSession(PlantTime, Controls, Faults):
         self._inside = True
         # What a block before this one has left says nothing of new nodes.
         self._paused = self._starts_paused
-        self._switched_off, self._reference_type, self._range_changed = False, "", False
+        self._controller_begins()
         self._opening = OpeningProcess()
         with ExitStack() as stack:
             stack.callback(self._end)

@@ -167,10 +167,9 @@ def ringing(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
     return response
 
 
-def test_a_call_whose_answer_is_lost_is_made_again(
-    observer: Observer, node: Node, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The first request meets silence; the second is answered, and its answer is the result."""
+@pytest.fixture
+def requests(node: Node, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[None]]:
+    """Return a list of what a service has answered, by numbers; answers are soon taken for lost."""
     monkeypatch.setattr(module, "ANSWER_SECONDS", 0.2)
     requests: list[None] = []
 
@@ -180,6 +179,13 @@ def test_a_call_whose_answer_is_lost_is_made_again(
         return response
 
     service = node.create_service(Trigger, "~/ring", answer)
+    yield requests
+    node.destroy_service(service)
+
+
+@pytest.mark.usefixtures("requests")
+def test_a_call_whose_answer_is_lost_is_made_again(observer: Observer) -> None:
+    """The first request meets silence; the second is answered, and its answer is the result."""
     client = observer.node.create_client(Trigger, "/there/server/ring")
     observer.wait(client.service_is_ready, "the service")
     lost = [observer.node.create_client(Trigger, "/nobody").call_async(Trigger.Request())]
@@ -188,21 +194,12 @@ def test_a_call_whose_answer_is_lost_is_made_again(
     )
     assert response.message == "answer 1"
     assert observer.call(Trigger, "/there/server/ring").message == "answer 2"
-    node.destroy_service(service)
 
 
 def test_what_would_be_done_twice_is_asked_for_once(
-    observer: Observer, node: Node, monkeypatch: pytest.MonkeyPatch
+    observer: Observer, node: Node, requests: list[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A server that answers late has done it once; one that stays silent is judged by its work."""
-    monkeypatch.setattr(module, "ANSWER_SECONDS", 0.2)
-    requests: list[None] = []
-
-    def answer(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        requests.append(None)
-        return ringing(request, response)
-
-    service = node.create_service(Trigger, "~/ring", answer)
     observer.remove_node(node)
     looks: list[None] = []
 
@@ -212,7 +209,7 @@ def test_what_would_be_done_twice_is_asked_for_once(
             observer.add_node(node)
         return False
 
-    assert observer.call_once(Trigger, "/there/server/ring", go_on).message == "rung"
+    assert observer.call_once(Trigger, "/there/server/ring", go_on).message == "answer 1"
     observer.spin()
     assert len(requests) == 1
 
@@ -222,7 +219,6 @@ def test_what_would_be_done_twice_is_asked_for_once(
     with pytest.raises(WaitTimeoutError, match="which may have done what it was asked to"):
         observer.call_once(Trigger, "/there/server/ring")
     observer.add_node(node)
-    node.destroy_service(service)
 
 
 def test_a_service_that_is_not_there_is_named(domain: dict[str, str]) -> None:
