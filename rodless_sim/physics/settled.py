@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq, root
 
 from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import inflows
@@ -118,6 +117,8 @@ def _both(
 
     Looked for from the pressures they settle at with one temperature, which are near.
     """
+    from scipy.optimize import root  # noqa: PLC0415  half as long to load as all else of a node
+
     pressures = settled_pressures(plant, voltage)
     warmth = plant.air.temperature
     scale = np.array([*pressures, warmth, warmth])
@@ -150,6 +151,8 @@ def _both(
 
 def _without_flow(plant: Plant, voltage: float, net: Callable[[float], float]) -> float:
     """Return the pressure in Pa at which ``net`` (kg/s by pressure) is zero."""
+    from scipy.optimize import brentq  # noqa: PLC0415  as above
+
     supply, ambient = plant.supply_pressure, plant.ambient_pressure
     if net(ambient) <= 0.0:
         return ambient
