@@ -108,7 +108,7 @@ test: test-tools
 	--include='*/rodless_base/*,*/rodless_sim/*,*/rodless_control/*' \
 	--fail-under=$(COVERAGE_FLOOR_CORE)
 
-# The same with all draws of what is drawn, of which `make test` does a part: half as long again.
+# The same with all cases and draws, of which `make test` leaves out some that take long.
 test-extensive: export RODLESS_EXTENSIVE = 1
 test-extensive: test
 

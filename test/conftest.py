@@ -19,6 +19,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -34,6 +35,10 @@ if TYPE_CHECKING:
 
 # A test that uses one of these has nodes or a DDS domain.
 ROS_FIXTURES = {"domain", "rig_session", "compiled"}
+
+# Tests of what a rig is made of. Of other tests the processes are not measured for coverage, which
+# takes a node half its time: the same nodes run here.
+MEASURED = ("rodless_base", "rodless_sim", "rodless_control")
 
 # For processes to end by themselves on a crowded machine, in wall-clock s.
 STOP_TIMEOUT = 120.0
@@ -88,6 +93,16 @@ def _compiling_is_not_traced() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Dispatcher, "compile", untraced)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _processes_are_measured_or_not(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Keep coverage out of what the tests of a module start, but for those of ``MEASURED``."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.relative_to(Path(__file__).parent).parts[0] not in MEASURED:
+            for name, value in NOT_MEASURED.items():
+                patch.setenv(name, value)
         yield
 
 

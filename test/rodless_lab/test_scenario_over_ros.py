@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from extent import some_of
 
 from rodless_control import PidParameters, references
 from rodless_lab.bags.reader import Bag, read_bag
@@ -50,7 +51,9 @@ class Done(NamedTuple):
     loss: object  # fault.supply.loss, as the plant shows it at the end
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["two processes", "one process"])
+@pytest.fixture(
+    scope="module", params=some_of([False, True], 2), ids=["two processes", "one process"]
+)
 def done(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Done:
     """Run it once: all that is asked of it can be read from what remains."""
     folder = tmp_path_factory.mktemp("scenario")

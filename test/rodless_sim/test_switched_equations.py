@@ -20,6 +20,7 @@ from pathlib import Path
 import numba
 import pytest
 from ended import ended
+from extent import some_of
 
 from rodless_base.parameters import ParameterError
 from rodless_base.ros.parameters import NotYetError
@@ -223,7 +224,7 @@ engine.step()
 
 
 @pytest.mark.usefixtures("compiled")
-@pytest.mark.parametrize("what", [SCENARIO, LIVE, LIVE_BEFORE_A_RESET])
+@pytest.mark.parametrize("what", some_of([SCENARIO, LIVE, LIVE_BEFORE_A_RESET], 2))
 def test_a_plant_in_motion_loads_nothing(what: str) -> None:
     """All that a scenario or a change wants is there before: in a process of its own."""
     code = f"{IN_A_NEW_PROCESS}{what}assert not loaded\n"

@@ -9,6 +9,9 @@
 """How much of what takes minutes the tests do: a part of it, or all with RODLESS_EXTENSIVE=1."""
 
 import os
+from collections.abc import Sequence
+
+import pytest
 
 EXTENSIVE = os.environ.get("RODLESS_EXTENSIVE", "") not in ("", "0")
 
@@ -19,3 +22,17 @@ def draws(everything: int, part: int) -> int:
     What is claimed is the same for both: a part finds the same faults, but rare ones less often.
     """
     return everything if EXTENSIVE else part
+
+
+# For what takes long, and where another test of `make test` shows the same of another case.
+extensive = pytest.mark.skipif(not EXTENSIVE, reason="takes long: make test-extensive")
+
+
+def some_of(cases: Sequence[object], every: int) -> list[object]:
+    """Of cases for ``parametrize`` each ``every``th, and the others where all is done."""
+    return [case if number % every == 0 else also(case) for number, case in enumerate(cases)]
+
+
+def also(*values: object) -> object:
+    """Return a case for ``parametrize`` that is left to ``make test-extensive``."""
+    return pytest.param(*values, marks=extensive)

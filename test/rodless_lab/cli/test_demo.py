@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from extent import extensive, some_of
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from unmeasured import unmeasured
@@ -62,7 +63,7 @@ def metrics_of(folder: Path) -> dict[str, float]:
     return dict(json.loads((folder / "metrics.json").read_text(encoding="utf-8")))
 
 
-@pytest.fixture(scope="module", params=["paper", "calibrated"])
+@pytest.fixture(scope="module", params=some_of(["paper", "calibrated"], 2))
 def preset(request: pytest.FixtureRequest) -> str:
     """Return the preset of the demo."""
     return str(request.param)
@@ -170,6 +171,7 @@ def test_picture_is_a_picture(finished: Path) -> None:
     assert (finished / "step.png").stat().st_size > 10_000
 
 
+@extensive
 @pytest.mark.parametrize("preset", ["paper"], indirect=True)
 def test_a_cold_compile_cache_prints_the_same(finished: Path, preset: str, tmp_path: Path) -> None:
     """The first demo on a fresh machine agrees within 5 ms and 0.01 mm.

@@ -13,6 +13,7 @@ import re
 import signal
 
 import pytest
+from extent import also
 from running import StartProcess, StartRig, until_it_says
 from std_srvs.srv import SetBool
 
@@ -94,7 +95,7 @@ def test_a_missing_controller_and_a_missing_rig_are_shown(
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        (
+        also(
             "--namespace left",
             "ready: preset paper, real time. Move: rodless move 58 --namespace /left. "
             "State: rodless status --namespace /left. Stop: Ctrl-C.\n",
@@ -107,7 +108,7 @@ def test_a_missing_controller_and_a_missing_rig_are_shown(
             "--without-controller --namespace bare",
             "ready: preset paper, real time. Commands are expected on /bare/valve/voltage. State: ",
         ),
-        (
+        also(
             "--without-controller --lockstep",
             "ready: preset paper, lock-step. Waiting for a subscriber to /joint_states and "
             "one publisher on /valve/voltage. State: rodless status. ",

@@ -15,7 +15,7 @@ More draws take long: ``python -m rodless_lab.identification.coverage`` does 100
 
 import numpy as np
 import pytest
-from extent import draws
+from extent import also, draws, extensive, some_of
 
 from rodless_lab.identification.coverage import (
     KNOWN,
@@ -87,6 +87,7 @@ def test_friction_intervals_hold_and_are_of_use(
     check_intervals(friction[f"friction.{side}.{name}"], FRICTION_WIDTHS[name], name)
 
 
+@extensive
 def test_friction_intervals_hold_on_bristles_that_are_stated() -> None:
     """What lags behind the motion is no misfit, and moves no interval off the truth.
 
@@ -99,7 +100,7 @@ def test_friction_intervals_hold_on_bristles_that_are_stated() -> None:
         assert found.informed - found.covered <= most(1.0 - LEAST_COVERAGE, found.informed), name
 
 
-@pytest.mark.parametrize("subject", ["chambers", "valve"])
+@pytest.mark.parametrize("subject", some_of(["chambers", "valve"], 2))
 def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
     """The intervals of all that is found hold, and their width is bounded."""
     done = trials(subject, DRAWS)
@@ -108,7 +109,9 @@ def test_chamber_and_valve_intervals_hold_and_are_of_use(subject: str) -> None:
         check_intervals(found, PRESSURE_WIDTHS[name], name)
 
 
-@pytest.mark.parametrize(("subject", "parameters"), [("heat", 6), ("leak", 6), ("spool", 7)])
+@pytest.mark.parametrize(
+    ("subject", "parameters"), [("heat", 6), also("leak", 6), also("spool", 7)]
+)
 def test_intervals_of_effects_hold(subject: str, parameters: int) -> None:
     """What is claimed of an effect holds the truth, and nearly every run tells all of it."""
     done = trials(subject, DRAWS_OF_EFFECTS)
@@ -120,6 +123,7 @@ def test_intervals_of_effects_hold(subject: str, parameters: int) -> None:
         assert one.informed - one.covered <= most(1.0 - LEAST_COVERAGE, one.informed), name
 
 
+@extensive
 def test_intervals_of_bristles_hold() -> None:
     """The stiffness is told of every rig, to 3 % of half of them; the damping where it is large."""
     done = trials("bristles", DRAWS_OF_EFFECTS)

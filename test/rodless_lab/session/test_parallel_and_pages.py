@@ -28,7 +28,7 @@ TIMEOUT = 500.0
 
 RunPytest = Callable[..., subprocess.Popen[str]]
 
-AT_ONCE = draws(8, 4)
+AT_ONCE = draws(8, 3)
 
 # More rounds than CI needs: RODLESS_HARNESS_ROUNDS=20.
 ROUNDS = int(os.environ.get("RODLESS_HARNESS_ROUNDS", "1"))
