@@ -120,7 +120,7 @@ def test_rig_says_when_it_is_ready_and_what_to_do_next(
 ) -> None:
     """One line, once the nodes work; Ctrl-C still ends all with 0."""
     with rodless("rig", *options.split()) as rig:
-        until_it_says(rig, line)
+        until_it_says(rig, line, 180.0)  # the first start compiles
         rig.signal(signal.SIGINT)
         assert rig.wait(8.0) == 0
     assert rig.output.count("ready: preset") == 1
