@@ -130,3 +130,19 @@ def test_everything_but_the_nodes_loads_without_ros() -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False
     )
     assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
+    ("modules", "left_out"),
+    [
+        ("rodless_lab.session.status, rodless_lab.session.services", "numba"),
+        ("rodless_sim.node.plant_node, rodless_control.node.controller_node", "scipy.optimize"),
+    ],
+)
+def test_what_takes_long_to_load_is_left_out_where_nothing_needs_it(
+    modules: str, left_out: str
+) -> None:
+    """Verbs that ask a rig load no compiler, nodes no optimizer: either is half their start."""
+    code = f"import sys, {modules}; sys.exit({left_out!r} in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

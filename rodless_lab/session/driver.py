@@ -26,12 +26,12 @@ from rodless_base.ros.lasting_topics import LOOK_PERIOD, LastingTopics
 from rodless_base.ros.namesakes import KILLED
 from rodless_base.ros.process import run_node
 from rodless_base.ros.publish import UNKNOWN, Outbox
+from rodless_base.ros.rivals import publishers_of
 from rodless_base.ros.topics import LOSSLESS, QUEUE_DEPTH, stamp_nanoseconds
 from rodless_base.ros.unheard import has_only_unheard_publishers, unheard_text
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
 from rodless_lab.session.running_rig import DISCOVERY
-from rodless_sim.node.rivals import publishers_of
 
 # How often, in wall-clock s, the driver polls whether it is heard.
 POLL_PERIOD = 0.02

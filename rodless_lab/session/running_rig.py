@@ -17,6 +17,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rodless_base.closing import Closing
 from rodless_base.ros.diagnostics import COMMANDED_BY, NAMESAKES
 from rodless_base.ros.namesakes import count_nodes, namesakes_text
+from rodless_base.ros.rivals import publishers_of, rivals_text
 from rodless_base.ros.unheard import WAY_OUT, has_unheard_publisher
 from rodless_base.start import Stop
 from rodless_base.topics import JOINT_STATES, VALVE_VOLTAGE
@@ -24,7 +25,6 @@ from rodless_lab.session.diagnostic import Diagnostic, count_among
 from rodless_lab.session.domain import full_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import TIMEOUT, Observer
-from rodless_sim.node.rivals import publishers_of, rivals_text
 
 NODES = PLANT, CONTROLLER = "plant", "controller"
 

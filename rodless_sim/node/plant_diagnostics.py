@@ -25,12 +25,12 @@ from rodless_base.ros.diagnostics import (
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.publish import LOST
+from rodless_base.ros.rivals import Rivals
 from rodless_sim.node.awake_clock import RunningClock, StopNews
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.fault_publisher import fault_status, faults_text
 from rodless_sim.node.pace import PaceMeter, PaceNews
 from rodless_sim.node.ready import preset_text
-from rodless_sim.node.rivals import Rivals
 from rodless_sim.node.sample_publishers import SamplePublishers
 from rodless_sim.node.time_keeper import TimeKeeper
 from rodless_sim.parameters import RigParameters

@@ -10,7 +10,7 @@
 
 from types import SimpleNamespace
 
-from rodless_sim.node.rivals import Rivals
+from rodless_base.ros.rivals import Rivals
 
 
 def rivals(found: dict[bytes, str], said: list[str]) -> Rivals:
