@@ -193,7 +193,7 @@ class Controls(LiveSession):
         """Switch the PID on, or off: the valve is then commanded closed.
 
         Switched on again it holds the carriage where it is until a new set-point comes, or follows
-        the step or sine that its reference is.
+        the step or sine that its reference is. Raises RefusedError where its law fails at once.
         """
         self._ask(SetBool, "controller/enable", data=enabled)
         self._switched_off = not enabled
