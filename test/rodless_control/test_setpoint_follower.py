@@ -134,7 +134,7 @@ def test_what_is_chosen_in_mid_run_starts_then(kind: str) -> None:
 
 
 def test_a_changed_sine_starts_anew_and_other_parameters_leave_it_alone() -> None:
-    """Its phase restarts with a new amplitude, not with a new gain, nor a limit or ramp beside it."""
+    """Its phase restarts with a new amplitude, not with a new gain, limit or other reference."""
     old = parameters("sine", at=0.0, frequency=1.0)
     found = SetpointFollower(old)
     found.sample(0.0, 0.0)

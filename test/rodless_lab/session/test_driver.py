@@ -75,7 +75,7 @@ def driver(start_process: StartProcess, plant: Plant) -> Iterator[NodeProcess]:
 
 
 def test_a_plant_that_begins_anew_ends_it(driver: NodeProcess, plant: Plant) -> None:
-    """What comes after it would be no run of the same voltages, from the first sample's time too."""
+    """What comes after it would be no run of the same voltages, also at the time of the first."""
     plant.begin_anew()
     assert driver.wait(TIMEOUT) == 1
     assert "/joint_states: the plant was reset or started again; what was rec" in driver.output
