@@ -92,10 +92,10 @@ class SetpointFollower:
         """Change the parameters; a new type, or a new step or sine, starts at the next sample."""
         old, self._parameters = self._parameters, parameters
         kind = parameters.text("reference.type")
-        changed = any(parameters[n] != old[n] for n in parameters if n.startswith("reference."))
         if kind in FROM_PARAMETERS:
             self._target = None
-        if kind != old.text("reference.type") or (changed and kind in FROM_PARAMETERS):
+        made_of = ("reference.type", *FROM_PARAMETERS.get(kind, ()))
+        if any(parameters[name] != old[name] for name in made_of):
             self.reset()
 
     def check(self, parameters: ControllerParameters) -> None:

@@ -53,7 +53,14 @@ from rodless_sim.physics.state import (
 )
 from rodless_sim.physics.streams import heated_supply_flow
 from rodless_sim.physics.supply import rippled
-from rodless_sim.physics.timed import copied, memory_like, memory_of, tubes_in, with_tubes
+from rodless_sim.physics.timed import (
+    at_speed_of,
+    copied,
+    memory_like,
+    memory_of,
+    tubes_in,
+    with_tubes,
+)
 from rodless_sim.scenario import AnyScenario, Entry, as_scenario
 from rodless_sim.scenario_player import ScenarioPlayer
 from rodless_sim.single_number import single_number
@@ -406,6 +413,8 @@ class Rig:
     def _remember_anew(self, before: Plant) -> None:
         """Have valve and tubes remember what those of this plant can, after another one."""
         plant = self._plant
+        if plant.tubes and before.tubes and plant.tubes.delay != before.tubes.delay:
+            self._spool = at_speed_of(plant, before, self._spool)
         if kinds_of(plant) == kinds_of(before):
             return
         spool, tubes = spool_in(self._spool), tubes_in(self._spool)

@@ -128,14 +128,20 @@ class Answers:
         if self.refusal is not None:
             self._node.get_logger().warning(self.refusal, throttle_duration_sec=REPORT_PERIOD)
 
+    @property
+    def failure(self) -> str | None:
+        """Why the law is not called any more, and until when, if so."""
+        failure = self._loop.failure
+        return None if failure is None else f"{failure}; {CLOSED_BY_FAILURE}"
+
     def report_failure(self) -> None:
         """Say once why the law is not called any more."""
-        failure = self._loop.failure
+        failure = self.failure
         if failure == self._reported:
             return
         self._reported = failure
         if failure is not None:
-            self._node.get_logger().error(f"{failure}; {CLOSED_BY_FAILURE}")
+            self._node.get_logger().error(failure)
             self.on_failure()
 
     def hold(self) -> None:
@@ -146,14 +152,19 @@ class Answers:
     def reset(self) -> None:
         """Forget the run so far, the failure of a law too."""
         self._loop.reset()
+        self._reported = None  # it may have failed again, in the same way
         self.report_failure()
 
     def enable(self, enabled: bool) -> bool:
-        """Answer by the law, or keep the valve closed; return whether the law begins anew."""
+        """Answer by the law, or keep the valve closed; return whether the law begins anew.
+
+        A law that fails at once, as ``failure`` says, is not enabled by that.
+        """
         begins = enabled and (not self.enabled or self._loop.failure is not None)
         if begins:
             self.reset()
-        self.enabled = enabled
+        if not enabled or self._loop.failure is None:
+            self.enabled = enabled
         return begins
 
     def close_valve(self) -> None:

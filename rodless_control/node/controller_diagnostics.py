@@ -23,7 +23,7 @@ from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.publish import LOST
 from rodless_control.controller import law_name
 from rodless_control.loop import ControlLoop
-from rodless_control.node.answers import CLOSED_BY_FAILURE, Answers
+from rodless_control.node.answers import Answers
 from rodless_control.node.inputs import Inputs
 from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.watchdog import Watchdog
@@ -102,8 +102,8 @@ class ControllerDiagnostics:
 
     def _problem(self) -> str | None:
         """What keeps the controller from controlling now, unless that is by request."""
-        if self._loop.failure is not None:
-            return f"{self._loop.failure}; {CLOSED_BY_FAILURE}"
+        if (failure := self._answers.failure) is not None:
+            return failure
         if (missing := self._watchdog.problem) is not None:
             return missing
         if (obstacle := self._answers.obstacle) is not None:

@@ -42,7 +42,6 @@ from rodless_control.node.ready import Readiness, started_line
 from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.watchdog import Watchdog
 from rodless_control.parameters import LAW
-from rodless_control.setpoint import FROM_PARAMETERS
 
 # What ~/reset and ~/enable answer.
 HOLDS = "holds where it is until a new set-point comes"
@@ -50,9 +49,15 @@ HOLDS = "holds where it is until a new set-point comes"
 
 def resumes(values: ControllerParameters) -> str:
     """Say what a controller does that begins anew."""
-    kind = values.text("reference.type")
-    if kind in FROM_PARAMETERS:
-        return f"follows its {kind} at once, as reference.* have it by plant time"
+    number = values.number
+    match values.text("reference.type"):
+        case "sine":
+            return "begins its sine anew, from its centre"
+        case "step":
+            return (
+                f"goes to {number('reference.target'):g} m, before plant time "
+                f"{number('reference.at'):g} s to {number('reference.start'):g} m"
+            )
     return HOLDS
 
 
@@ -178,15 +183,17 @@ class ControllerNode:
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._answers.reset()
         self._diagnostics.clear()
+        # Also of a law that has failed again: a rig is reset with it, its valve closed.
         response.success = True
-        response.message = resumes(self._parameters.values)
+        response.message = self._answers.failure or resumes(self._parameters.values)
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         begins = self._answers.enable(request.data)
-        response.success = True
-        response.message = "disabled: valve closed"
-        if request.data:
+        failed = self._answers.failure if request.data else None
+        response.success = failed is None
+        response.message = failed or "disabled: valve closed"
+        if request.data and response.success:
             now = resumes(self._parameters.values) if begins else "it was already, and goes on"
             response.message = f"enabled: {now}"
         return response

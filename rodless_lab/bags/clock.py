@@ -24,8 +24,9 @@ _REMEMBERED = 10_000
 # again comes seconds late, and all after it with it.
 POLLS = 100
 
-# No message is under way for so long (ns): one that was sent earlier than the last clock message by
-# more was sent after it, by a wall clock that has been set back.
+# No message is under way for so long (ns): one that came earlier than the last clock message was
+# sent, by more, came after it, by a wall clock that has been set back. A latched one was sent long
+# ago.
 LONGEST_UNDER_WAY = 60 * NANOSECONDS_PER_SECOND
 
 # Messages of one topic that may wait for the first clock message.
@@ -91,7 +92,8 @@ class BagClock:
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
         long_ago = self._clock_sent[-1] - LONGEST_UNDER_WAY if self._clock_sent else 0
-        before = self._leave_old_times() if arrival.sent < long_ago else []
+        latest = max(arrival.sent, arrival.received)
+        before = self._leave_old_times() if latest < long_ago else []
         return before + self._put(arrival)
 
     def _put(self, arrival: Arrival) -> list[Timed]:

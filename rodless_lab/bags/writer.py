@@ -71,7 +71,8 @@ class BagWriter(Closing):
             self._file.add_metadata(*_description([_contents(file, self._file.index, Profiles())]))
         except OSError as error:
             # What is no bag is not in the way of the next try.
-            (self.path / file).unlink(missing_ok=True)
+            with suppress(OSError):  # a name too long, or a folder without the right to write
+                (self.path / file).unlink()
             undo()
             raise BagError(cannot_be_written(path, error)) from error
 

@@ -23,11 +23,13 @@ from rodless_base.real_number import is_number
 from rodless_base.ros.diagnostics import ENABLED
 from rodless_base.topics import SETPOINT
 from rodless_control import ControllerParameters
+from rodless_control.node.answers import CLOSED_BY_FAILURE
 from rodless_control.setpoint import FROM_PARAMETERS
 from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_of
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.processes import ProcessPlan
+from rodless_lab.session.running_rig import CONTROLLER
 from rodless_lab.session.setpoint import (
     has_arrived,
     setpoint_is_heard,
@@ -54,8 +56,8 @@ class Controls(LiveSession):
         """Send a set-point (m); by the return, a controller that runs has received it.
 
         Raises ValueError for what is no finite number, RefusedError for what the controller of this
-        package does not take: out of its range, beside a reference of its own, or switched off; and
-        HarnessError where the test has ended the controller.
+        package does not take: out of its range, beside a reference of its own, switched off, or its
+        law failed; and HarnessError where the test has ended the controller.
         Warns with SetpointWarning where it has not arrived in a second: a frozen controller takes
         it once it is thawed.
         """
@@ -107,6 +109,8 @@ class Controls(LiveSession):
         refused = f"setpoint {position:g} m refused"
         if self._switched_off and self._is_off():
             raise RefusedError(f"{refused}, the controller is disabled; enable_controller() first")
+        if (failure := self._failure_of_the_law()) is not None:
+            raise RefusedError(f"{refused}, {failure}")
         if (self._reference_type or self._first.text(TYPE)) not in FROM_PARAMETERS:
             return
         kind = self.parameters("controller", [TYPE])[TYPE]
@@ -118,6 +122,15 @@ class Controls(LiveSession):
     def _is_off(self) -> bool:
         """Whether the controller is: others may have switched it on again."""
         return self._observer.diagnostic("controller", fresh=True).values.get(ENABLED) == "False"
+
+    def _failure_of_the_law(self) -> str | None:
+        """Return what a controller says whose law has failed: it may have begun anew since."""
+        self._observer.take_waiting_diagnostics()
+        said = self._observer.diagnostics.get(self._observer.node.resolve_topic_name(CONTROLLER))
+        if said is None or CLOSED_BY_FAILURE not in said.message:
+            return None
+        message = self._observer.diagnostic(CONTROLLER, fresh=True).message
+        return message if CLOSED_BY_FAILURE in message else None
 
     def _wait_for_controller(self) -> None:
         self._wait(
@@ -193,7 +206,7 @@ class Controls(LiveSession):
         """Switch the PID on, or off: the valve is then commanded closed.
 
         Switched on again it holds the carriage where it is until a new set-point comes, or follows
-        the step or sine that its reference is.
+        the step or sine that its reference is. Raises RefusedError where its law fails at once.
         """
         self._ask(SetBool, "controller/enable", data=enabled)
         self._switched_off = not enabled

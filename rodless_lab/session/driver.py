@@ -73,6 +73,7 @@ class Driver:
         self._show = show
         self._ended = ended
         self._first: int | None = None
+        self._last = 0  # stamp of the last sample, ns
         self._shown = -1
         self.done = False
         self.rivals: str | None = None
@@ -160,11 +161,12 @@ class Driver:
         self._last_sample = time.monotonic()
         if self._first is None:
             self._first = now
-        if now < self._first:
+        if now < self._last:  # one that is offered again has the same
             self._end_because(
                 f"{self._samples}: the plant was reset or started again; {RECORD_ANEW}"
             )
             return
+        self._last = now
         elapsed = now - self._first
         due = elapsed // self._period
         self.done = due >= len(self._voltages)

@@ -22,7 +22,7 @@ from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.running_rig import CONTROLLER
 from rodless_lab.session.samples import Cursor, Sample, Samples, instant
-from rodless_sim.node.time_keeper import RESET_DONE
+from rodless_sim.node.time_keeper import NO_COMMAND_YET, RESET_DONE
 
 
 class PlantTime(LiveSession):
@@ -178,8 +178,9 @@ class PlantTime(LiveSession):
         """Let a paused plant advance by ``count`` samples; return the last.
 
         In lock-step each step waits for the answer to the sample before. Raises RefusedError
-        where the plant is not paused, ValueError for less than one, TypeError for what is no
-        whole number, and HarnessError once the session's ``duration`` is over.
+        where the plant is not paused or its simulation has failed, ValueError for less than one,
+        TypeError for what is no whole number, and HarnessError once the session's ``duration`` is
+        over.
         """
         if (count := whole_number(count, "count")) < 1:
             raise ValueError(f"count {count} refused, must be 1 or more")
@@ -196,7 +197,11 @@ class PlantTime(LiveSession):
         def stepped() -> bool:
             self._check_goes_on("a step")
             answer = self._call_once("plant/step", lambda: self._received.last_sent >= asked)
-            return answer is None or bool(answer.success)
+            if answer is None or answer.success:
+                return True
+            if answer.message != NO_COMMAND_YET:
+                raise RefusedError(f"plant/step: {answer.message}")
+            return False
 
         self._wait(stepped, "the plant to step", running=True)
         return self._run_until(lambda sent, _: sent >= asked, "the sample of a step")

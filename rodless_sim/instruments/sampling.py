@@ -62,12 +62,15 @@ class Sampling:
         self._compile()
 
     def configure(self, parameters: ParameterSet) -> None:
-        """Change the instruments; their noise goes on, unless the seed is another."""
+        """Change the instruments; their noise goes on, unless the seed is another.
+
+        What is under way in converter and lags stays, as does what is frozen.
+        """
         before = self._parameters["sensors.seed"]
         self._acquisition.configure(parameters)
         self._take(parameters)
         if parameters["sensors.seed"] != before:
-            self._begin()  # what is frozen stays so
+            self._draw()
 
     def _take(self, parameters: ParameterSet) -> None:
         self._instruments, _ = instruments_and_noise(parameters)
@@ -78,16 +81,17 @@ class Sampling:
     def start(self) -> None:
         """Begin anew: what is read next is sample 0, its lags settled."""
         self._shown: Measurement | None = None  # as read, its faults included
-        self._begin()
-
-    def _begin(self) -> None:
         self._acquisition.start()
         self._instant: int | None = None
         self._held: Measurement | None = None  # as the converter has it, at _instant
-        _, self._generator = instruments_and_noise(self._parameters)
         self._before: Lags | None = None
         self._after: Lags | None = None
         self._stamp: int | None = None
+        self._draw()
+
+    def _draw(self) -> None:
+        """Begin the noise that ``sensors.seed`` stands for."""
+        _, self._generator = instruments_and_noise(self._parameters)
         self._noise = self._generator.standard_normal(NOISE_CHANNELS)
 
     def read(self, true: Measurement) -> Measurement:

@@ -13,7 +13,13 @@ from collections.abc import Callable
 
 from rodless_sim.node.commanders import Account, Crowd, Publishers, share_a_node
 from rodless_sim.node.engine import Engine
-from rodless_sim.node.time_keeper import RESET_DONE, RUN_IS_OVER, Outgoing, TimeKeeper
+from rodless_sim.node.time_keeper import (
+    NO_COMMAND_YET,
+    RESET_DONE,
+    RUN_IS_OVER,
+    Outgoing,
+    TimeKeeper,
+)
 
 # s after which a further answer is long in coming: what it is waited for is said, and a second
 # commander of the same name is taken for dead.
@@ -194,9 +200,9 @@ class Lockstep(TimeKeeper):
         if self._engine.ended:
             return RUN_IS_OVER
         if not self._answered:
-            return "no command has come for the last sample yet"
+            return NO_COMMAND_YET
         self._step()
-        return None
+        return self._engine.failure
 
     def reset(self) -> str:
         """Return to the start as soon as no answer is under way; say when that is."""

@@ -16,6 +16,9 @@ from rodless_sim.node.engine import Engine
 # What a reset says that has taken effect.
 RESET_DONE = "done"
 
+# What a step says that can be taken in a moment.
+NO_COMMAND_YET = "no command has come for the last sample yet"
+
 RUN_IS_OVER = "time.duration is over; ~/reset begins anew"
 
 

@@ -592,6 +592,22 @@ def with_tubes(memory: AnySpool, tubes: Tubes | tuple[()]) -> AnySpool:
     return memory
 
 
+def at_speed_of(plant: Plant, before: Plant, memory: AnySpool) -> AnySpool:
+    """Return ``memory`` of the plant ``before``, its air going on with the delay of ``plant``.
+
+    None is lost: what has half of its way behind it has half of the new delay ahead.
+    """
+    if not isinstance(memory, Memory) or not isinstance(memory.tubes, Tubes):
+        return memory
+    tubes, ratio = memory.tubes, plant.tubes.delay / before.tubes.delay
+    history = tubes.history.copy()
+    used = history[: tubes.rows]
+    used[:, TIME] = memory.time - ratio * (memory.time - used[:, TIME])
+    for column in (A, B):
+        used[:, column + 1 : column + 3] /= ratio
+    return memory._replace(tubes=tubes._replace(history=history))
+
+
 def copied(memory: AnySpool) -> AnySpool:
     """Return the same memory with a history of its own: that of a run is written where it is."""
     if not isinstance(memory, Memory) or not isinstance(memory.tubes, Tubes):

@@ -134,12 +134,14 @@ def test_what_is_chosen_in_mid_run_starts_then(kind: str) -> None:
 
 
 def test_a_changed_sine_starts_anew_and_other_parameters_leave_it_alone() -> None:
-    """Its phase restarts with a new amplitude, not with a new gain."""
+    """Its phase restarts with a new amplitude, not with a new gain, limit or other reference."""
     old = parameters("sine", at=0.0, frequency=1.0)
     found = SetpointFollower(old)
     found.sample(0.0, 0.0)
-    found.configure(old.with_values({"controller.kp": 1.0}))
-    assert found.sample(0.25, 0.0)[0] == pytest.approx(0.12, rel=1e-14)
+    beside = ("controller.kp", "reference.maximum", "reference.velocity", "reference.start")
+    for name in beside:
+        found.configure(old.with_values({name: 0.15}))
+        assert found.sample(0.25, 0.0)[0] == pytest.approx(0.12, rel=1e-14), name
     found.configure(old.with_values({"reference.amplitude": 0.01}))
     assert found.sample(0.5, 0.0)[0] == 0.1
     assert found.sample(0.75, 0.0)[0] == pytest.approx(0.11, rel=1e-14)

@@ -16,6 +16,7 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import FluidPressure, JointState
+from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.measurement import Measurement
 from rodless_base.parameters import ParameterError
@@ -194,6 +195,57 @@ def test_until_pressures_come_positions_are_answered_by_a_closed_valve(bench: Be
     assert bench.change({LAW: "pid"}) is None
     bench.take_position(4, 0.05)
     assert len(bench.commands) == 5  # one by the change
+
+
+def test_a_law_that_fails_again_is_reported_again_and_not_enabled(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the log and in the answers, each time that it is asked for; healed, it is enabled."""
+    answers, reports = bench.controller._answers, []
+    answers.on_failure = lambda: reports.append(answers.failure)
+    assert not answers.enable(False)
+
+    def ask() -> SetBool.Response:
+        return bench.controller._enable(SetBool.Request(data=True), SetBool.Response())
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(bench.controller._loop.law), "reset", None)
+        for asked in range(1, 3):
+            answer = ask()
+            assert not answer.success
+            assert not answers.enabled
+            assert len(reports) == asked
+            assert reports[-1] == answer.message
+        said = bench.controller._reset(Trigger.Request(), Trigger.Response())
+        assert (said.success, said.message) == (True, answer.message)
+        assert len(reports) == 3
+    assert "failed: TypeError" in answer.message
+    assert answer.message.endswith("; valve closed until ~/reset or ~/enable")
+    answer = ask()
+    assert (answer.success, answers.enabled) == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("sine", "begins its sine anew, from its centre"),
+        ("step", "goes to 0.06 m, before plant time 2 s to 0.01 m"),
+        ("move", "holds where it is until a new set-point comes"),
+    ],
+)
+@pytest.mark.parametrize("second", [1, 7])
+def test_a_reset_says_where_the_reference_goes(
+    bench: Bench, kind: str, says: str, second: int
+) -> None:
+    """And there it is: at the centre whatever the phase by plant time, at the step's by that."""
+    values = {"reference.start": 0.01, "reference.target": 0.06, "reference.at": 2.0}
+    assert bench.change({"reference.type": kind, "reference.centre": 0.08, **values}) is None
+    for k in range(second):
+        bench.take(Measurement(k * 1_000_000_000, 0.05))
+    answer = bench.controller._reset(Trigger.Request(), Trigger.Response())
+    assert answer.message == says
+    position, _ = bench.controller._loop.setpoints.sample(second, 0.05)
+    assert position == {"sine": 0.08, "step": 0.06 if second > 2 else 0.01, "move": 0.05}[kind]
 
 
 def test_a_law_of_the_users_own_is_imported_at_the_start_alone() -> None:

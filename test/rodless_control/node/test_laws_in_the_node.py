@@ -277,7 +277,10 @@ def test_a_reset_of_the_plant_keeps_pressures_and_positions_together(
 def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
     own_laws: dict[str, str],
 ) -> None:
-    """One line in the log, an ERROR in the diagnostics; ~/reset, then ~/enable bring it back."""
+    """One line in the log, an ERROR in the diagnostics; ~/reset, then ~/enable bring it back.
+
+    Until then it takes no set-point.
+    """
     controller = {"controller.law": "own_laws:Failing"}
     options = {"environment": own_laws, "law_may_fail": True}
     with RigSession(plant={"time.period": 5e-3}, controller=controller, **options) as rig:
@@ -289,6 +292,8 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
         )
         rig.wait_until(lambda: rig.diagnostics("controller").get("message") == text, "the failure")
         assert rig.counter("controller", "failures of the law") == 1.0
+        with pytest.raises(RefusedError, match=r"^setpoint 0\.1 m refused, law Failing failed"):
+            rig.setpoint(0.1)
         run = rig.samples()
         after = run.voltage[run.time > 0.05]
         assert set(after[np.isfinite(after)]) == {5.08}
@@ -297,6 +302,7 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
         rig.wait_until(lambda: rig.outputs["controller"].count(text) == 2, "again")
         rig.set_parameters("controller", {"mine.healthy": True})
         rig.enable_controller()
+        rig.setpoint(0.1)
         rig.run_for(0.1)
         voltage = rig.samples().voltage
         assert voltage[np.isfinite(voltage)][-4:].tolist() == [5.2] * 4

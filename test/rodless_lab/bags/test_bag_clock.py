@@ -159,6 +159,20 @@ def test_a_wall_clock_set_back_before_an_answer_leaves_that_its_time() -> None:
     assert times(paused + clock.finish()) == [("set-point", 1000)] * 2
 
 
+def test_a_latched_message_sent_an_hour_ago_leaves_the_others_their_times() -> None:
+    """It comes behind the first clock messages of a recording that joins a rig: no set-back."""
+    clock, dated = BagClock(), []
+    for k in range(10):
+        dated += clock.put(arrival("clock", 1000 * k, clock=k))
+        if k == 6:  # the command sent before that clock message is still on its way
+            latched = arrival("faults", 1000 * k)
+            dated += clock.put(latched._replace(sent=latched.sent - 3_600_000_000_000))
+        if k:
+            dated += clock.put(arrival("command", 1000 * (k - 1) + 700))
+    commands = [time for topic, time in times(dated + clock.finish()) if topic == "command"]
+    assert commands == list(range(9))
+
+
 def test_a_message_that_was_sent_again_late_leaves_the_others_their_times() -> None:
     """What the middleware delivers after it was received before it; both keep their own times."""
     clock, dated = BagClock(), []

@@ -165,10 +165,16 @@ def test_a_bag_is_never_written_over(sample_bag) -> None:
 
 
 def test_a_bag_that_cannot_be_begun_is_not_in_the_way_of_the_next_try(tmp_path: Path) -> None:
-    """A folder can be made on a full disk, its first bytes cannot: both are gone again."""
+    """A folder can be made on a full disk, its first bytes cannot: both are gone again.
+
+    So it is where the name leaves no room for that of its file.
+    """
     for bag in (tmp_path / "bag", tmp_path / "new" / "bag"):
         with no_room(), pytest.raises(BagError, match=r"bag: cannot be written: File too large$"):
             BagWriter(bag)
+    # A folder may have this name, the file in it has a longer one.
+    with pytest.raises(BagError, match=r"b: cannot be written: File name too long$"):
+        BagWriter(tmp_path / ("b" * 250))
     assert list(tmp_path.iterdir()) == []
     BagWriter(tmp_path / "bag").close()
     assert (tmp_path / "bag" / "metadata.yaml").is_file()

@@ -69,12 +69,13 @@ def plant(observer: Observer) -> Plant:
 def driver(start_process: StartProcess, plant: Plant) -> Iterator[NodeProcess]:
     """The command, which has begun."""
     with start_process(DRIVE, "driver") as process:
-        plant.send(5)
+        for second in (0, 5):
+            plant.send(second)
         yield process
 
 
 def test_a_plant_that_begins_anew_ends_it(driver: NodeProcess, plant: Plant) -> None:
-    """What comes after it would be no run of the same voltages."""
+    """What comes after it would be no run of the same voltages, also at the time of the first."""
     plant.begin_anew()
     assert driver.wait(TIMEOUT) == 1
     assert "/joint_states: the plant was reset or started again; what was rec" in driver.output

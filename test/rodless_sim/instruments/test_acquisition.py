@@ -79,6 +79,18 @@ def test_what_was_true_before_a_direct_reading_is_forgotten(slow: dict[str, obje
     )
 
 
+@pytest.mark.parametrize("slow", ["delay", "sampling_period", "pressure_lag"])
+def test_another_seed_leaves_what_is_under_way(slow: str) -> None:
+    """Of instruments without noise and errors of their own a seed changes nothing."""
+    values = RigParameters({f"sensors.{slow}": 0.02})
+    instruments, same = Sampling(values), Sampling(values)
+    for k in range(100):
+        if k == 50:
+            instruments.configure(values.with_values({"sensors.seed": 7}))
+        true = Measurement(k * MILLISECOND, k * 1e-3, 4e5 + k * 1e3, 4e5, 6e5)
+        assert instruments.read(true) == same.read(true), k
+
+
 def test_a_sensor_whose_fault_has_ended_reads_what_the_converter_holds() -> None:
     """At once, not only with the converter's next sample; frozen, it stays whatever the seed."""
     slow = RigParameters({"sensors.sampling_period": 1.0})

@@ -115,10 +115,8 @@ def test_simulate_and_closed_loop_raise_the_same() -> None:
         closed_loop(PARAMETERS, lambda m, r: 10.0, references.constant(0.2), 10.0, PERIOD)  # noqa: ARG005
 
 
-@pytest.mark.usefixtures("unchecked")
-def test_lockstep_holds_until_a_reset() -> None:
-    """No sample answers the command that fails; a reset needs no further answer."""
-    stamps: list[int] = []
+def in_lockstep(stamps: list[int]) -> tuple[Engine, Lockstep]:
+    """Return a plant that has begun; it notes the stamp of each sample."""
     engine = Engine(
         PARAMETERS.with_values({"time.mode": "lockstep", "time.period": PERIOD}),
         lambda seen, _: stamps.append(seen.stamp),
@@ -127,6 +125,28 @@ def test_lockstep_holds_until_a_reset() -> None:
         engine, 1.0, lambda: True, lambda: {b"1": "/controller"}, lambda: 1, Outgoing(), lambda: 0.0
     )
     plant.poll()
+    return engine, plant
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_a_step_that_fails_says_so() -> None:
+    """In lock-step too: whoever asked would wait for its sample."""
+    stamps: list[int] = []
+    _, plant = in_lockstep(stamps)
+    plant.pause(True)
+    said: list[str | None] = []
+    while plant.problem is None and len(said) < 1000:
+        plant.receive(10.0)
+        said.append(plant.step())
+    assert re.match(LINE.rstrip("$"), plant.problem or "")
+    assert said == [None] * (len(stamps) - 1) + [plant.problem]
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_lockstep_holds_until_a_reset() -> None:
+    """No sample answers the command that fails; a reset needs no further answer."""
+    stamps: list[int] = []
+    engine, plant = in_lockstep(stamps)
     for _ in range(1000):
         plant.receive(10.0)
         if plant.problem is not None:

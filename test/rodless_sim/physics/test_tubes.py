@@ -246,6 +246,41 @@ def test_all_air_that_passed_is_in_the_chamber_or_in_the_tube() -> None:
     assert most > 1e-7
 
 
+@pytest.mark.parametrize("temperature", [250.0, 400.0])
+def test_air_on_its_way_goes_on_at_another_speed_of_sound(temperature: float) -> None:
+    """Half of the way at the one and half at the other; and as much arrives as without a change."""
+    rig, same = Rig(RigParameters(HELD)), Rig(RigParameters(HELD))
+    start = rig.reset(0.1).pressure_a
+    rig.advance(8.0, 0.5 * DELAY)
+    rig.configure(rig.parameters.with_values({"supply.temperature": temperature}))
+    half = 0.5 * DELAY * math.sqrt(T / temperature)
+    assert rig.advance(8.0, half - 5e-9).pressure_a == start
+    assert rig.advance(8.0, 1e-6).pressure_a > start
+    grown = rig.advance(8.0, half + 5e-9 - 1e-6).pressure_a - start
+    same.reset(0.1)
+    expected = same.advance(8.0, 1.5 * DELAY).pressure_a - start
+    assert grown == pytest.approx(expected * temperature / T, rel=1e-3)
+
+
+@pytest.mark.parametrize(("name", "value"), [("supply.temperature", 400.0), ("tubes.length", 0.2)])
+def test_no_air_is_lost_where_its_way_becomes_faster(name: str, value: float) -> None:
+    """A chamber gains what the valve had passed; the run ended in a motion too fast to follow."""
+    rig = Rig(RigParameters({**HELD, "tubes.length": 1.0}))
+    rig.reset(0.03)
+
+    def arrived() -> float:
+        tubes, since = tubes_of(rig), rig.nanoseconds * 1e-9 - rig.plant.tubes.delay
+        return hermite(tubes.history, row_at(tubes, since, False), 1, since)[0]
+
+    before = rig.advance(8.0, 4e-3)
+    had_arrived = arrived()
+    rig.configure(rig.parameters.with_values({name: value}))
+    gain = rig.advance(8.0, 4e-3).pressure_a - before.pressure_a
+    stiff = KAPPA * R * rig.plant.air.temperature / (DEAD + AREA * 0.03)
+    assert gain == pytest.approx(stiff * (arrived() - had_arrived), rel=1e-5)
+    assert gain > 1e4
+
+
 def test_leaking_air_flows_as_steadily_as_without_tubes() -> None:
     """What leaks out of a held chamber falls in pressure by the tube's friction, and no more."""
     values = {**HELD, "leak.a": 1e-7}
