@@ -22,7 +22,14 @@ from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
-from rodless_lab.studies.tune import Bench, Candidate, Candidates, NothingKnownError, search
+from rodless_lab.studies.tune import (
+    Bench,
+    Candidate,
+    Candidates,
+    NothingKnownError,
+    Tuned,
+    search,
+)
 from rodless_lab.studies.tuning_report import front, parameter_text, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
@@ -161,6 +168,22 @@ def test_the_parameter_file_is_the_candidate(tmp_path: Path) -> None:
     assert text.count("| others |") == text.count("| tuned on |") == 2
     assert (tmp_path / "out" / "tuning.md").read_text(encoding="utf-8").count("trade_off.png") == 1
     assert (tmp_path / "out" / "trade_off.png").stat().st_size > 1000
+
+
+def test_the_parameter_file_has_the_limits_of_the_output(tmp_path: Path) -> None:
+    """A law tuned about 5.2 V and up to 8 V is loaded with these, whatever file lies below."""
+    limits = {"controller.neutral_voltage": 5.2, "controller.maximum_voltage": 8.0}
+    path = written(tmp_path)
+    given = "".join(f"{name}: {value}, " for name, value in limits.items())
+    text = path.read_text(encoding="utf-8").replace("set: {", f"set: {{{given}")
+    path.write_text(text, encoding="utf-8")
+    task = read_task(path)
+    best = Candidate((0.5, 0.5), 1.0, {})
+    tuned = tmp_path / "tuned.yaml"
+    found = Tuned(task.present(), best, [best], complete=True)
+    tuned.write_text(parameter_text(task, found), encoding="utf-8")
+    loaded = ControllerParameters.from_file(tuned)
+    assert {name: loaded[name] for name in limits} == limits
 
 
 def test_the_score_is_a_quantile_of_what_the_rigs_cost() -> None:
