@@ -235,7 +235,7 @@ def test_a_study_is_sealed_with_the_law_that_runs(
     )
     assert json.loads(saved_study.study_text(study))["laws"] == [before]
     again = importlib.reload(sys.modules["sealed_law"]).Sealed
-    assert again.SOURCE_DIGEST == after
+    assert after == again.SOURCE_DIGEST
 
 
 def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(
