@@ -288,6 +288,21 @@ class Broken(Law):
 class Exits(Broken):
     def __init__(self, parameters):
         raise SystemExit(7)
+
+
+class Pair(Law):
+    PARAMETERS = declare(
+        Parameter("pair.low", 1.0, "V", "the lower", "own", 0.0, 9.0),
+        Parameter("pair.high", 2.0, "V", "the higher", "own", 0.0, 9.0),
+    )
+
+    def __init__(self, parameters):
+        super().__init__(parameters)
+        if parameters["pair.low"] > parameters["pair.high"]:
+            raise ValueError("low above high")
+
+    def update(self, measurement, reference, interval):
+        return 5.0
 """
 
 BOTH = "supply.pressure: the rig has it, and laws_of_study:Named too; rename the law's"
@@ -317,12 +332,21 @@ BOTH = "supply.pressure: the rig has it, and laws_of_study:Named too; rename the
             "set: {controller.law: LAW}",
             "'laws_of_study:Exits' refused: Exits(parameters) failed: SystemExit: 7",
         ),
+        (
+            "Pair",
+            "{set: {controller.law: LAW}, vary: {pair.low: [1.0, 3.0], pair.high: [4.0, 2.0]}}",
+            "study.yaml: row 3 of 4: controller.law: 'laws_of_study:Pair' refused: "
+            "Pair(parameters) failed: ValueError: low above high",
+        ),
     ],
 )
 def test_a_law_that_cannot_be_studied_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, law: str, text: str, expected: str
 ) -> None:
-    """One with a parameter of the rig's name that is meant, and one that cannot be made."""
+    """One with a parameter of the rig's name that is meant, and one not made of each row.
+
+    Nothing has run by then.
+    """
     (tmp_path / "laws_of_study.py").write_text(LAW_OF_ONES_OWN, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     path = written(tmp_path, text.replace("LAW", f"'laws_of_study:{law}'"))

@@ -292,6 +292,16 @@ def test_a_trial_with_other_rigs_is_refused(tmp_path: Path, axis: str) -> None:
         read_task(path)
 
 
+@pytest.mark.parametrize("name", ["controller.ki", "controller.kp", "controller.maximum_voltage"])
+def test_a_trial_with_another_law_is_refused(tmp_path: Path, name: str) -> None:
+    """tuned.yaml has each of the law's parameters once, tuned or not: as all trials have it."""
+    trials = TRIALS.replace("reference.type: sine", f"reference.type: sine, {name}: 9.5")
+    with pytest.raises(StudyError, match=f"trials: sine: {name}: refused, a task tunes one law"):
+        read_task(with_trials(tmp_path, trials))
+    if name != "controller.kp":  # which is set for all
+        assert len(read_task(with_trials(tmp_path, TRIALS, f"{name}: 9.5")).trials) == 2
+
+
 def test_what_trials_have_in_common_need_not_run_by_itself(tmp_path: Path) -> None:
     """Its reference would begin once its run is over; those of the trials begin before."""
     trials = """
