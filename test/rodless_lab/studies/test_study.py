@@ -8,6 +8,7 @@
 
 """Studies: what their rows are, and each way in which one cannot be done."""
 
+import re
 from pathlib import Path
 from shutil import copy
 
@@ -263,6 +264,17 @@ def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
     assert message.startswith(f"{path}: ")
     assert expected in message
     assert "\n" not in message
+
+
+def test_a_base_with_a_scenario_is_refused(tmp_path: Path) -> None:
+    """No run would follow it, and the nodes of a replay would."""
+    (tmp_path / "base.yaml").write_text(
+        "/**/plant: {ros__parameters: {time.scenario: leak}}\n", encoding="utf-8"
+    )
+    path = written(tmp_path, "{base: base.yaml, vary: {supply.pressure: [6.0e5]}}")
+    said = f"{path}: base: time.scenario: 'leak' refused, no run of a study follows a scenario;"
+    with pytest.raises(StudyError, match=f"^{re.escape(said)} leave it out$"):
+        read_study(path)
 
 
 LAW_OF_ONES_OWN = """
