@@ -12,6 +12,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+# The process's control group, where it sees one of its own.
 GROUP = Path("/sys/fs/cgroup")
 
 
