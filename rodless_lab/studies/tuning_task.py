@@ -307,10 +307,10 @@ def _check_trials(task: TuningTask, where: str) -> None:
 
 def _check_ranges(task: TuningTask, where: str) -> None:
     controller = task.study.base.controller
-    law = {LAW: controller[LAW], **controller.of_law()}
+    tuned = {LAW: controller[LAW], **controller.of_law()}
     for trial in task.trials:
         own = trial.study.base.controller
-        for name, value in law.items():
+        for name, value in tuned.items():
             if own.get(name) != value:
                 raise StudyError(
                     f"{where}: trials: {in_one_line(trial.name)}: {name}: refused, a task tunes "
