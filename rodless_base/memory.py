@@ -12,10 +12,13 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+# The process's control group, where it sees one of its own.
+GROUP = Path("/sys/fs/cgroup")
+
 
 def available_memory() -> int:
     """Return the bytes that this process can have without others losing theirs."""
-    return min(_free(), _limit_of_group())
+    return min(_free(), _free_of_group())
 
 
 def refuse_more_than_there_is(size: int, what: str, way_out: str) -> None:
@@ -31,6 +34,11 @@ def refuse_more_than_there_is(size: int, what: str, way_out: str) -> None:
         )
 
 
+def room_for(size: int) -> int:
+    """Return how many times there is room for so many bytes."""
+    return available_memory() // size
+
+
 def _free() -> int:
     with suppress(OSError, ValueError, IndexError):
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
@@ -39,8 +47,20 @@ def _free() -> int:
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
-def _limit_of_group() -> int:
-    """Return what the control group may take, as in a container; else a very large number."""
+def _free_of_group() -> int:
+    """Return what the control group may still take, as in a container; else a very large number."""
+    try:
+        limit = int((GROUP / "memory.max").read_text(encoding="ascii"))
+    except (OSError, ValueError):  # there is none, or "max"
+        return 2**63
+    return max(limit - _used_by_group(), 0)
+
+
+def _used_by_group() -> int:
+    """Return what the group has taken, without the copies of files, which give way."""
     with suppress(OSError, ValueError):
-        return int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii"))
-    return 2**63
+        text = (GROUP / "memory.stat").read_text(encoding="ascii")
+        counts = dict(line.split() for line in text.splitlines())
+        files = sum(int(counts.get(f"{kind}_file", 0)) for kind in ("active", "inactive"))
+        return int((GROUP / "memory.current").read_text(encoding="ascii")) - files
+    return 0

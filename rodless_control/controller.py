@@ -12,10 +12,14 @@ A :class:`Law` is plain Python. A :class:`CompiledLaw` is made of pure compiled 
 in one loop with the rig. Both serve ``rodless_lab.closed_loop`` and the controller node alike.
 """
 
+import hashlib
 import inspect
 import math
 import re
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 from rodless_base.kernels import is_kernel, same_type, specialise
@@ -46,6 +50,14 @@ Answer = float | tuple[float, ...]
 
 class LawError(ValueError):
     """A law has answered with something that is no command; the text names law and answer."""
+
+
+def _file_digest(module: str) -> str:
+    """Return a digest of the file of a module that is being imported; empty without one."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    with suppress(OSError):  # in an archive
+        return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else ""
+    return ""
 
 
 class Law:
@@ -85,8 +97,12 @@ class Law:
     # The set of this law's parameters; made from PARAMETERS where a law does not bring its own.
     Parameters: ClassVar[type[LawParameters]] = LawParameters
 
+    # Of the file as it was when this class was made of it: an edit since then is not what runs.
+    SOURCE_DIGEST: ClassVar[str] = ""
+
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
+        cls.SOURCE_DIGEST = _file_digest(cls.__module__)
         if "Parameters" in vars(cls):
             return
         name = cls.__name__

@@ -87,4 +87,4 @@ def _film(options: argparse.Namespace, run: MeasuredRun) -> Film:
             f"--speed {options.speed:g} refused, {end - options.start:g} s must take at most "
             f"{LONGEST:g} s; give a higher --speed, or --start and --end"
         )
-    return Film(options.start, end, options.speed, Path(options.run).name)
+    return Film(options.start, end, options.speed, Path(options.run).resolve().name)

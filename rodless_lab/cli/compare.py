@@ -97,7 +97,7 @@ def _simulated(
 
 
 def _report(options: argparse.Namespace, runs: Pair) -> None:
-    names = (Path(options.first).name, options.bag.resolve().name)
+    names = (Path(options.first).resolve().name, options.bag.resolve().name)
     time = common_time(runs[0].time, runs[1].time)
     found = differences(*runs, time)
     numbers = {

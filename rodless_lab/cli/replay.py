@@ -15,6 +15,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rodless_base.command_line import Parser, named_path
+from rodless_base.one_line import shown
 from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import errors_of_file
 from rodless_base.start import Stop
@@ -81,9 +82,15 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
     if file is None:
         return preset
     with errors_of_file(file):
-        return preset.with_values(
+        found = preset.with_values(
             read_parameter_file(file, RigParameters.NODE, RigParameters.foreign)
         )
+    if scenario := found.text("time.scenario"):
+        raise RunError(
+            f"{file}: time.scenario: {shown(scenario)} refused, a replay does what the bag says; "
+            "leave it out"
+        )
+    return found
 
 
 def _report(options: argparse.Namespace, recording: Recording, replayed: MeasuredRun) -> None:

@@ -92,8 +92,9 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
         prog="rodless soak",
         description="Run plant and controller for long: in real time, then in lock-step, where "
         "each sample is compared with the run without nodes.",
-        epilog="Exit code: 0 nothing lost, memory flat, balance closed; 1 anything else, 2 an "
-        "output that cannot be written; see docs/reliability.md.",
+        epilog="Exit code: 0 no sample lost, memory flat, balance closed; 1 anything else, 2 an "
+        "output that cannot be written. Commands and positions that did not come in time are shown "
+        "alone; see docs/reliability.md.",
     )
     parser.add_argument(
         "--seconds", type=_seconds, default=3600.0, help="real time (default: %(default)g); 0: none"

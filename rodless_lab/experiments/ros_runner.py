@@ -36,6 +36,7 @@ RUN_TIMEOUT = 600.0
 OF_THE_SESSION = (
     "time.mode",
     "time.duration",
+    "time.scenario",
     "time.recorders",
     "time.command_timeout",
     "controller.recorders",

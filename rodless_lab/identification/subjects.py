@@ -60,7 +60,7 @@ Identify = Callable[[MeasuredRun, RigParameters], Identified]
 def _friction(run: MeasuredRun, parameters: RigParameters) -> Identified:
     fit = identify_friction(run, parameters)
     return Identified(
-        friction_findings(fit),
+        friction_findings(fit, parameters),
         with_form(fit, run, parameters),
         lambda: draw_friction(fit),
     )

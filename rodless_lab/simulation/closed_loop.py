@@ -21,7 +21,7 @@ import numpy.typing as npt
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.kernels import linked, unlinked
 from rodless_base.measurement import Measurement
-from rodless_base.memory import refuse_more_than_there_is
+from rodless_base.memory import refuse_more_than_there_is, room_for
 from rodless_base.one_line import OneLineError, shown
 from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.controller import (
@@ -405,8 +405,9 @@ class Loop:
         self.law = as_law(law)
         self._terms = checked_terms(type(self.law))
         numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(self._terms))
+        self.size = 8 * numbers * count
         refuse_more_than_there_is(
-            8 * numbers * count,
+            self.size,
             f"duration {whole * SECONDS_PER_NANOSECOND:g} s at period "
             f"{self._span * SECONDS_PER_NANOSECOND:g} s refused: {count} samples",
             "shorten it, or lengthen the period",
@@ -423,6 +424,11 @@ class Loop:
     def compiled(self) -> bool:
         """Whether the law is, so that a run releases the GIL."""
         return is_compiled(self.law)
+
+    @property
+    def room(self) -> int:
+        """How many runs at once there is memory for."""
+        return room_for(self.size)
 
     def run(
         self,

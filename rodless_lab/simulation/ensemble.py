@@ -19,7 +19,7 @@ from rodless_base.one_line import described, shown
 from rodless_control.controller import LawError
 from rodless_control.references import Reference
 from rodless_lab.simulation.closed_loop import AnyLaw, Loop
-from rodless_lab.simulation.in_order import check_workers, in_order
+from rodless_lab.simulation.in_order import check_workers, cores, in_order
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics, metrics_of
 from rodless_sim import RigParameters, SimulationError
 from rodless_sim.scenario import AnyScenario
@@ -68,6 +68,15 @@ def outcome(run: Callable[[], RunMetrics]) -> tuple[RunMetrics, str]:
         return NO_METRICS, described(error)
 
 
+def at_once(loop: Loop, workers: int | None) -> int:
+    """Return how many of ``workers`` (default: one for each core) may run rigs at once.
+
+    One where the law is in plain Python, and no more than there is memory for.
+    """
+    wanted = (cores() if workers is None else workers) if loop.compiled else 1
+    return max(1, min(wanted, loop.room))
+
+
 def ensemble(
     rigs: Iterable[RigParameters],
     law: AnyLaw,
@@ -100,7 +109,7 @@ def ensemble(
     since
         When peak and RMS of the error begin to count, in s.
     workers
-        Threads; by default one for each core.
+        Threads; by default one for each core, and no more than there is memory for.
     progress
         Called with the number of runs done, after each.
     scenario
@@ -134,7 +143,7 @@ def ensemble(
         return outcome(lambda: figures(rig))
 
     found = []
-    for one in in_order(run, rigs, workers if loop.compiled else 1):
+    for one in in_order(run, rigs, at_once(loop, workers)):
         found.append(one)
         if progress is not None:
             progress(len(found))

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
-from rodless_base.one_line import described, in_one_line
+from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameter_file import preset_names, read_parameter_file
 from rodless_base.parameters import ParameterError
 from rodless_control import ControllerParameters
@@ -28,6 +28,7 @@ from rodless_sim.instruments.instruments import sensors_of
 from rodless_sim.timing import nanoseconds, step_nanoseconds
 
 SEED = "sensors.seed"
+SCENARIO = "time.scenario"
 EACH_ITS_SEED = "refused: each row has a seed of its own, which design.seed draws"
 
 
@@ -128,6 +129,12 @@ def read_base(fields: Fields, folder: Path) -> Base:
         rig, controllers = _sets(given, folder, kinds)
     except ParameterError as error:
         raise StudyError(f"{fields.where}: base: {described(error)}") from error
+    if scenario := rig.text(SCENARIO):
+        raise fields.error(
+            "base",
+            f"{SCENARIO}: {shown(scenario)} refused, no run of a study follows a scenario; leave "
+            "it out",
+        )
     run = fields.below("run")
     times = run.number("duration", 6.0), run.number("period", 1e-3), run.number("since", 0.0)
     run.end()

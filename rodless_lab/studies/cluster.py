@@ -13,7 +13,9 @@ to another; what this process has received is kept by the caller, row by row.
 """
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from itertools import islice
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from rodless_base.extras import missing_extra
@@ -30,7 +32,11 @@ BATCH = 25
 # Tasks that wait for each thread of the cluster.
 AHEAD = 3
 
+# How long a scheduler, or a first worker, is waited for.
 CONNECTION_TIMEOUT = 30.0  # s
+
+# How often it is asked whether there are workers, while none has answered.
+LOOK_EVERY = 1.0  # s
 
 
 def run_rows(
@@ -49,39 +55,76 @@ def on_cluster(address: str, study: Study, rows: Iterable[Row]) -> Iterator[RowR
     """Yield the results of ``rows`` as they come from the workers of the scheduler ``address``.
 
     Raises StudyError where the cluster cannot be reached, has no workers, runs another version of
-    this package, or loses its workers over and over; ModuleNotFoundError without Dask.
+    this package or lacks it, is lost, or loses its workers over and over; ModuleNotFoundError
+    without Dask.
     """
     try:
-        from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415  an extra
+        from distributed import Client  # noqa: PLC0415  an extra
     except ModuleNotFoundError as error:
         raise missing_extra("--scheduler", error.name, "dask") from error
     try:
         client = Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise StudyError(f"--scheduler {address}: not reached: {described(error)}") from error
+    left = batches(rows)
+    waiting: set[Any] = set()
+    done: SimpleQueue[Any] = SimpleQueue()
     with client:
         try:
             client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)
-            left = batches(rows)
-            first = _sent(client, study, islice(left, _wanted(client)))
-            completed = as_completed(first, loop=client.loop)
-            for future in completed:
-                versions, results = future.result()
-                if versions != _versions(study.base.by_law.values()):
-                    what = "this package" if versions[0] != rules_digest() else "the law"
-                    raise StudyError(
-                        f"--scheduler {address}: a worker runs another version of {what}; install "
-                        "the same one everywhere"
-                    )
-                yield from results
+            while True:
                 # Workers may have joined, or gone.
-                free = _wanted(client) - completed.count()
-                completed.update(_sent(client, study, islice(left, max(free, 0))))
-        except (TimeoutError, KilledWorker) as error:
-            raise StudyError(
-                f"--scheduler {address}: {described(error)}; what is known is kept, and the same "
-                "command goes on"
-            ) from error
+                free = _wanted(client) - len(waiting)
+                for future in _sent(client, study, islice(left, max(free, 0))):
+                    waiting.add(future)
+                    future.add_done_callback(done.put)
+                if not waiting:
+                    return
+                future = _next(client, done)
+                waiting.remove(future)
+                yield from _checked(address, study, _result(address, future))
+        except OSError as error:
+            raise _lost(address, error) from error
+
+
+def _next(client: Any, done: "SimpleQueue[Any]") -> Any:
+    """Return a task that is done; raises TimeoutError where no workers are left to do one."""
+    patience = CONNECTION_TIMEOUT
+    while patience > 0.0:
+        with suppress(Empty):
+            return done.get(timeout=LOOK_EVERY)
+        patience = CONNECTION_TIMEOUT if client.nthreads() else patience - LOOK_EVERY
+    raise TimeoutError("no workers are left")
+
+
+def _result(address: str, future: Any) -> tuple[list[str], list[RowResult]]:
+    """Return what a task has found; raises StudyError for whatever Dask or a worker raises."""
+    try:
+        found: tuple[list[str], list[RowResult]] = future.result()
+    except Exception as error:
+        raise _lost(address, error) from error
+    return found
+
+
+def _lost(address: str, error: Exception) -> StudyError:
+    return StudyError(
+        f"--scheduler {address}: {described(error).rstrip('.')}; what is known is kept, and the "
+        "same command goes on, with this package and the law on scheduler and workers"
+    )
+
+
+def _checked(
+    address: str, study: Study, found: tuple[list[str], list[RowResult]]
+) -> list[RowResult]:
+    """Return the rows of a worker; raises StudyError where it runs another version."""
+    versions, results = found
+    if versions != _versions(study.base.by_law.values()):
+        what = "this package" if versions[0] != rules_digest() else "the law"
+        raise StudyError(
+            f"--scheduler {address}: a worker runs another version of {what}; install the same "
+            "one everywhere"
+        )
+    return results
 
 
 def _wanted(client: Any) -> int:

@@ -18,8 +18,10 @@ from pathlib import Path
 from rodless_base.columns import quantities
 from rodless_base.one_line import described, in_one_line, shown
 from rodless_base.parameters import ParameterError, Value
+from rodless_control import ControllerParameters
+from rodless_control.laws import LAWS
 from rodless_control.parameters import LAW
-from rodless_lab.simulation.closed_loop import ClosedLoopTrace
+from rodless_lab.simulation.closed_loop import ClosedLoopTrace, as_law
 from rodless_lab.simulation.design import (
     LARGEST_SEED,
     METHODS,
@@ -286,11 +288,12 @@ def read_dimension(fields: Fields, name: str, uncounted: str = "") -> Dimension:
 
 
 def check_rows(study: Study, where: str) -> None:
-    """Raise StudyError, which begins with ``where``, for a row that no rig can be."""
+    """Raise StudyError, which begins with ``where``, for a row that no rig or law can be."""
     try:
         count = len(study)
     except DesignError as error:
         raise StudyError(f"{where}: design: {error}") from error
+    made: set[tuple[Value, ...]] = set()
     for number in range(count):
         place = f"row {number} of {count}"
         try:
@@ -299,5 +302,17 @@ def check_rows(study: Study, where: str) -> None:
             raise StudyError(f"{where}: vary: {place}: {described(error)}") from error
         try:
             row.base.check_begins()
+            _check_law(row.base.controller, made)
         except ParameterError as error:
             raise StudyError(f"{where}: {place}: {described(error)}") from error
+
+
+def _check_law(controller: ControllerParameters, made: set[tuple[Value, ...]]) -> None:
+    """Raise ParameterError for values of which their law cannot be made, unless it was ``made``."""
+    # The laws of this package can, of all that their sets take, and making one takes milliseconds.
+    if controller[LAW] in LAWS:
+        return
+    values = (controller[LAW], *controller.of_law().values())
+    if values not in made:
+        as_law(controller)
+        made.add(values)

@@ -10,10 +10,11 @@
 
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 from rodless_base.file_path import file_path
-from rodless_lab.simulation.closed_loop import as_law, is_compiled
+from rodless_lab.simulation.ensemble import at_once
 from rodless_lab.simulation.in_order import check_workers, in_order
 from rodless_lab.studies.base import Base
 from rodless_lab.studies.part import parquet_modules
@@ -44,8 +45,8 @@ def sweep(
     output
         Folder of the results; its folder ``rows`` is a Parquet data set.
     workers
-        Threads; by default one for each core. A law in plain Python runs row by row, as in
-        :func:`rodless_lab.ensemble`.
+        Threads; by default one for each core, and no more than there is memory for. A law in plain
+        Python runs row by row, as in :func:`rodless_lab.ensemble`.
     scheduler
         Address of a Dask scheduler (extra ``dask``), such as ``tcp://host:8786``; then its workers
         run the rows.
@@ -126,8 +127,10 @@ def _run(
     def work(row: Row) -> None:
         keep(run(row))
 
-    yield from in_order(work, rows, workers if _is_compiled(study.base) else 1)
+    yield from in_order(work, rows, _at_once(study.base, workers))
 
 
-def _is_compiled(base: Base) -> bool:
-    return all(is_compiled(as_law(one)) for one in base.by_law.values())
+def _at_once(base: Base, workers: int | None) -> int:
+    """Return how many rows may run at once, whatever their laws."""
+    loops = (replace(base, controller=one).loop() for one in base.by_law.values())
+    return min(at_once(loop, workers) for loop in loops)

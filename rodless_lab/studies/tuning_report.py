@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 
 from rodless_base.atomic_write import write_together
 from rodless_base.yaml_file import yaml_text
-from rodless_control.laws import law_class
 from rodless_lab.figures.files import figure_contents, files_of_figure
 from rodless_lab.figures.style import label, panels
 from rodless_lab.simulation.ensemble import Ensemble
@@ -64,11 +63,12 @@ def labels(task: TuningTask) -> dict[str, str]:
 def parameter_text(task: TuningTask, found: Tuned) -> str:
     """Return a parameter file for the controller: the values found, and the law's other ones.
 
-    It has the law's whole set, so that what it does depends on no preset that it is laid on.
+    It has the law's whole set with the limits of its output, so that what it does depends on no
+    preset that it is laid on.
     """
     controller = task.study.base.controller
     law = controller.text("controller.law")
-    values = {name: controller[name] for name in law_class(law).PARAMETERS} | found.values
+    values = {**controller.of_law(), **found.values}
     figures = ", ".join(labels(task))
     rigs = len(task.study)
     lines = [

@@ -307,12 +307,15 @@ def _check_trials(task: TuningTask, where: str) -> None:
 
 def _check_ranges(task: TuningTask, where: str) -> None:
     controller = task.study.base.controller
+    tuned = {LAW: controller[LAW], **controller.of_law()}
     for trial in task.trials:
-        if trial.study.base.controller[LAW] != controller[LAW]:
-            raise StudyError(
-                f"{where}: trials: {in_one_line(trial.name)}: {LAW}: refused, a task tunes one "
-                "law; give it in set of the whole file"
-            )
+        own = trial.study.base.controller
+        for name, value in tuned.items():
+            if own.get(name) != value:
+                raise StudyError(
+                    f"{where}: trials: {in_one_line(trial.name)}: {name}: refused, a task tunes "
+                    "one law; give it in set of the whole file"
+                )
     varied = {
         name
         for trial in task.trials

@@ -9,13 +9,11 @@
 """Which version of the rules has made a result: rows and scores of two are not put together."""
 
 import hashlib
-import inspect
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 from rodless_base.kernels import source_digest
-from rodless_control.controller import Law
 from rodless_control.controller_parameters import ControllerParameters
 
 SIMULATION = Path(__file__).parents[1] / "simulation"
@@ -42,15 +40,6 @@ def rules_digest() -> str:
     return sources_digest(*_RULES)
 
 
-def law_digest(law: type[Law]) -> str:
-    """Return a digest of the file that defines a law, which may be a user's; empty without one."""
-    try:
-        file = inspect.getsourcefile(law)
-    except TypeError:  # defined where there is no file
-        file = None
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else ""
-
-
 def law_digests(controllers: Iterable[ControllerParameters]) -> list[str]:
-    """Return the digest of each controller's law, in order."""
-    return [law_digest(one.LAW_CLASS) for one in controllers]
+    """Return the digest of the file of each controller's law, which may be a user's, in order."""
+    return [one.LAW_CLASS.SOURCE_DIGEST for one in controllers]

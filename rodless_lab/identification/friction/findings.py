@@ -23,16 +23,19 @@ LABELS = {
 }
 
 
-def friction_findings(fit: FrictionFit) -> list[Finding]:
-    """Return the friction parameters of both directions; F_s is never below F_c."""
+def friction_findings(fit: FrictionFit, base: RigParameters) -> list[Finding]:
+    """Return the friction parameters of both directions.
+
+    F_s is never below F_c, whether they are loaded alone or on top of ``base``.
+    """
     return [
         finding
         for side, direction in (("forward", fit.forward), ("reverse", fit.reverse))
-        for finding in _direction(side, direction)
+        for finding in _direction(side, direction, base)
     ]
 
 
-def _direction(side: str, fit: DirectionFit) -> list[Finding]:
+def _direction(side: str, fit: DirectionFit, base: RigParameters) -> list[Finding]:
     estimates: dict[str, Estimate] = {
         name: getattr(fit, name) for name in ("static", "coulomb", "stribeck_velocity", "viscous")
     }
@@ -41,27 +44,33 @@ def _direction(side: str, fit: DirectionFit) -> list[Finding]:
         value = max(estimate.value, 0.0) if estimate.informed else None
         findings.append(Finding(f"friction.{side}.{name}", value, {LABELS[name]: estimate}))
     if fit.coulomb.informed:
-        findings[0] = _not_below_coulomb(side, findings[0], fit)
+        findings[0] = _not_below_coulomb(findings[0], fit, base)
     else:
-        findings[1] = _not_above_static(side, findings[1], findings[0].value, fit.coulomb)
+        findings[1] = _not_above_static(findings[1], findings[0].value, fit.coulomb, base)
     return findings
 
 
-def _not_below_coulomb(side: str, static: Finding, fit: DirectionFit) -> Finding:
-    """Keep F_s at F_c or above: the plant refuses a smaller one, also its own default."""
+def _not_below_coulomb(static: Finding, fit: DirectionFit, base: RigParameters) -> Finding:
+    """Keep F_s at F_c or above: the plant refuses a smaller one, also its own or the base's."""
     coulomb = fit.coulomb.value
     if isinstance(static.value, float):
         return replace(static, value=max(static.value, coulomb))
-    if RigParameters().number(f"friction.{side}.static") >= coulomb:
+    if min(_there(static.name, base)) >= coulomb:
         return static
-    note = f"{fit.static.note}; set to F_c, which exceeds the default"
+    note = f"{fit.static.note}; set to F_c, which exceeds that of the default or the base"
     return replace(static, value=coulomb, estimates={"F_s": replace(fit.static, note=note)})
 
 
-def _not_above_static(side: str, coulomb: Finding, static: object, estimate: Estimate) -> Finding:
-    """Keep F_c at F_s or below where the run does not tell it: its default may be above."""
-    default = RigParameters().number(f"friction.{side}.coulomb")
-    if not isinstance(static, float) or static >= default:
+def _not_above_static(
+    coulomb: Finding, static: object, estimate: Estimate, base: RigParameters
+) -> Finding:
+    """Keep F_c at F_s or below where the run does not tell it: what is there may be above."""
+    if not isinstance(static, float) or static >= max(_there(coulomb.name, base)):
         return coulomb
-    note = f"{estimate.note}; set to F_s, below which the default is not"
+    note = f"{estimate.note}; set to F_s, which that of the default or the base exceeds"
     return replace(coulomb, value=static, estimates={"F_c": replace(estimate, note=note)})
+
+
+def _there(name: str, base: RigParameters) -> tuple[float, float]:
+    """Return what a parameter is where no file gives it: by default, and with the base."""
+    return RigParameters().number(name), base.number(name)

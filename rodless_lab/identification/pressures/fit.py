@@ -157,7 +157,7 @@ def fit_of(solution: Solution) -> PressureFit:
     problem, values = solution.problem, solution.values
     modelled = problem.modelled(values)
     return PressureFit(
-        _estimates(solution),
+        estimates_of(solution),
         modelled[:, 0],
         modelled[:, 1],
         float(np.std(solution.residuals)) * problem.noise,
@@ -267,14 +267,18 @@ def _errors(solution: Solution) -> Array:
     return np.asarray(MARGIN * np.sqrt(np.diag(covariance(jacobian, 1.0))))
 
 
-def _estimates(solution: Solution) -> dict[str, Estimate]:
+def estimates_of(solution: Solution) -> dict[str, Estimate]:
+    """Return the intervals of the unknowns and of the supply pressure, by name."""
     problem, values, errors = solution.problem, solution.values, _errors(solution)
     estimates = {
         unknown.name: _estimate(unknown, float(value), float(error), solution.freedom)
         for unknown, value, error in zip(solution.unknowns, values, errors, strict=False)
     }
     pressure = problem.supply - float(values[-1])
-    estimates[SUPPLY] = symmetric(pressure, float(errors[-1]), solution.freedom, "Pa")
+    supply = symmetric(pressure, float(errors[-1]), solution.freedom, "Pa")
+    declared = RigParameters.DECLARATIONS[SUPPLY]
+    # A run may have more than a plant that loads the file can.
+    estimates[SUPPLY] = within(supply, declared.minimum, declared.maximum)
     return estimates
 
 

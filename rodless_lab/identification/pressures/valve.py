@@ -8,7 +8,7 @@
 
 """Closed position, size of the openings and gap of the valve from a run's pressures."""
 
-from rodless_lab.identification.estimate import Estimate
+from rodless_lab.identification.estimate import Estimate, within
 from rodless_lab.identification.parameter_writer import Finding
 from rodless_lab.identification.pressures.fit import (
     SUPPLY,
@@ -61,19 +61,20 @@ def valve_findings(fit: PressureFit) -> list[Finding]:
     parameters, factor = fit.solution.parameters, fit.estimates[AREA_FACTOR]
     findings = findings_of(fit, (CLOSED, GAP, SUPPLY))
     if parameters.text("valve.flow_law") == iso_6358.NAME:
-        closed = fit.estimates[CLOSED]
-        conductance = _conductance(parameters, factor, closed)
-        return [*findings, Finding(CONDUCTANCE, conductance, {AREA_FACTOR: factor})]
+        return [*findings, _conductance(parameters, factor, fit.estimates[CLOSED])]
     return [*findings, Finding(AREA, _scaled(parameters, factor), {AREA_FACTOR: factor})]
 
 
-def _conductance(parameters: RigParameters, factor: Estimate, closed: Estimate) -> float | None:
+def _conductance(parameters: RigParameters, factor: Estimate, closed: Estimate) -> Finding:
     """C with which the valve passes what it was found to pass: the curve only shares C out."""
-    if not factor.informed:
-        return None
     found = parameters.with_values({CLOSED: closed.value}) if closed.informed else parameters
     reach = iso_6358.widest_opening_of(found) / iso_6358.widest_opening_of(parameters)
-    return parameters.number(CONDUCTANCE) * factor.value * reach
+    before = parameters.number(CONDUCTANCE) * reach
+    declared = RigParameters.DECLARATIONS[CONDUCTANCE]
+    low, high = declared.minimum, declared.maximum
+    kept = within(factor, low / before, high / before)
+    value = min(max(before * kept.value, low), high) if kept.informed else None
+    return Finding(CONDUCTANCE, value, {AREA_FACTOR: kept})
 
 
 def _scaled(parameters: RigParameters, factor: Estimate) -> tuple[float, ...] | None:

@@ -21,7 +21,8 @@ from quiet_stop import Quiet
 from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
-from rodless_lab.cli import compare, replay
+from rodless_lab.cli import animate, compare, replay
+from rodless_lab.figures.animation import Film
 from rodless_lab.runs.comparison import common_time, difference
 from rodless_lab.runs.measured_run import run_of_trace
 from rodless_sim import RigParameters, State, Trace, simulate
@@ -267,3 +268,34 @@ def test_results_that_replace_earlier_ones_say_so(tmp_path: Path, capsys) -> Non
             assert command.main([*first, "--output", str(tmp_path / "out")], Quiet()) == 0
             said.append(capsys.readouterr().out.splitlines()[-1])
         assert said[1] == f"{said[0]}, in place of earlier ones"
+
+
+def test_a_bag_where_one_stands_has_the_name_of_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Given as a dot it had none, in the table and the numbers, and above the moving picture."""
+    bag = record(tmp_path / "model", simulate(RigParameters(), [5.3] * 100, 1e-3))
+    monkeypatch.chdir(bag)
+    assert compare.main([".", str(bag), "--output", str(tmp_path / "out")], Quiet()) == 0
+    written = json.loads((tmp_path / "out" / "compare.json").read_text(encoding="utf-8"))
+    assert (written["first"], written["second"]) == ("model", "model")
+    titles: list[str] = []
+
+    def write(file: Path, _run: object, _setpoint: object, _stroke: float, film: Film) -> int:
+        file.touch()
+        titles.append(film.title)
+        return 0
+
+    monkeypatch.setattr(animate, "write_animation", write)
+    assert animate.main([".", "--output", str(tmp_path / "run.gif")], Quiet()) == 0
+    assert titles == ["model"]
+
+
+def test_a_replay_follows_no_scenario(tmp_path: Path, capsys) -> None:
+    """One in the parameter file was passed over without a word."""
+    file = tmp_path / "plant.yaml"
+    file.write_text("/**/plant: {ros__parameters: {time.scenario: leak}}\n", encoding="utf-8")
+    arguments = [str(tmp_path), "--parameters", str(file), "--output", str(tmp_path / "out")]
+    assert replay.main(arguments, Quiet()) == 2
+    refusal = "time.scenario: 'leak' refused, a replay does what the bag says; leave it out"
+    assert capsys.readouterr().err == f"{file}: {refusal}\n"

@@ -103,6 +103,14 @@ def test_only_steps_and_sines_can_be_asked_of_the_controller() -> None:
         ros_runner.reference_parameters(references.ramp(0.0, 0.1, 0.05))
 
 
+def test_the_nodes_of_a_runner_follow_no_scenario() -> None:
+    """The run in process, which they repeat to the bit, follows none either."""
+    rig = RigParameters({"time.scenario": "leak", "supply.pressure": 6e5})
+    values = ros_runner.plant_values(rig, 1e-3)
+    assert "time.scenario" not in values
+    assert values["supply.pressure"] == 6e5
+
+
 @pytest.mark.parametrize("name", ["valve-area", "flow-coefficient", "errata"])
 def test_experiments_without_a_moving_rig_refuse_ros(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -50,7 +50,7 @@ def biased(voltages: np.ndarray, bias_a: float, bias_b: float, position: float) 
 
 def identified(run: MeasuredRun) -> str:
     """The parameter file that an identification of ``run`` writes."""
-    findings = friction_findings(identify_friction(run, SHEET))
+    findings = friction_findings(identify_friction(run, SHEET), SHEET)
     return parameter_text(title("friction", "run1", run, "data-sheet", "paper"), findings)
 
 

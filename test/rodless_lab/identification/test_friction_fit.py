@@ -228,10 +228,37 @@ def test_a_weak_rig_whose_coulomb_friction_is_open_has_a_file_that_loads(
         None,
         *(still,) * 4,
     )
-    findings = friction_findings(FrictionFit(one, one))
+    findings = friction_findings(FrictionFit(one, one), RigParameters())
     values = {found.name: found.value for found in findings}
     for side in ("forward", "reverse"):
         assert values[f"friction.{side}.static"] == static
         assert values[f"friction.{side}.coulomb"] == coulomb
     text = parameter_text([], findings)
     assert ("open within half its value; set to F_s" in text) is (coulomb is not None)
+
+
+def test_friction_loads_on_top_of_its_base() -> None:
+    """Told one of F_s and F_c alone: a base whose other one would contradict it gets that, too.
+
+    F_c of 25 N is below the F_s of the paper and above that of a base with 20 N; F_s of 29 N is
+    above the F_c of the paper and below that of a base with 30 N.
+    """
+    still, found = np.empty(0), Estimate(0.01, 0.009, 0.011, "")
+    told = {value: Estimate(value, value - 0.1, value + 0.1, "N") for value in (25.0, 29.0)}
+    for weak, (static, coulomb), base in (
+        ("F_s", (unknown("N", "open"), told[25.0]), {"static": 20.0, "coulomb": 10.0}),
+        ("F_c", (told[29.0], unknown("N", "open")), {"static": 40.0, "coulomb": 30.0}),
+    ):
+        one = DirectionFit(static, coulomb, found, found, None, *(still,) * 4)
+        sides = {
+            f"friction.{side}.{n}": v for side in ("forward", "reverse") for n, v in base.items()
+        }
+        below = RigParameters(sides)
+        values = {
+            finding.name: finding.value
+            for finding in friction_findings(FrictionFit(one, one), below)
+            if finding.value is not None
+        }
+        for loaded in (below.with_values(values), RigParameters(values)):
+            assert loaded["friction.forward.static"] >= loaded["friction.forward.coulomb"], weak
+        assert values["friction.reverse.static"] == values["friction.reverse.coulomb"], weak

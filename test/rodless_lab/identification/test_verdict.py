@@ -7,12 +7,18 @@
 # language governing permissions and limitations under the License.
 """The tests behind a verdict, on numbers whose distribution is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import yaml
 from scipy import stats
 
 from rodless_lab.identification import fit_area_curve, fit_flow_coefficient, three_sines
-from rodless_lab.identification.estimate import Estimate, within
+from rodless_lab.identification.estimate import Estimate, unknown, within
+from rodless_lab.identification.parameter_writer import Finding, parameter_text
+from rodless_lab.identification.pressures.fit import Solution, estimates_of
+from rodless_lab.identification.pressures.valve import valve_findings
 from rodless_lab.identification.verdict import Check, Verdict, joined, power, tail
 from rodless_sim import RigParameters
 
@@ -85,6 +91,41 @@ def test_what_lies_outside_its_range_altogether_is_not_informed(value: float) ->
     assert not found.informed
     interval = f"{value:g} N ({value - 1.0:g} to {value + 1.0:g})"
     assert found.note == f"fits best with {interval}, and can be from 0 to 20 N only"
+
+
+@pytest.mark.parametrize("mean", [1.2003e6, 1.5e6])
+def test_a_supply_above_what_a_plant_can_have_is_written_as_its_bound_or_not_at_all(
+    mean: float,
+) -> None:
+    """Of 1.2003 MPa ± 0.8 kPa 1.2 MPa is left, of 1.5 MPa nothing; the plant loads the file."""
+    # The last value is the bias of the supply's sensor, told to 1.2 kPa/√11 by ten readings and
+    # what is stated of it.
+    problem = SimpleNamespace(readings=10, supply=mean)
+    jacobian, still = np.full((11, 1), 1e-3), np.zeros(10)
+    solution = Solution(problem, RigParameters(), [], np.zeros(1), still, jacobian, 0.0, 1.0)  # type: ignore[arg-type]
+    found = estimates_of(solution)["supply.pressure"]
+    assert found.informed == (mean < 1.5e6)
+    value = found.value if found.informed else None
+    text = parameter_text([], [Finding("supply.pressure", value, {"P_s": found})])
+    (loaded,) = yaml.safe_load(text).values()
+    expected = {"supply.pressure": 1.2e6} if found.informed else {}
+    assert loaded == {"ros__parameters": expected}
+
+
+@pytest.mark.parametrize(("known", "found"), [(1e-8, 5e-8), (5e-8, None)])
+def test_a_conductance_that_no_plant_can_have_is_not_written(
+    known: float, found: float | None
+) -> None:
+    """Five times 0.01 dm³/(s·Pa) is one, five times 0.05 is beyond the highest, 0.1: none."""
+    base = RigParameters({"valve.flow_law": "iso_6358", "valve.sonic_conductance": known})
+    names = ("valve.closed_voltage", "valve.gap_height", "supply.pressure")
+    estimates = {name: unknown("", "not looked at") for name in names}
+    estimates["area factor"] = Estimate(5.0, 4.9, 5.1, "")
+    fit = SimpleNamespace(solution=SimpleNamespace(parameters=base), estimates=estimates)
+    conductance = valve_findings(fit)[-1]  # type: ignore[arg-type]
+    assert conductance.name == "valve.sonic_conductance"
+    assert conductance.value == (None if found is None else pytest.approx(found))
+    parameter_text([], [conductance])
 
 
 def test_the_area_curve_knows_when_it_is_no_sum_of_sines() -> None:

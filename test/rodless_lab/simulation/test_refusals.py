@@ -12,6 +12,7 @@ import copy
 import math
 import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,8 @@ import pytest
 from rodless_base import memory
 from rodless_control import Law, Measurement, PidParameters, ReferencePoint, references
 from rodless_control.references import Reference
-from rodless_lab import closed_loop, linearise
-from rodless_lab.simulation.closed_loop import AnyLaw
+from rodless_lab import closed_loop, ensemble, linearise
+from rodless_lab.simulation.closed_loop import AnyLaw, Loop
 from rodless_sim import Rig, RigParameters, Trace, simulate
 
 HOLD = references.constant(0.01)
@@ -143,6 +144,47 @@ def test_the_size_of_a_run_is_what_it_takes(monkeypatch: pytest.MonkeyPatch) -> 
         run(PidParameters(), HOLD, 0.5)
     monkeypatch.setattr(memory, "available_memory", lambda: 5 * result)
     run(PidParameters(), HOLD, 0.5)
+
+
+@pytest.mark.parametrize(("free", "runs"), [(3, 3), (100, 8), (0, 1)])
+def test_no_more_runs_at_once_than_there_is_memory_for(
+    monkeypatch: pytest.MonkeyPatch, free: int, runs: int
+) -> None:
+    """Of eight threads an ensemble takes as many as their runs have room, and one in any case."""
+    size = Loop(PidParameters(), HOLD, 0.5, 1e-3).size
+    taken: list[int] = []
+
+    def note(_work: object, _rigs: object, workers: int) -> list[object]:
+        taken.append(workers)
+        return []
+
+    monkeypatch.setattr("rodless_lab.simulation.ensemble.in_order", note)
+    monkeypatch.setattr("rodless_lab.simulation.closed_loop.room_for", lambda _size: free)
+    ensemble([RigParameters()], PidParameters(), HOLD, 0.5, workers=8)
+    monkeypatch.undo()
+    monkeypatch.setattr(memory, "available_memory", lambda: free * size + size // 2)
+    assert taken == [runs]
+    assert memory.room_for(size) == free
+
+
+def test_what_a_group_has_taken_is_not_free(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of a container's 1000 bytes 700 are in use, 150 of them copies of files: 450 are free."""
+    monkeypatch.setattr(memory, "GROUP", tmp_path)
+    assert memory.available_memory() > 10**6
+    written = {
+        "memory.max": "1000\n",
+        "memory.current": "700\n",
+        "memory.stat": "anon 500\nfile 150\ninactive_file 100\nactive_file 50\n",
+    }
+    for name, text in written.items():
+        (tmp_path / name).write_text(text, encoding="ascii")
+    assert memory.available_memory() == 450
+    (tmp_path / "memory.stat").unlink()
+    assert memory.available_memory() == 1000
+    (tmp_path / "memory.max").write_text("max\n", encoding="ascii")
+    assert memory.available_memory() > 10**6
 
 
 @pytest.mark.parametrize("bad", [-1.0, 0.0, math.nan, 1e300])

@@ -103,6 +103,24 @@ def test_what_is_wrong_is_named(run: ClosedLoopTrace) -> None:
 
 
 @pytest.mark.ros
+def test_what_did_not_come_in_time_is_shown_and_no_failure(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A busy machine can be late; the valve closes, as it should. The help says what counts."""
+    from rodless_lab.soak.ros.soak import Soak  # noqa: PLC0415  needs ROS
+
+    late = {"/plant commands lost": "5", "/controller positions lost": "0"}
+    found = Soak("real time", 1000.0, 10, memory={"plant": [(1.0, 200.0)]}, faults=late)
+    assert complaints(found) == []
+    assert "| /plant commands lost | 5 |" in summary(found)
+    with pytest.raises(SystemExit):
+        main(["--help"], Quiet())
+    said = " ".join(capsys.readouterr().out.split())
+    assert "0 no sample lost" in said
+    assert "Commands and positions that did not come in time are shown alone" in said
+
+
+@pytest.mark.ros
 def test_a_report_that_finds_the_disk_full_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

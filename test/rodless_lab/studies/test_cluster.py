@@ -10,7 +10,8 @@
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from pathlib import Path
 
 import pytest
@@ -87,6 +88,67 @@ def test_a_cluster_of_another_law_is_refused(
     with pytest.raises(StudyError, match="a worker runs another version of the law"):
         sweep(write_study(tmp_path), tmp_path / "out", scheduler=address)
     assert not list((tmp_path / "out" / "rows").iterdir())
+
+
+class LostCluster:
+    """Stands in for Dask's client and its tasks, which end with ``error`` or, without, never."""
+
+    def __init__(self, error: Exception | None) -> None:
+        self.error = error
+
+    def __call__(self, *_arguments: object, **_options: object) -> "LostCluster":
+        """Be client and task at once."""
+        return self
+
+    __enter__ = submit = __call__
+
+    def __exit__(self, *_raised: object) -> None:
+        """Close."""
+
+    def wait_for_workers(self, _count: int, timeout: float) -> None:
+        """Find one."""
+        assert timeout > 0.0
+
+    def nthreads(self) -> dict[str, int]:
+        """Have lost it, where tasks do not end."""
+        return {"worker": 1} if self.error else {}
+
+    def add_done_callback(self, tell: Callable[[object], None]) -> None:
+        """Tell of a task's end."""
+        if self.error:
+            tell(self)
+
+    def result(self) -> None:
+        """Fail."""
+        assert self.error
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (None, "no workers are left"),
+        (CancelledError("cancelled for reason:\nlost."), "cancelled for reason: lost"),
+        (
+            RuntimeError("Error during deserialization.\nSee x"),
+            "Error during deserialization. See x",
+        ),
+    ],
+    ids=["no workers", "no scheduler", "another environment"],
+)
+def test_a_cluster_that_is_lost_on_the_way_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception | None, said: str
+) -> None:
+    """Its last worker, its scheduler, or a package that it lacks: neither waited for nor traced."""
+    monkeypatch.setattr("distributed.Client", LostCluster(error))
+    monkeypatch.setattr(cluster, "CONNECTION_TIMEOUT", 0.02)
+    monkeypatch.setattr(cluster, "LOOK_EVERY", 0.01)
+    with pytest.raises(StudyError) as refusal:
+        sweep(write_study(tmp_path), tmp_path / "out", scheduler="tcp://there:1")
+    kept = "what is known is kept, and the same command goes on, with this package and the law"
+    assert (
+        str(refusal.value) == f"--scheduler tcp://there:1: {said}; {kept} on scheduler and workers"
+    )
 
 
 def test_a_scheduler_that_is_not_there_is_refused_in_one_line(

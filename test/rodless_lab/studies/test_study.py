@@ -8,6 +8,7 @@
 
 """Studies: what their rows are, and each way in which one cannot be done."""
 
+import re
 from pathlib import Path
 from shutil import copy
 
@@ -265,6 +266,17 @@ def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
     assert "\n" not in message
 
 
+def test_a_base_with_a_scenario_is_refused(tmp_path: Path) -> None:
+    """No run would follow it, and the nodes of a replay would."""
+    (tmp_path / "base.yaml").write_text(
+        "/**/plant: {ros__parameters: {time.scenario: leak}}\n", encoding="utf-8"
+    )
+    path = written(tmp_path, "{base: base.yaml, vary: {supply.pressure: [6.0e5]}}")
+    said = f"{path}: base: time.scenario: 'leak' refused, no run of a study follows a scenario;"
+    with pytest.raises(StudyError, match=f"^{re.escape(said)} leave it out$"):
+        read_study(path)
+
+
 LAW_OF_ONES_OWN = """
 from rodless_base.parameters import Parameter, declare
 from rodless_control import Law
@@ -288,6 +300,21 @@ class Broken(Law):
 class Exits(Broken):
     def __init__(self, parameters):
         raise SystemExit(7)
+
+
+class Pair(Law):
+    PARAMETERS = declare(
+        Parameter("pair.low", 1.0, "V", "the lower", "own", 0.0, 9.0),
+        Parameter("pair.high", 2.0, "V", "the higher", "own", 0.0, 9.0),
+    )
+
+    def __init__(self, parameters):
+        super().__init__(parameters)
+        if parameters["pair.low"] > parameters["pair.high"]:
+            raise ValueError("low above high")
+
+    def update(self, measurement, reference, interval):
+        return 5.0
 """
 
 BOTH = "supply.pressure: the rig has it, and laws_of_study:Named too; rename the law's"
@@ -317,12 +344,21 @@ BOTH = "supply.pressure: the rig has it, and laws_of_study:Named too; rename the
             "set: {controller.law: LAW}",
             "'laws_of_study:Exits' refused: Exits(parameters) failed: SystemExit: 7",
         ),
+        (
+            "Pair",
+            "{set: {controller.law: LAW}, vary: {pair.low: [1.0, 3.0], pair.high: [4.0, 2.0]}}",
+            "study.yaml: row 3 of 4: controller.law: 'laws_of_study:Pair' refused: "
+            "Pair(parameters) failed: ValueError: low above high",
+        ),
     ],
 )
 def test_a_law_that_cannot_be_studied_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, law: str, text: str, expected: str
 ) -> None:
-    """One with a parameter of the rig's name that is meant, and one that cannot be made."""
+    """One with a parameter of the rig's name that is meant, and one not made of each row.
+
+    Nothing has run by then.
+    """
     (tmp_path / "laws_of_study.py").write_text(LAW_OF_ONES_OWN, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     path = written(tmp_path, text.replace("LAW", f"'laws_of_study:{law}'"))

@@ -8,6 +8,8 @@
 
 """A sweep: each row as if it were alone, and none lost or done twice whatever interrupts it."""
 
+import hashlib
+import importlib
 import json
 import os
 import signal
@@ -22,6 +24,7 @@ import pytest
 from pyarrow import parquet
 from small_study import write_law, write_study
 
+from rodless_control.laws import law_class
 from rodless_lab import closed_loop, run_metrics, sweep
 from rodless_lab.studies import parts, saved_study
 from rodless_lab.studies.errors import StudyError
@@ -210,6 +213,29 @@ def test_a_law_that_was_changed_is_another_study(
         StudyError, match=r"controller\.gain: .*; it is not there here, or made with"
     ):
         replay_row(tmp_path / "out", 0)
+
+
+def test_a_study_is_sealed_with_the_law_that_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A law's file that was edited since its import is not what runs; the next import is."""
+    monkeypatch.syspath_prepend(tmp_path)
+    file = tmp_path / "sealed_law.py"
+    text = (
+        "from rodless_control import Law\n\n\nclass Sealed(Law):\n"
+        "    def update(self, measurement, reference, interval):\n        return 5.0\n"
+    )
+    file.write_text(text, encoding="utf-8")
+    law = law_class("sealed_law:Sealed")
+    file.write_text(f"{text}# edited\n", encoding="utf-8")
+    study = read_study(write_study(tmp_path, "sealed_law:Sealed"))
+    assert study.base.controller.LAW_CLASS is law
+    before, after = (
+        hashlib.sha256(source.encode()).hexdigest()[:16] for source in (text, f"{text}# edited\n")
+    )
+    assert json.loads(saved_study.study_text(study))["laws"] == [before]
+    again = importlib.reload(sys.modules["sealed_law"]).Sealed
+    assert after == again.SOURCE_DIGEST
 
 
 def test_a_row_is_replayed_to_the_bit_and_a_change_is_seen(

@@ -22,7 +22,14 @@ from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.shipped import shipped
-from rodless_lab.studies.tune import Bench, Candidate, Candidates, NothingKnownError, search
+from rodless_lab.studies.tune import (
+    Bench,
+    Candidate,
+    Candidates,
+    NothingKnownError,
+    Tuned,
+    search,
+)
 from rodless_lab.studies.tuning_report import front, parameter_text, write_tuned
 from rodless_lab.studies.tuning_task import NEVER, Score, Trial, TuningTask, read_task
 
@@ -163,6 +170,22 @@ def test_the_parameter_file_is_the_candidate(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "trade_off.png").stat().st_size > 1000
 
 
+def test_the_parameter_file_has_the_limits_of_the_output(tmp_path: Path) -> None:
+    """A law tuned about 5.2 V and up to 8 V is loaded with these, whatever file lies below."""
+    limits = {"controller.neutral_voltage": 5.2, "controller.maximum_voltage": 8.0}
+    path = written(tmp_path)
+    given = "".join(f"{name}: {value}, " for name, value in limits.items())
+    text = path.read_text(encoding="utf-8").replace("set: {", f"set: {{{given}")
+    path.write_text(text, encoding="utf-8")
+    task = read_task(path)
+    best = Candidate((0.5, 0.5), 1.0, {})
+    tuned = tmp_path / "tuned.yaml"
+    found = Tuned(task.present(), best, [best], complete=True)
+    tuned.write_text(parameter_text(task, found), encoding="utf-8")
+    loaded = ControllerParameters.from_file(tuned)
+    assert {name: loaded[name] for name in limits} == limits
+
+
 def test_the_score_is_a_quantile_of_what_the_rigs_cost() -> None:
     """Sizes of errors count, a rig without a figure costs ten, and so does one far beyond."""
     rows = [
@@ -267,6 +290,16 @@ def test_a_trial_with_other_rigs_is_refused(tmp_path: Path, axis: str) -> None:
     path = with_trials(tmp_path, trials)
     with pytest.raises(StudyError, match="sine: vary: refused, other axes than those of step"):
         read_task(path)
+
+
+@pytest.mark.parametrize("name", ["controller.ki", "controller.kp", "controller.maximum_voltage"])
+def test_a_trial_with_another_law_is_refused(tmp_path: Path, name: str) -> None:
+    """tuned.yaml has each of the law's parameters once, tuned or not: as all trials have it."""
+    trials = TRIALS.replace("reference.type: sine", f"reference.type: sine, {name}: 9.5")
+    with pytest.raises(StudyError, match=f"trials: sine: {name}: refused, a task tunes one law"):
+        read_task(with_trials(tmp_path, trials))
+    if name != "controller.kp":  # which is set for all
+        assert len(read_task(with_trials(tmp_path, TRIALS, f"{name}: 9.5")).trials) == 2
 
 
 def test_what_trials_have_in_common_need_not_run_by_itself(tmp_path: Path) -> None:
