@@ -34,6 +34,8 @@ def setup(state: ViewState) -> dict[str, Any]:
         return {**common, "mode": "live", "window": WINDOW, "terms": list(state.terms)}
     return {
         **common,
+        # A bag says nothing of the cylinder: it is drawn as far as its run goes, at least.
+        "stroke": max(state.stroke, *(tape.farthest for tape in playback.tapes)),
         "mode": "bag",
         "terms": [],
         "begin": playback.begin,
