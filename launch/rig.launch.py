@@ -29,7 +29,11 @@ from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS, RIG_TOPICS, ROS_CLOCK, TEMPERATURES
 from rodless_base.written_number import written_number
 from rodless_lab.session.domain import namespace_of_nodes
-from rodless_lab.session.file_parameters import check_together, own_parameters
+from rodless_lab.session.file_parameters import (
+    check_together,
+    own_parameters,
+    reference_maximum,
+)
 from rodless_lab.session.launch_arguments import misspelt
 from rodless_lab.session.processes import clock_of_its_own, write_parameters
 from rodless_sim import ParameterError, RigParameters, ScenarioError
@@ -207,8 +211,8 @@ def parameters_of_file(
 ) -> dict[str, dict[str, object]]:
     """Return what the user's file gives to each node, as `rodless rig --parameters` takes it.
 
-    It stands on the preset and under the arguments. Raises RuntimeError for what `rodless rig`
-    refuses.
+    It stands on the preset and under the ``arguments``, which keep a travel of its own within that
+    of a cylinder. Raises RuntimeError for what `rodless rig` refuses.
     """
     file = Path(chosen["parameters"])
     if not file.is_file():
@@ -216,6 +220,9 @@ def parameters_of_file(
     nodes = ["plant", "controller"] if chosen["controller"] == "true" else ["plant"]
     try:
         found = own_parameters(file, chosen["namespace"])
+        if chosen["cylinder"]:
+            maximum = reference_maximum(stroke(chosen["cylinder"]), found)
+            arguments["controller"]["reference.maximum"] = maximum
         check_together(file, preset, found, {node: arguments[node] for node in nodes})
     except ParameterError as error:
         raise RuntimeError(f"parameters:={error}") from None

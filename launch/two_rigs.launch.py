@@ -82,6 +82,11 @@ def check_arguments(context: LaunchContext) -> None:
             "bag:= and record:=true refused: each rig has a bag of its own; give left_bag:= or "
             "right_bag:=, or both"
         )
+    left, right = (given[f"{name}_bag"] for name in NAMES)
+    if left and right and Path(left).resolve() == Path(right).resolve():
+        raise RuntimeError(
+            f"left_bag:={left} and right_bag:={right} refused: they are one bag; give two"
+        )
     if given.get("namespace"):
         warn(f"namespace:={given['namespace']} changes nothing: the rigs are in left and right")
     if given.get("publish_clock", "auto") != "auto":

@@ -24,7 +24,7 @@ from rodless_base.constants import MAXIMUM_VOLTAGE, MINIMUM_VOLTAGE, SECONDS_PER
 from rodless_base.extras import missing_extra
 from rodless_base.measurement import Measurement
 from rodless_base.memory import refuse_more_than_there_is
-from rodless_base.one_line import function_name, shown, traced
+from rodless_base.one_line import OneLineError, function_name, shown, traced
 from rodless_control import references
 from rodless_control.references import Reference, sampled
 from rodless_lab.simulation.closed_loop import refuse_beyond_any_rig, sample_count
@@ -44,14 +44,18 @@ except ModuleNotFoundError as error:
 
 Array = npt.NDArray[np.float64]
 
-# What an observation holds, in this order, and bounds that none leaves.
+# No reference is faster, m/s.
+FASTEST = 1e3
+
+# What an observation holds, in this order, and bounds that none leaves; NaN is of a sensor that is
+# gone.
 OBSERVATION = (
     ("position", -1.0, 20.0),  # m, read
     ("pressure_a", -1e8, 1e8),  # Pa, read
     ("pressure_b", -1e8, 1e8),  # Pa, read
     ("supply_pressure", -1e8, 1e8),  # Pa, read
     ("reference", -20.0, 20.0),  # m
-    ("reference_velocity", -1e3, 1e3),  # m/s
+    ("reference_velocity", -FASTEST, FASTEST),  # m/s
 )
 
 # The reward of a sample: an error of 1 mm costs 1, a jump of the valve by 1 V costs a tenth.
@@ -148,8 +152,8 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
 
         ``options={"rig": RigParameters(...)}`` chooses the rig, seed of the sensors and all. Raises
         ValueError for other options, for a function that draws references and fails, and for a
-        reference beyond any rig or that raises, TypeError for what is no reference. There is no
-        episode then.
+        reference beyond any rig, faster than ``FASTEST`` or that raises, TypeError for what is no
+        reference. There is no episode then.
         """
         given = {} if options is None else options
         if not isinstance(given, Mapping):
@@ -167,6 +171,7 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         self._rig = Rig(parameters)
         self._points = sampled(self._drawn_reference(), self._times)
         refuse_beyond_any_rig(self._points[:, 0], self._times)
+        _refuse_faster(self._points[:, 1], self._times)
         self._sample, self._over = 0, False
         self._voltage = self._rig.state.voltage
         return self._observed()
@@ -240,6 +245,17 @@ class RigEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]  # no types whe
         found = np.array([*read[1:], *self._points[self._sample]], dtype=np.float64)
         state = self._rig.state
         return found, {"time": state.time, "position": state.position, "stamp": read.stamp}
+
+
+def _refuse_faster(velocities: Array, times: Array) -> None:
+    """Raise ValueError for a reference whose velocity (m/s) no observation may have."""
+    beyond = np.flatnonzero(np.abs(velocities) > FASTEST)
+    if beyond.size:
+        first = beyond[0]
+        raise OneLineError(
+            f"at {times[first]:g} s: the reference moves at {velocities[first]:g} m/s, must be "
+            f"from {-FASTEST:g} to {FASTEST:g} m/s; velocities are in m/s"
+        )
 
 
 def _called(what: str, function: Callable[..., Any], *arguments: object) -> Any:

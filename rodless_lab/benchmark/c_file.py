@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.one_line import in_one_line
 from rodless_control.laws.pid import Command, Gains
 from rodless_sim import RigParameters
 from rodless_sim.physics import forces
@@ -53,7 +54,11 @@ def source() -> Path:
 
 def compiler() -> list[str]:
     """Return the command of the C compiler: ``CC``, or else ``cc``; raises NoCompilerError."""
-    command = shlex.split(os.environ.get("CC") or "cc")
+    given = os.environ.get("CC", "").strip() or "cc"
+    try:
+        command = shlex.split(given)
+    except ValueError as error:
+        raise NoCompilerError(f"CC={given}: {error}; set CC to a command") from error
     if shutil.which(command[0]) is None:
         raise NoCompilerError(f"no C compiler {command[0]!r}: install gcc or set CC")
     return command
@@ -174,7 +179,8 @@ class CFile:
             ]
             run = subprocess.run(command, capture_output=True, text=True, check=False)
             if run.returncode != 0:
-                raise NoCompilerError(f"the C compiler refuses {source().name}: {run.stderr}")
+                cause = in_one_line(run.stderr)
+                raise NoCompilerError(f"the C compiler refuses {source().name}: {cause}")
             self._library = ctypes.CDLL(str(library))
 
     def closed_loop(

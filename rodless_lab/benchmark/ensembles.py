@@ -110,14 +110,17 @@ def _of_c_seconds(run: Callable[[object], object], count: int, workers: int) -> 
     """Return how long ``count`` runs take, in as many threads as there are ``workers``.
 
     Each thread has its share at once: a run is so short that handing it over would be measured.
+    All shares are as long as the longest, so that no thread is waited for.
     """
+    each = -(-count // workers)
 
     def share(_: object) -> None:
-        for _ in range(count // workers):
+        for _ in range(each):
             run(None)
 
     with ThreadPoolExecutor(workers) as pool:
-        return _seconds(lambda: list(pool.map(share, range(workers))))
+        timed = _seconds(lambda: list(pool.map(share, range(workers))))
+    return timed * count / (each * workers)
 
 
 def _seconds(work: Callable[[], object]) -> float:

@@ -190,6 +190,10 @@ def _check_bag(bag: Path) -> None:
 
 
 def _plan(options: argparse.Namespace) -> "ProcessPlan":
+    from rodless_lab.session.file_parameters import (  # noqa: PLC0415
+        own_parameters,
+        reference_maximum,
+    )
     from rodless_lab.session.processes import ProcessPlan  # noqa: PLC0415
 
     plant: dict[str, object] = dict(SENSORS.get(options.sensors, {}))
@@ -205,17 +209,19 @@ def _plan(options: argparse.Namespace) -> "ProcessPlan":
     if options.lockstep:
         plant["time.mode"] = "lockstep"
     controller: dict[str, object] = {}
+    file = options.parameters
     if options.cylinder is not None:
         plant["cylinder.model"] = options.cylinder
-        controller["reference.maximum"] = sizes(options.cylinder).stroke
-    if options.parameters is None:
+        of_file = own_parameters(file, options.namespace) if file else {"controller": {}}
+        controller["reference.maximum"] = reference_maximum(sizes(options.cylinder).stroke, of_file)
+    if file is None:
         # With a file the plan does so itself.
         RigParameters.preset(options.preset).with_values(plant)
     return ProcessPlan(
         options.preset,
         plant,
         None if options.without_controller else controller,
-        parameter_file=options.parameters,
+        parameter_file=file,
         namespace=options.namespace,
         one_process=(options.one_process or options.record is not None)
         and not options.without_controller,

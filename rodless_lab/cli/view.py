@@ -22,12 +22,12 @@ from rodless_lab.cli.number import number
 from rodless_lab.cli.running_rig import NOT_POSSIBLE, add_namespace
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, NodeDiedError
 
-HOST, PORT = "127.0.0.1", 8080
+HOST, PORT, PRESET = "127.0.0.1", 8080, "paper"
 
 
 def main(arguments: Sequence[str], stop: Stop) -> int:
     """Serve until ``stop``; return 1 where its own rig ends by itself, 2 for what cannot be."""
-    options = _parser().parse_args(arguments)
+    options = _options(arguments)
     if importlib.util.find_spec("nicegui") is None:
         print(missing_extra("rodless view", "nicegui", "view"), file=sys.stderr)
         return NOT_POSSIBLE
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     return 0
 
 
-def _parser() -> Parser:
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser = Parser(
         prog="rodless view",
         description="Show a rig in the browser, steer it, record it and play bags. Joins the rig "
@@ -61,9 +61,7 @@ def _parser() -> Parser:
     )
     add_namespace(parser)
     parser.add_argument("--rig", action="store_true", help="start a rig, which ends with the view")
-    parser.add_argument(
-        "--preset", default="paper", choices=preset_names(), help="of --rig (default: %(default)s)"
-    )
+    parser.add_argument("--preset", choices=preset_names(), help=f"of --rig (default: {PRESET})")
     parser.add_argument(
         "--host", default=HOST, help="address to listen on (default: %(default)s, this machine)"
     )
@@ -76,7 +74,11 @@ def _parser() -> Parser:
         default=Path(),
         help="of the bags to record and open (default: here)",
     )
-    return parser
+    options = parser.parse_args(arguments)
+    if options.preset is not None and not options.rig:
+        parser.error("--preset is of --rig; add --rig")
+    options.preset = options.preset or PRESET
+    return options
 
 
 def port(text: str) -> int:

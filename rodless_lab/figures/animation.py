@@ -31,7 +31,7 @@ from matplotlib.text import Text
 
 from rodless_base.atomic_write import atomic_write
 from rodless_base.constants import CLOSED_VOLTAGE, STANDARD_ATMOSPHERE
-from rodless_lab.figures.style import STYLE, label
+from rodless_lab.figures.style import STYLE, label, literal
 from rodless_lab.runs.measured_run import MeasuredRun, Setpoint
 
 Array = npt.NDArray[np.float64]
@@ -42,6 +42,8 @@ DPI = 90
 FRAMES_PER_SECOND = 20.0
 # A GIF shows each frame for whole hundredths of a second; the last one stays for this long.
 LAST_FRAME = 1.0  # s
+
+ADAPTIVE = 1  # Pillow's number for colours chosen by the picture
 
 COLOURS = mpl.colormaps["YlGnBu"]
 SIDES = {"a": "tab:blue", "b": "tab:orange"}
@@ -75,7 +77,7 @@ def write_animation(
         picture = MovingPicture(run, setpoint, stroke, film)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "run.gif"
-            writer = PillowWriter(fps=round(FRAMES_PER_SECOND))
+            writer = _Writer(fps=round(FRAMES_PER_SECOND))
             with writer.saving(picture.figure, str(file), DPI):
                 for time in times:
                     picture.draw(float(time))
@@ -84,6 +86,18 @@ def write_animation(
                     writer.grab_frame()
             atomic_write(path, file.read_bytes())
     return len(times)
+
+
+class _Writer(PillowWriter):
+    """Keeps of each frame the 256 colours that the file has: of a minute 0.4 GB, and not 1.4."""
+
+    def grab_frame(self, **options: Any) -> None:
+        """Take the figure as it is now."""
+        super().grab_frame(**options)
+        # As Pillow does when it writes. A matplotlib that keeps its frames elsewhere keeps them.
+        frames = getattr(self, "_frames", None)
+        if frames:
+            frames[-1] = frames[-1].convert("P", palette=ADAPTIVE)
 
 
 def frame_times(film: Film) -> Array:
@@ -110,7 +124,7 @@ class MovingPicture:
         self.wanted = None if setpoint is None else setpoints_of_samples(setpoint, run)
         self.figure = Figure(figsize=SIZE, layout="constrained")
         FigureCanvasAgg(self.figure)
-        self.figure.suptitle(film.title)
+        self.figure.suptitle(literal(film.title))
         rig, *panels = self.figure.subplots(4, 1, height_ratios=(1.7, 1.0, 1.0, 1.0))
         self.rig = MovingRig(rig, 1e3 * stroke, float(run.supply_pressure.max()))
         within = (run.time >= film.start) & (run.time <= film.end)

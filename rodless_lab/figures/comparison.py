@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from rodless_lab.figures.style import label, panels
+from rodless_lab.figures.style import label, literal, panels
 from rodless_lab.runs.measured_run import MeasuredRun
 
 Array = npt.NDArray[np.float64]
@@ -30,14 +30,15 @@ def draw_comparison(
     """Draw both runs on ``time`` (s, shape (n,))."""
     figure, axes = panels(4, height=1.7, share_x=True)
     position, apart, pressure, voltage = axes
-    figure.suptitle(f"{names[0]} and {names[1]}")
+    figure.suptitle(literal(f"{names[0]} and {names[1]}"))
     # Bags of minutes have so many samples that dashes run together: colours tell the runs apart.
     for run, name, style, colours in zip(runs, names, ("-", "--"), COLOURS, strict=True):
-        position.plot(run.time, run.position * 1e3, style, label=name)
+        position.plot(run.time, run.position * 1e3, style, label=literal(name))
         for side, colour in zip("ab", colours, strict=True):
             values = getattr(run, f"pressure_{side}") * 1e-6
-            pressure.plot(run.time, values, style, color=colour, label=f"{side.upper()}, {name}")
-        voltage.plot(run.time, run.voltage, style, linewidth=0.8, label=name)
+            chamber = literal(f"{side.upper()}, {name}")
+            pressure.plot(run.time, values, style, color=colour, label=chamber)
+        voltage.plot(run.time, run.voltage, style, linewidth=0.8, label=literal(name))
     first, second = (np.interp(time, run.time, run.position) for run in runs)
     apart.plot(time, (second - first) * 1e3, color="tab:red", label="second minus first")
     label(position, "", "position / mm", **BESIDE)

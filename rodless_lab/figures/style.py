@@ -33,6 +33,24 @@ STYLE: Any = {
 PRESET_COLOURS = {"paper": "tab:blue", "calibrated": "tab:orange"}
 
 
+# Before a name that begins with an underscore, which the legend would leave out.
+_NO_WIDTH = "\u200b"
+
+
+def literal(name: str) -> str:
+    """Return a name of the user's as matplotlib shows it to the letter: never as a formula.
+
+    A line of that label is in the legend, too. :func:`name_of` returns the name again.
+    """
+    escaped = name.replace("$", "\\$")
+    return _NO_WIDTH + escaped if escaped.startswith("_") else escaped
+
+
+def name_of(text: str) -> str:
+    """Return the name that :func:`literal` has given ``text`` for."""
+    return text.removeprefix(_NO_WIDTH).replace("\\$", "$")
+
+
 def panels(
     rows: int = 1, columns: int = 1, height: float = 2.4, share_x: bool = False
 ) -> tuple[Figure, list[Axes]]:

@@ -23,6 +23,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
+from rodless_lab.figures.style import name_of
+
 Array = npt.NDArray[np.float64]
 
 
@@ -71,7 +73,7 @@ def _names_of_ticks(axis: Axis) -> str:
 
 def _in_a_line(text: str) -> str:
     """Return a text that may be broken into lines, within the names of parameters after a dot."""
-    return " ".join(re.sub(r"\.\n", ".", text).split())
+    return " ".join(re.sub(r"\.\n", ".", name_of(text)).split())
 
 
 def _drawn(axes: Axes) -> Iterator[tuple[str, Array]]:
@@ -94,7 +96,7 @@ def _drawn(axes: Axes) -> Iterator[tuple[str, Array]]:
 
 def _name(label: str, place: int) -> str:
     unnamed = label.startswith(("_child", "_container"))
-    return f"line {place}" if unnamed else label.removeprefix("_")
+    return f"line {place}" if unnamed else name_of(label.removeprefix("_"))
 
 
 def _ends(name: str, bars: ErrorbarContainer) -> Iterator[tuple[str, Array]]:

@@ -45,6 +45,15 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
     return found
 
 
+def reference_maximum(stroke: float, of_file: Mapping[str, Mapping[str, object]]) -> object:
+    """Return ``reference.maximum`` for a cylinder's stroke (m): a file's own where that is less.
+
+    One that is no number is left to its node to refuse.
+    """
+    own = of_file["controller"].get("reference.maximum", stroke)
+    return stroke if isinstance(own, int | float) and own > stroke else own
+
+
 def check_together(
     path: Path,
     preset: Path,

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from rodless_lab.figures.style import WIDTH, panels
+from rodless_lab.figures.style import WIDTH, literal, panels
 from rodless_lab.studies.results import Results
 from rodless_lab.studies.sensitivity import Indices
 from rodless_lab.studies.study import FACTOR
@@ -62,7 +62,7 @@ def _places(results: Results, axis: str) -> tuple[list[float], list[str] | None]
         return values.tolist(), None
     texts = [str(value) for value in values]
     ticks = list(dict.fromkeys(texts))
-    return [float(ticks.index(text)) for text in texts], ticks
+    return [float(ticks.index(text)) for text in texts], [literal(text) for text in ticks]
 
 
 def _stacked(name: str) -> str:

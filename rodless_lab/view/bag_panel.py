@@ -79,8 +79,10 @@ class BagPanel:
 
     async def _open(self) -> None:
         self._opener.props("loading")  # long bags take a while
-        await attempt(self._requests.open_bags(list(self._names.value or [])))
-        self._opener.props(remove="loading")
+        try:
+            await attempt(self._requests.open_bags(list(self._names.value or [])))
+        finally:
+            self._opener.props(remove="loading")
 
     async def _close(self) -> None:
         await self._now(self._requests.close_bags)

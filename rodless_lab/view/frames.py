@@ -11,7 +11,7 @@
 from typing import Any
 
 from rodless_lab.view import words
-from rodless_lab.view.samples import COLUMNS, Mark, Row, spool_of
+from rodless_lab.view.samples import COLUMNS, SPACING, Mark, Row, spool_of
 from rodless_lab.view.state import ViewState
 
 # Frames a page gets per s: 20 at least, as timers are late by a millisecond or two.
@@ -31,9 +31,12 @@ def setup(state: ViewState) -> dict[str, Any]:
         "first_term": len(COLUMNS),
     }
     if playback is None:
-        return {**common, "mode": "live", "window": WINDOW, "terms": list(state.terms)}
+        live = {"window": WINDOW, "spacing": SPACING, "terms": list(state.terms)}
+        return {**common, "mode": "live", **live}
     return {
         **common,
+        # A bag says nothing of the cylinder: it is drawn as far as its run goes, at least.
+        "stroke": max(state.stroke, *(tape.farthest for tape in playback.tapes)),
         "mode": "bag",
         "terms": [],
         "begin": playback.begin,

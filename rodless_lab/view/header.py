@@ -8,7 +8,6 @@
 
 """How the rig is, and what stops and starts it."""
 
-import json
 from functools import partial
 
 from nicegui import ui
@@ -55,8 +54,8 @@ class Header:
             said = state.nodes[node]
             text = f"{node}: {said.message}"
             if chip.text != text:
+                chip.props["title"] = text
                 chip.set_text(text)
-                chip.props(f"title={json.dumps(text)}")
             chip.classes(add=_CLASSES.get(said.level, "error"), remove="ok warn error")
         # A browser lays out the whole page for each text that changes: time that runs is told once
         # a second.

@@ -58,6 +58,12 @@ class Tape:
         """Time of the last sample in s."""
         return float(self.columns[0, -1])
 
+    @property
+    def farthest(self) -> float:
+        """How far (m) carriage or piston goes; NaN where neither is known."""
+        places = [list(COLUMNS).index(name) for name in ("position", "piston_position")]
+        return float(np.fmax.reduce(self.columns[places], axis=None))
+
     def rows(self) -> list[Row]:
         """Return at most ``MOST_ROWS`` rows, evenly spaced."""
         step = -(-self.columns.shape[1] // MOST_ROWS)
@@ -208,6 +214,7 @@ class Playback:
 
     def seek(self, when: float) -> None:
         """Put the cursor at ``when`` (s), kept within the tapes."""
+        self._playing = self.playing  # tapes that had ended do not run on
         self._from = min(max(when, self.begin), self.end)
         self._since = self._clock()
 

@@ -17,9 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from rodless_base.atomic_write import named_or_as_it_is
 from rodless_base.one_line import shown
 from rodless_lab.bags.default_bag import default_bag
 from rodless_lab.bags.metadata import METADATA_FILE
+from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.reset import RESET
 from rodless_lab.view import inputs
 from rodless_lab.view.errors import ViewError
@@ -185,7 +187,12 @@ class Requests:
         path = self._folder / (inputs.bag_name(name) if name else default_bag().name)
         if path.exists():
             raise ViewError(f"{path.name}: exists already; a bag is never written over")
-        self._recording = Recording(path, self.state.namespace)
+        try:
+            self._recording = Recording(path, self.state.namespace)
+        except OSError as error:  # such as a full /tmp, where the recorder prints
+            raise ViewError(f"{path.name}: {named_or_as_it_is(error)}") from error
+        except HarnessError as error:
+            raise ViewError(f"{path.name}: {error}") from error
         self.state.recording = path.name
 
     async def stop_recording(self) -> str:

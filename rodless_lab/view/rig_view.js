@@ -88,7 +88,12 @@ export default {
         this.scene.ghost(news.ghost);
       } else {
         if (news.anew) this.rows = [];
-        this.rows.push(...news.rows);
+        for (const row of news.rows) {
+          // As the server keeps them: the newest row of those that are too close.
+          const [before, last] = this.rows.slice(-2);
+          if (last && last[0] - before[0] < this.config.spacing) this.rows.pop();
+          this.rows.push(row);
+        }
         const newest = this.rows[this.rows.length - 1];
         if (newest && news.rows.length) {
           const oldest = newest[0] - this.config.window - 1;

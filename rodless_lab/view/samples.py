@@ -45,8 +45,10 @@ def spool_of(row: Row) -> float | None:
     return value(row, "voltage") if spool is None else spool
 
 
-# Rows that are kept: at 40 a second more than pages show.
-LENGTH = 1000
+# Rows that are kept, and how far they are apart at least, in s of plant time: more than pages show
+# at 40 a second, however slowly plant time goes.
+LENGTH = 1100
+SPACING = 0.02
 
 
 class News(NamedTuple):
@@ -58,39 +60,57 @@ class News(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """How far a page has the rows: of which run, and how many."""
+    """How far a page has the rows: of which run, and how many had come."""
 
     run: int = -1
     rows: int = 0
 
 
+class _Numbered(NamedTuple):
+    """A row, its number in its run, and its time in s."""
+
+    number: int
+    time: float
+    row: Row
+
+
 class History:
     """The last rows of a run; a new run begins where time goes backwards.
 
-    One thread adds, any reads.
+    The newest row is always there; the next one takes its place where it is less than ``SPACING``
+    after the row before, as pages have it too. One thread adds, any reads.
     """
 
     def __init__(self, length: int = LENGTH) -> None:
         """Keep the last ``length`` rows."""
-        self._rows: deque[Row] = deque(maxlen=length)
+        self._rows: deque[_Numbered] = deque(maxlen=length)
         self._run = 0
         self.restarts = 0  # how often time ran backwards: a plant that was reset, or another
         self._count = 0
+        self._gone = 0  # the number of the last row that has made room
         self._lock = threading.Lock()
 
     def add(self, row: Sequence[float | None]) -> bool:
         """Take a row; return whether it is news: a sample that is repeated is none."""
         with self._lock:
-            last = self._rows[-1][0] if self._rows else None
+            last = self._rows[-1].time if self._rows else None
             now = row[0]
             if now is None or now == last:
                 return False
             if last is not None and now < last:
                 self.restarts += 1
                 self._begin()
-            self._rows.append(tuple(row))
             self._count += 1
+            self._make_room()
+            self._rows.append(_Numbered(self._count, now, tuple(row)))
             return True
+
+    def _make_room(self) -> None:
+        rows = self._rows
+        if len(rows) > 1 and rows[-1].time - rows[-2].time < SPACING:
+            rows.pop()
+        elif len(rows) == rows.maxlen:
+            self._gone = rows.popleft().number
 
     def clear(self) -> None:
         """Begin anew."""
@@ -100,7 +120,7 @@ class History:
     def _begin(self) -> None:
         self._rows.clear()
         self._run += 1
-        self._count = 0
+        self._count = self._gone = 0
 
     @property
     def run(self) -> int:
@@ -112,14 +132,12 @@ class History:
     def last(self) -> Row | None:
         """The last row."""
         with self._lock:
-            return self._rows[-1] if self._rows else None
+            return self._rows[-1].row if self._rows else None
 
     def since(self, mark: Mark) -> News:
         """Return what is new to whoever has the rows up to ``mark``."""
         with self._lock:
             end = Mark(self._run, self._count)
-            missing = self._count - mark.rows
-            if mark.run != self._run or missing > len(self._rows):
-                return News(True, list(self._rows), end)
-            new = [self._rows[place] for place in range(-missing, 0)]
-            return News(False, new, end)
+            anew = mark.run != self._run or mark.rows < self._gone
+            had = 0 if anew else mark.rows
+            return News(anew, [one.row for one in self._rows if one.number > had], end)

@@ -101,9 +101,9 @@ def _bound(host: str, port: int) -> socket.socket:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         found.bind(address)
         found.listen()
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
+        cause = error.strerror if isinstance(error, OSError) else "no name that a host can have"
         raise ViewError(
-            f"{host}:{port}: cannot be listened on: {error.strerror}; choose another --port or "
-            "--host"
+            f"{host}:{port}: cannot be listened on: {cause}; choose another --port or --host"
         ) from error
     return found

@@ -95,7 +95,8 @@ class Steering:
         if self._target.value is None:
             complain("set-point: give a number")
             return
-        self._requests.set_point(self._target.value * 1e-3)
+        # Divided, as `rodless move` does: 350 * 1e-3 is more than 0.35.
+        self._requests.set_point(self._target.value / 1e3)
 
     async def _chosen(self) -> None:
         self._show_shape()
@@ -105,10 +106,14 @@ class Steering:
 
     async def _begin(self) -> None:
         kind = self._kind.value
-        values = {
-            field.name: shown.value
-            for field, shown in zip(REFERENCES[kind], self._shapes[kind][1], strict=True)
-        }
+        # Of a controller that is not there no field shows anything; the request says so.
+        values: dict[str, object] = {}
+        for field, shown in zip(REFERENCES[kind], self._shapes[kind][1], strict=True):
+            if shown.value is not None:
+                values[field.name] = shown.value
+            elif self._state.parameter(field.name) is not None:
+                complain(f"{field.label}: give a number")
+                return
         await attempt(self._requests.set_reference(kind, values))
 
     @property

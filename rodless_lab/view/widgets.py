@@ -90,9 +90,10 @@ class ParameterField:
         self.refresh()
 
     @property
-    def value(self) -> float:
-        """What is shown, in the parameter's own unit."""
-        return self._field.own(self._number.value or 0.0)
+    def value(self) -> float | None:
+        """What is shown, in the parameter's own unit; None where nothing is."""
+        shown = self._number.value
+        return None if shown is None else self._field.own(shown)
 
     def _use(self, in_use: bool) -> None:
         self._in_use = in_use
@@ -107,9 +108,10 @@ class ParameterField:
 
     async def _send(self) -> None:
         wanted = self._number.value
-        if self._submit is None or wanted is None or wanted == self._seen:
+        if self._submit is None or wanted == self._seen:
             return
-        await self._submit(self._field.name, self._field.own(wanted))
+        if wanted is not None:
+            await self._submit(self._field.name, self._field.own(wanted))
         self._seen = None  # whatever came of it: show what the node has
         self.refresh()
 

@@ -28,6 +28,7 @@ from std_msgs.msg import Float64
 from rodless_base.parameter_file import read_parameter_file
 from rodless_base.topics import FURTHER_TOPICS
 from rodless_lab import read_bag
+from rodless_lab.cli import rig as rig_verb
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_sim import RigParameters
@@ -187,6 +188,23 @@ def test_a_file_is_checked_with_what_it_stands_on_and_under(tmp_path: Path) -> N
         launch_nodes(RIG, cylinder="CY3R25-500", parameters=str(path))
 
 
+@pytest.mark.parametrize(("own", "expected"), [(None, 0.5), (0.1, 0.1), (0.7, 0.5)])
+def test_a_cylinder_leaves_a_file_the_travel_that_it_wants(
+    tmp_path: Path, own: float | None, expected: float
+) -> None:
+    """By argument and by `rodless rig` the limit is the stroke, or the file's own below it."""
+    path = tmp_path / "mine.yaml"
+    given = {"controller.kp": 100.0} | ({} if own is None else {"reference.maximum": own})
+    path.write_text(yaml.safe_dump({"controller": {"ros__parameters": given}}))
+    nodes = launch_nodes(RIG, cylinder="CY3R25-500", parameters=str(path))
+    assert parameters(nodes, "controller")["reference.maximum"] == expected
+    options = rig_verb._options(["--cylinder", "CY3R25-500", "--parameters", str(path)])
+    found: dict[str, object] = {}
+    for file in rig_verb._plan(options)._parameter_files(tmp_path):
+        found.update(read_parameter_file(file, "controller"))
+    assert found["reference.maximum"] == expected
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -305,6 +323,8 @@ def test_two_rigs_have_bags_of_their_own(argument: dict[str, str]) -> None:
         nodes = launch_nodes("two_rigs.launch.py", left_bag="a", right_bag="b", record=record)
         recorders = [node.command for node in nodes if node.executable == "recorder"]
         assert [(one.count("a"), one.count("b")) for one in recorders] == [(1, 0), (0, 1)]
+    with pytest.raises(RuntimeError, match=r"^left_bag:=a and right_bag:=b/\.\./a refused: .* one"):
+        launch_nodes("two_rigs.launch.py", left_bag="a", right_bag="b/../a")
     nodes = launch_nodes("two_rigs.launch.py", right_bag="b")
     assert sum(node.executable == "recorder" for node in nodes) == 1
 

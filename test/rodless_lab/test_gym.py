@@ -186,6 +186,32 @@ def test_a_reference_in_millimetres_is_refused() -> None:
         env.reset(seed=1)
 
 
+def test_observations_stay_within_their_bounds() -> None:
+    """A reference that would leave them is refused with its first such sample; none begins then."""
+    fast = references.sine(0.1, 0.05, 5000.0)
+    env = RigEnv(NOISY, fast, duration=0.05, period=1.1e-4)
+    with pytest.raises(
+        ValueError, match=r"^at ([\d.e-]+) s: the reference moves at (\S+) m/s, mu"
+    ) as no:
+        env.reset(seed=1)
+    when, velocity = map(float, re.findall(r"at (\S+) ", str(no.value)))
+    assert velocity == pytest.approx(fast.sample(when)[1], rel=1e-4)
+    assert abs(velocity) > 1000.0
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step([5.0])
+    slower = RigEnv(NOISY, references.sine(0.1, 0.05, 3000.0), duration=0.05, period=1.1e-4)
+    observation, _ = slower.reset(seed=1)
+    assert observation in slower.observation_space
+
+
+def test_a_sensor_that_is_gone_reads_nan() -> None:
+    """As docs/gym.md says; the others go on."""
+    env = RigEnv(NOISY.with_values({"fault.position.sensor": "gone"}), STEP, duration=0.05)
+    env.reset(seed=1)
+    observation, *_ = env.step([5.0])
+    assert np.isnan(observation).tolist() == [True, False, False, False, False, False]
+
+
 def test_a_function_that_draws_no_reference_is_named_with_what_it_raises() -> None:
     """One of C, too, which leaves no line of its own in the traceback."""
 

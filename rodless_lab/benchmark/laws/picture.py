@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rodless_lab.benchmark.laws.contest import Score
-from rodless_lab.figures.style import panels
+from rodless_lab.figures.style import literal, panels
 
 # Beyond these nothing is told apart any more.
 LONGEST = 2.0  # s
@@ -62,7 +62,8 @@ def _panel(axes: Axes, scores: Sequence[Score], figure: str, scale: float, large
         axes.vlines(x, middle, worst, colors=colour, linewidth=0.8)
         within = found[1] <= largest
         axes.plot(x[within], high[within], "_", color=colour, markersize=5)
-        axes.plot(x, middle, MARKERS[place % len(MARKERS)], color=colour, markersize=4, label=law)
+        marker = MARKERS[place % len(MARKERS)]
+        axes.plot(x, middle, marker, color=colour, markersize=4, label=literal(law))
         beyond = x[found[-1] > largest]
         level = np.full(len(beyond), 1.03 * largest)
         axes.plot(beyond, level, linestyle="none", marker=BEYOND, color=colour, markersize=5)

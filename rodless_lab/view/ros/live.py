@@ -208,6 +208,7 @@ class LiveRig(Closing):
         # A real rig has nobody who knows what the valve holds: there its command has to do.
         commanded = not self._node.count_publishers(VALVE_STATE)
         if commanded and VALVE_VOLTAGE not in self._takers:
+            self._values.pop("spool", None)  # stays where the last plant had it otherwise
             self._subscribe(Float64, VALVE_VOLTAGE, self._value("voltage", "data"))
         elif not commanded and VALVE_VOLTAGE in self._takers:
             self._unsubscribe(VALVE_VOLTAGE)

@@ -135,6 +135,28 @@ def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
         CFile()
 
 
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ("gcc '", r"^CC=gcc ': No closing quotation; set CC to a command$"),
+        ("''", r"^no C compiler '': install gcc or set CC$"),
+        (
+            "sh -c 'echo one >&2; echo two >&2; exit 1'",
+            r"^the C compiler refuses rig\.c: one two$",
+        ),
+    ],
+)
+def test_a_compiler_that_is_none_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, given: str, says: str
+) -> None:
+    """The benchmark lists the line and goes on; one of blanks is as one that is not set."""
+    monkeypatch.setenv("CC", given)
+    with pytest.raises(NoCompilerError, match=says):
+        CFile()
+    monkeypatch.setenv("CC", " ")
+    assert compiler() == ["cc"]
+
+
 def processor_seconds(function: Callable[[], object]) -> float:
     """Processor time of one call."""
     start = time.process_time()

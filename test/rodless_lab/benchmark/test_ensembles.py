@@ -53,6 +53,22 @@ def test_ctrl_c_ends_it_within_a_rig() -> None:
     assert len(asked) == 3
 
 
+@pytest.mark.parametrize("workers", [1, 3, 7, 8, 12])
+def test_the_c_file_is_timed_as_often_as_it_is_said(
+    workers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On any number of cores 8 runs take 8 s where each takes 1 s and they are done in turn."""
+    runs: list[object] = []
+
+    def seconds(work: Callable[[], object]) -> float:
+        work()
+        return float(len(runs))
+
+    monkeypatch.setattr(ensembles, "_seconds", seconds)
+    assert ensembles._of_c_seconds(runs.append, 8, workers) == pytest.approx(8.0)
+    assert 8 <= len(runs) < 8 + workers
+
+
 @pytest.mark.parametrize(
     ("seconds", "expected"),
     [

@@ -44,6 +44,8 @@ def test_a_port_that_cannot_be_is_refused(port: str, capsys: pytest.CaptureFixtu
         (["--folder", "nowhere"], "no such folder"),
         (["nowhere"], "nowhere"),
         (["--namespace", "1"], "--namespace '1'"),
+        (["bag", "--host", "a..b"], "a..b:8080: cannot be listened on: no name that a host can"),
+        (["bag", "--host", "a" * 64], "cannot be listened on: no name that a host can have"),
     ],
 )
 def test_what_cannot_be_shown_is_refused_in_one_line(
@@ -54,6 +56,9 @@ def test_what_cannot_be_shown_is_refused_in_one_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With exit code 2."""
+    if "--host" in arguments:
+        app = pytest.importorskip("rodless_lab.view.app")
+        monkeypatch.setattr(app, "open_playback", lambda _: None)
     monkeypatch.chdir(tmp_path)
     stop = Stop.__new__(Stop)
     stop.requested = False
@@ -61,6 +66,16 @@ def test_what_cannot_be_shown_is_refused_in_one_line(
     error = capsys.readouterr().err
     assert reason in error
     assert error.count("\n") == 1
+
+
+def test_a_preset_of_no_rig_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """It would change nothing: the rig that is joined has its own."""
+    with pytest.raises(SystemExit) as ended:
+        view.main(["--preset", "calibrated"], Stop.__new__(Stop))
+    assert ended.value.code == 2
+    assert "error: --preset is of --rig; add --rig;" in capsys.readouterr().err
+    assert view._options(["--preset", "calibrated", "--rig"]).preset == "calibrated"
+    assert view._options(["--rig"]).preset == "paper"
 
 
 def test_the_other_verbs_do_not_load_the_pages() -> None:

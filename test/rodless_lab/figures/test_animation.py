@@ -8,7 +8,9 @@
 
 """A run as a moving picture: what each frame shows, and what the command refuses."""
 
+import gc
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -91,6 +93,22 @@ def test_the_file_is_a_gif_that_moves(tmp_path: Path) -> None:
     assert frames == 5
     assert frames <= content.count(b"\x21\xf9\x04") <= frames + held
     assert [file.name for file in tmp_path.iterdir()] == ["run.gif"]
+
+
+def test_a_film_keeps_no_frame_but_in_256_colours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a minute all frames in full colours were 1.4 GB; their number does not grow."""
+    kept: list[int] = []
+
+    def draw(_picture: MovingPicture, _time: float) -> None:
+        images: list[Any] = [one for one in gc.get_objects() if type(one).__name__ == "Image"]
+        kept.append(sum(one.mode in ("RGB", "RGBA") for one in images))
+
+    monkeypatch.setattr(MovingPicture, "draw", draw)
+    write_animation(tmp_path / "run.gif", RUN, None, 0.2, Film(0.2, 0.35))
+    assert len(kept) == 4
+    assert kept[3] == kept[2] == kept[1]
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,11 @@ from rodless_control import PidParameters, references
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.session.session import RigSession
 from rodless_lab.simulation.closed_loop import closed_loop
+from rodless_lab.view import frames
 from rodless_lab.view.errors import ViewError
-from rodless_lab.view.playback import MOST_ROWS, Playback, open_tape, rig_namespace
+from rodless_lab.view.playback import MOST_ROWS, Playback, Tape, open_tape, rig_namespace
 from rodless_lab.view.samples import COLUMNS
+from rodless_lab.view.state import ViewState
 from rodless_sim import RigParameters
 
 PERIOD = 1e-3
@@ -122,6 +124,36 @@ def test_the_cursor_follows_the_clock_at_the_speed_chosen(bags: Path) -> None:
     assert playback.cursor == 0.0
     with pytest.raises(ViewError, match="speed: 3 refused"):
         playback.set_speed(3.0)
+
+
+def test_a_bag_that_has_ended_plays_on_only_where_it_is_asked_to(bags: Path) -> None:
+    """Put back it stands, at another speed too, as its button says: Play."""
+    clock = Clock()
+    playback = Playback([open_tape(bags / "slow")], clock)
+    playback.play(True)
+    clock.now += 10.0
+    assert not playback.playing
+    playback.set_speed(2.0)
+    playback.seek(1.0)
+    clock.now += 1.0
+    assert (playback.playing, playback.cursor) == (False, 1.0)
+    playback.play(True)
+    playback.seek(2.0)
+    clock.now += 0.5
+    assert playback.playing  # what plays goes on playing
+    assert playback.cursor == pytest.approx(3.0)
+
+
+def test_a_bag_of_a_longer_cylinder_is_drawn_as_long_as_it_goes(bags: Path) -> None:
+    """0.5 m/s for 1 s, beside a short run; without a rig the cylinder is the paper's, or longer."""
+    short, long = open_tape(bags / "slow"), Tape("long", run(), None, np.zeros((len(COLUMNS), 2)))
+    assert short.farthest == pytest.approx(0.02 * 3.999)
+    long.columns[list(COLUMNS).index("position")] = 0.0, 0.48
+    long.columns[list(COLUMNS).index("piston_position")] = np.nan, 0.5
+    state = ViewState(live=False)
+    for tapes, stroke in (([short], 0.2), ([long], 0.5), ([short, long], 0.5)):
+        state.playback = Playback(tapes)
+        assert frames.setup(state)["stroke"] == stroke
 
 
 def test_two_bags_stand_on_one_time_and_say_how_far_they_are_apart(bags: Path) -> None:

@@ -11,9 +11,12 @@
 import asyncio
 import errno
 import os
+import subprocess
+import tempfile
 from collections.abc import Mapping
 from concurrent.futures import Future
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -222,6 +225,22 @@ def test_a_folder_that_may_not_be_entered_hides_no_bag(
 
     monkeypatch.setattr(Path, "stat", look)
     assert requests.bags == ["second", "first"]
+
+
+def test_a_recorder_that_cannot_be_started_is_told(
+    requests: Requests, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where /tmp is gone or full, or no process can be had; the page can record later."""
+    with monkeypatch.context() as patch:
+        patch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
+        with pytest.raises(ViewError, match=r"^run1: .*/gone/.* cannot be written: No such file"):
+            asyncio.run(requests.record("run1"))
+    full = BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable")
+    with monkeypatch.context() as patch:
+        patch.setattr(subprocess, "Popen", Mock(side_effect=full))
+        with pytest.raises(ViewError, match=r"^run1: recorder: .* cannot be started: Resource"):
+            asyncio.run(requests.record("run1"))
+    assert (requests.state.recording, requests.recording_problem) == (None, None)
 
 
 def test_a_frame_has_what_is_new(state: ViewState) -> None:

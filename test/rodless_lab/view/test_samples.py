@@ -8,7 +8,11 @@
 
 """The ring of rows that pages are sent."""
 
-from rodless_lab.view.samples import History, Mark
+import numpy as np
+import pytest
+
+from rodless_lab.view.frames import WINDOW
+from rodless_lab.view.samples import SPACING, History, Mark
 
 
 def times(rows: list[tuple[float | None, ...]]) -> list[float | None]:
@@ -46,6 +50,33 @@ def test_time_that_runs_backwards_begins_a_new_run() -> None:
     mark = history.since(Mark()).end
     history.add((0.0, 2.0))
     assert history.since(mark) == (True, [(0.0, 2.0)], Mark(history.run, 1))
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.0, 3.0])
+@pytest.mark.parametrize("at_once", [1, 7])
+def test_plots_show_as_much_plant_time_at_any_speed(speed: float, at_once: int) -> None:
+    """Looked up 40 times a second; a page that stays open has the rows of one that is opened.
+
+    The newest row is always the last that came, and a page does with rows what rig_view.js does.
+    """
+    history, mark, page = History(), Mark(), []
+    for k in range(round(30.0 / speed * 40.0)):
+        history.add((k * speed / 40.0, float(k)))
+        if k % at_once:
+            continue
+        anew, rows, mark = history.since(mark)
+        page = [] if anew else page
+        for row in rows:
+            if len(page) > 1 and page[-1][0] - page[-2][0] < SPACING:
+                page.pop()
+            page.append(row)
+        assert page[-1][1] == k
+    opened = history.since(Mark()).rows
+    assert opened[-1][0] - opened[0][0] > WINDOW
+    apart = np.diff(times(opened[:-1]))
+    assert SPACING <= apart.min() <= apart.max() < SPACING + max(speed / 40.0, 0.01)
+    known = history.since(mark).rows
+    assert page[-400:] == opened[: len(opened) - len(known)][-400:]
 
 
 def test_the_oldest_rows_make_room_and_a_page_that_missed_them_begins_anew() -> None:

@@ -13,10 +13,15 @@ from typing import Any
 
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
 
+from rodless_base.constants import SPOOL
+from rodless_base.topics import VALVE_STATE, VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.view.ros.desk import Desk
-from rodless_lab.view.samples import COLUMNS
+from rodless_lab.view.ros.live import LiveRig
+from rodless_lab.view.samples import COLUMNS, Row, spool_of, value
 from rodless_lab.view.state import CONTROLLER, PLANT, NodeState, ViewState
 
 
@@ -64,6 +69,49 @@ def test_a_page_says_what_it_waits_for() -> None:
     assert state.history.add([0.0] * len(COLUMNS))
     assert state.notice is None
     assert ViewState(live=False).notice is None
+
+
+class Topics(LiveRig):
+    """Reads what a test says; of a node it has who publishes what."""
+
+    def __init__(self, state: ViewState, *published: str) -> None:
+        self._state: Any = state
+        self._values, self._terms, self._takers = {}, (), {}
+        self._stamp: int | None = 0
+        self.published = list(published)
+        self._node: Any = SimpleNamespace(
+            count_publishers=self.published.count,
+            resolve_topic_name="/{}".format,
+            get_topic_names_and_types=list,
+        )
+
+    def _subscribe(self, kind: type, topic: str, take: Any) -> None:
+        subscription: Any = SimpleNamespace(topic_name=f"/{self._source(topic)}", msg_type=kind)
+        self._takers[topic] = subscription, take
+
+    def _unsubscribe(self, topic: str) -> None:
+        del self._takers[topic]
+
+    def row(self) -> Row:
+        """Look for publishers, and return the row then."""
+        self._discover()
+        self._stamp = (self._stamp or 0) + 10**9
+        self._add_row()
+        assert self._state.history.last is not None
+        return self._state.history.last
+
+
+@pytest.mark.ros
+def test_a_spool_is_where_the_command_is_once_no_plant_says_where() -> None:
+    """A plant ends, and a real rig whose valve tells nothing goes on: it stayed where it was."""
+    topics = Topics(ViewState(), VALVE_STATE)
+    topics._take_valve(JointState(name=[SPOOL], position=[1e-4], effort=[7.0]))
+    row = topics.row()
+    assert value(row, "spool") not in (None, 7.0)
+    topics.published[:] = [VALVE_VOLTAGE]
+    topics._discover()
+    topics._takers[VALVE_VOLTAGE][1](Float64(data=3.0))
+    assert spool_of(topics.row()) == 3.0
 
 
 @pytest.mark.ros
