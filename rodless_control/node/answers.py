@@ -28,8 +28,11 @@ from rodless_control.node.telemetry import Telemetry
 # How often, in s, the log repeats that samples are not finite.
 REPORT_PERIOD = 10.0
 
-# What is said with the failure of a law.
-CLOSED_BY_FAILURE = "valve closed until ~/reset or ~/enable"
+# What is said with the failure of a law, before what begins anew.
+CLOSED_BY_FAILURE = "valve closed until ~/"
+
+# What is said of a controller that was switched off.
+DISABLED = "disabled: valve closed"
 
 
 class Answers:
@@ -131,8 +134,11 @@ class Answers:
     @property
     def failure(self) -> str | None:
         """Why the law is not called any more, and until when, if so."""
-        failure = self._loop.failure
-        return None if failure is None else f"{failure}; {CLOSED_BY_FAILURE}"
+        if self._loop.failure is None:
+            return None
+        # A reset switches nothing on.
+        way_out = "reset or ~/enable" if self.enabled else "enable"
+        return f"{self._loop.failure}; {CLOSED_BY_FAILURE}{way_out}"
 
     def report_failure(self) -> None:
         """Say once why the law is not called any more."""

@@ -23,7 +23,7 @@ from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.publish import LOST
 from rodless_control.controller import law_name
 from rodless_control.loop import ControlLoop
-from rodless_control.node.answers import Answers
+from rodless_control.node.answers import DISABLED, Answers
 from rodless_control.node.inputs import Inputs
 from rodless_control.node.reference_inputs import ReferenceInputs
 from rodless_control.node.watchdog import Watchdog
@@ -96,7 +96,7 @@ class ControllerDiagnostics:
     def _judge(self, slow: str | None) -> tuple[bytes, str]:
         warning = slow or lately_text(self._diagnostics.lately())
         if not self._answers.enabled:
-            warning = "disabled: valve closed"
+            warning = DISABLED
         namesakes = self._diagnostics.namesakes.problem
         return judge(self._problem(), None, (namesakes, warning), "controlling")
 

@@ -33,7 +33,7 @@ from rodless_base.ros.topics import ANSWERS_DEPTH, LOSSLESS
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.loop import ControlLoop
-from rodless_control.node.answers import Answers
+from rodless_control.node.answers import DISABLED, Answers
 from rodless_control.node.controller_diagnostics import ControllerDiagnostics
 from rodless_control.node.inputs import Inputs
 from rodless_control.node.law_parameters import LawChoice, parameters_of_law
@@ -181,18 +181,21 @@ class ControllerNode:
             self._inputs.subscribe()
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._answers.reset()
+        # In this order: a law that fails again at once is counted.
         self._diagnostics.clear()
+        self._answers.reset()
         # Also of a law that has failed again: a rig is reset with it, its valve closed.
         response.success = True
-        response.message = self._answers.failure or resumes(self._parameters.values)
+        response.message = self._answers.failure or DISABLED
+        if self._answers.enabled and self._answers.failure is None:
+            response.message = resumes(self._parameters.values)
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         begins = self._answers.enable(request.data)
         failed = self._answers.failure if request.data else None
         response.success = failed is None
-        response.message = failed or "disabled: valve closed"
+        response.message = failed or DISABLED
         if request.data and response.success:
             now = resumes(self._parameters.values) if begins else "it was already, and goes on"
             response.message = f"enabled: {now}"

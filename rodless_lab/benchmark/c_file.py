@@ -177,7 +177,10 @@ class CFile:
                 str(source()),
                 "-lm",
             ]
-            run = subprocess.run(command, capture_output=True, text=True, check=False)
+            try:
+                run = subprocess.run(command, capture_output=True, text=True, check=False)
+            except OSError as error:  # a file that may be run, and is no program
+                raise NoCompilerError(f"{command[0]} does not run: {error.strerror}") from error
             if run.returncode != 0:
                 cause = in_one_line(run.stderr)
                 raise NoCompilerError(f"the C compiler refuses {source().name}: {cause}")

@@ -129,7 +129,10 @@ class Controls(LiveSession):
         said = self._observer.diagnostics.get(self._observer.node.resolve_topic_name(CONTROLLER))
         if said is None or CLOSED_BY_FAILURE not in said.message:
             return None
-        message = self._observer.diagnostic(CONTROLLER, fresh=True).message
+        try:
+            message = self._observer.diagnostic(CONTROLLER, fresh=True).message
+        except WaitTimeoutError:  # frozen since then
+            message = said.message
         return message if CLOSED_BY_FAILURE in message else None
 
     def _wait_for_controller(self) -> None:

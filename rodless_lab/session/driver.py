@@ -22,6 +22,7 @@ from std_msgs.msg import Float64
 from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
+from rodless_base.ros.joint import carriage_position
 from rodless_base.ros.lasting_topics import LOOK_PERIOD, LastingTopics
 from rodless_base.ros.namesakes import KILLED
 from rodless_base.ros.process import run_node
@@ -161,12 +162,13 @@ class Driver:
         self._last_sample = time.monotonic()
         if self._first is None:
             self._first = now
-        if now < self._last:  # one that is offered again has the same
-            self._end_because(
-                f"{self._samples}: the plant was reset or started again; {RECORD_ANEW}"
-            )
-            return
-        self._last = now
+        if carriage_position(sample) is not None:  # an arm on the same topic tells no plant time
+            if now < self._last:  # one that is offered again has the same
+                self._end_because(
+                    f"{self._samples}: the plant was reset or started again; {RECORD_ANEW}"
+                )
+                return
+            self._last = now
         elapsed = now - self._first
         due = elapsed // self._period
         self.done = due >= len(self._voltages)

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from rodless_base.atomic_write import write_together
 from rodless_base.yaml_file import yaml_text
 from rodless_lab.figures.files import figure_contents, files_of_figure
-from rodless_lab.figures.style import label, panels
+from rodless_lab.figures.style import label, literal, panels
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.quantile import nth
 from rodless_lab.studies.summary import shown
@@ -146,7 +146,7 @@ def draw_trade_off(task: TuningTask, found: Tuned) -> Figure:
         if len(there) and (there[:, 0 if name == first else 1] > 0.0).all():
             scale("log")
     names = [
-        f"{name.replace('_', ' ')} {quantile} / {shown(figure).unit}"
+        f"{literal(name.replace('_', ' '))} {quantile} / {shown(figure).unit}"
         for name, figure in ((first, of_first), (second, of_second))
     ]
     label(panel, names[0], names[1])

@@ -83,7 +83,12 @@ class Steering:
     async def _set(self, name: str, value: object) -> None:
         done = await attempt(self._requests.set({name: value}))
         if done and name == LAW:
-            tell(f"{value} controls: it holds the carriage where it is until a set-point comes")
+            then = (
+                "it holds the carriage where it is until a set-point comes"
+                if self._state.takes_set_points
+                else "it goes to the step or begins the sine of its reference"
+            )
+            tell(f"{value} controls: {then}")
 
     async def _toggle_supply(self) -> None:
         await attempt(self._requests.cut_supply(not self._requests.supply_is_cut))

@@ -17,6 +17,8 @@ from rodless_base.parameters import ParameterError
 from rodless_base.ros.parameters import NotYetError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.motion import advance_at_voltage
+from rodless_sim.physics.plant import Plant
+from rodless_sim.physics.settled import load_for
 from rodless_sim.precompile import (
     Kind,
     compile_changes,
@@ -54,8 +56,10 @@ class Equations:
 
     def load(self, before: RigParameters, values: Iterable[RigParameters]) -> None:
         """Load, or compile, what a rig needs to change from one set to any of these ``values``."""
+        ahead = list(values)
+        _load_for_resets(ahead)
         self._done.add(kind_of(before))
-        self._load(before, self._new(values))
+        self._load(before, self._new(ahead))
 
     def _load(self, before: RigParameters, new: Iterable[RigParameters]) -> None:
         compile_changes(before, new)
@@ -72,10 +76,12 @@ class Equations:
         Where nothing is kept of what another process compiles, it is compiled here. Raises
         ParameterError where no other process can do it.
         """
+        ahead = list(rig.ahead(rig.parameters.with_values(changes)))
+        _load_for_resets(ahead)
         names = ", ".join(name for name in changes if name in SWITCHES)
         if not names:
             return
-        new = self._new(rig.ahead(rig.parameters.with_values(changes)))
+        new = self._new(ahead)
         lacking = [values for values in new if not self._is_there(values)]
         if lacking and keeps(advance_at_voltage):
             if self._compiling is None:
@@ -127,3 +133,8 @@ class Equations:
         if self._compiling is not None:
             self._compiling.process.kill()
             self._compiling.process.communicate()
+
+
+def _load_for_resets(ahead: Iterable[RigParameters]) -> None:
+    for values in ahead:
+        load_for(Plant.of(values))

@@ -36,6 +36,16 @@ from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 SMALLEST_POWER = 1e-6  # W
 
 
+def load_for(plant: Plant) -> None:
+    """Load what it takes to settle a plant whose chambers leak into each other.
+
+    It takes half as long as to load all else of a node: others do without, and what keeps time does
+    it beforehand.
+    """
+    if plant.leak.across != 0.0:
+        import scipy.optimize  # noqa: F401, PLC0415
+
+
 @lru_cache(maxsize=256)
 def settled_pressures(plant: Plant, voltage: float) -> tuple[float, float]:
     """Return P_a and P_b in Pa at which no net air enters either chamber at ``voltage`` (V).
@@ -117,7 +127,7 @@ def _both(
 
     Looked for from the pressures they settle at with one temperature, which are near.
     """
-    from scipy.optimize import root  # noqa: PLC0415  half as long to load as all else of a node
+    from scipy.optimize import root  # noqa: PLC0415  see load_for
 
     pressures = settled_pressures(plant, voltage)
     warmth = plant.air.temperature
@@ -151,7 +161,7 @@ def _both(
 
 def _without_flow(plant: Plant, voltage: float, net: Callable[[float], float]) -> float:
     """Return the pressure in Pa at which ``net`` (kg/s by pressure) is zero."""
-    from scipy.optimize import brentq  # noqa: PLC0415  as above
+    from scipy.optimize import brentq  # noqa: PLC0415  see load_for
 
     supply, ambient = plant.supply_pressure, plant.ambient_pressure
     if net(ambient) <= 0.0:

@@ -223,6 +223,39 @@ engine.step()
 """
 
 
+LEAK = """
+import sys
+change = {"fault.piston.leak": 1e-7}
+scenario = Scenario([(0.01, change)]) if BY_A_SCENARIO else None
+engine = Engine(RigParameters(), lambda seen, state: None, scenario)
+assert "scipy.optimize" not in sys.modules
+if BY_A_SCENARIO:
+    equations.load(engine.rig.parameters, engine.rig.ahead(engine.rig.parameters))
+else:
+    equations.require(engine.rig, change)
+
+def of_scipy():
+    return {name for name in sys.modules if name.startswith("scipy")}
+
+before = of_scipy()
+if not BY_A_SCENARIO:
+    engine.change(change)
+for _ in range(20):
+    engine.step()
+engine.reset()
+assert engine.rig.parameters["fault.piston.leak"] == (0.0 if BY_A_SCENARIO else 1e-7)
+assert "scipy.optimize" in before and of_scipy() == before
+"""
+
+
+@pytest.mark.usefixtures("compiled")
+@pytest.mark.parametrize("by", [False, True], ids=["live", "scenario"])
+def test_a_reset_of_a_plant_in_motion_loads_no_modules(by: bool) -> None:
+    """Chambers that leak into each other settle by an optimizer: it is there before."""
+    code = f"BY_A_SCENARIO = {by}\n{IN_A_NEW_PROCESS}{LEAK}"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+
+
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize("what", some_of([SCENARIO, LIVE, LIVE_BEFORE_A_RESET], 2))
 def test_a_plant_in_motion_loads_nothing(what: str) -> None:

@@ -219,8 +219,13 @@ def test_a_law_that_fails_again_is_reported_again_and_not_enabled(
         said = bench.controller._reset(Trigger.Request(), Trigger.Response())
         assert (said.success, said.message) == (True, answer.message)
         assert len(reports) == 3
+        counts = bench.controller._diagnostics._diagnostics.count()
+        assert counts["failures of the law"] == 1  # since the reset
     assert "failed: TypeError" in answer.message
-    assert answer.message.endswith("; valve closed until ~/reset or ~/enable")
+    assert answer.message.endswith("; valve closed until ~/enable")
+    # Nothing that was refused has switched it on: not even a reset of the healed law does.
+    said = bench.controller._reset(Trigger.Request(), Trigger.Response())
+    assert (said.success, said.message, answers.enabled) == (True, "disabled: valve closed", False)
     answer = ask()
     assert (answer.success, answers.enabled) == (True, True)
 

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -155,6 +156,18 @@ def test_a_compiler_that_is_none_is_told_in_one_line(
         CFile()
     monkeypatch.setenv("CC", " ")
     assert compiler() == ["cc"]
+
+
+def test_a_compiler_that_does_not_run_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that may be run and is no program."""
+    file = tmp_path / "compiler"
+    file.write_text("no program", encoding="utf-8")
+    file.chmod(0o755)
+    monkeypatch.setenv("CC", str(file))
+    with pytest.raises(NoCompilerError, match=r"compiler does not run: Exec format error$"):
+        CFile()
 
 
 def processor_seconds(function: Callable[[], object]) -> float:

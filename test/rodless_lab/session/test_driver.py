@@ -53,6 +53,12 @@ class Plant:
         """Send a sample of an earlier time."""
         self._samples.publish(JointState(name=["carriage"], position=[0.06]))
 
+    def have_an_arm_beside(self, second: int) -> None:
+        """Send a sample of that time of another machine on the same topic."""
+        arm = JointState(name=["elbow"], position=[0.5])
+        arm.header.stamp.sec = second
+        self._samples.publish(arm)
+
     def close(self) -> None:
         """Leave."""
         self._observer.remove_node(self._node)
@@ -85,7 +91,9 @@ def test_a_plant_that_begins_anew_ends_it(driver: NodeProcess, plant: Plant) -> 
 def test_a_plant_that_is_silent_is_told_of_and_one_that_has_ended_ends_it(
     driver: NodeProcess, plant: Plant, observer: Observer
 ) -> None:
-    """Paused, it may go on."""
+    """Paused, it may go on; what an arm on the same topic calls its time is no plant's."""
+    for second in (4, 9):
+        plant.have_an_arm_beside(second)
     until_it_says(driver, "/joint_states: no sample for 5 s, the plant is paused", TIMEOUT)
     plant.send(6)
     plant.close()

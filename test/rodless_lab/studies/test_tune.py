@@ -261,15 +261,18 @@ def test_finalists_meet_on_rigs_that_the_search_has_not_seen(tmp_path: Path) -> 
 
 
 def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
-    """A trial changes what the file says of all; rigs and noise stay; its figures have its name."""
-    task = read_task(with_trials(tmp_path, TRIALS))
+    """A trial changes what the file says of all; rigs and noise stay; its figures have its name.
+
+    To the letter, also in the picture, which takes what is between dollar signs for a formula.
+    """
+    task = read_task(with_trials(tmp_path, TRIALS.replace("  sine:", "  sine $^$:")))
     rigs = [[dict(one.study.row(k).base.rig) for k in range(3)] for one in task.trials]
     for step, sine in zip(*rigs, strict=True):
         assert sine["cylinder.initial_position"] == 0.1
         assert step == {**sine, "cylinder.initial_position": step["cylinder.initial_position"]}
     assert [one.study.base.duration for one in task.trials] == [0.6, 0.3]
     found = Bench(task).candidate(np.array([0.5, 0.5]))
-    assert set(found.figures) == {"step: mean_error", "sine: peak_error"}
+    assert set(found.figures) == {"step: mean_error", "sine $^$: peak_error"}
     alone = [
         trial.score.costs(one)
         for trial, one in zip(
@@ -278,7 +281,7 @@ def test_each_trial_is_done_by_the_same_rigs(tmp_path: Path) -> None:
     ]
     assert found.score == sorted(alone[0] + alone[1])[2]
     text = write_tuned(tmp_path / "out", task, search(task, tmp_path / "out"))
-    assert "| sine: peak error, mm |" in text
+    assert "| sine $^$: peak error, mm |" in text
 
 
 @pytest.mark.parametrize(
