@@ -93,7 +93,7 @@ def _next(client: Any, done: "SimpleQueue[Any]") -> Any:
     while patience > 0.0:
         with suppress(Empty):
             return done.get(timeout=LOOK_EVERY)
-        patience = CONNECTION_TIMEOUT if client.nthreads() else patience - LOOK_EVERY
+        patience = CONNECTION_TIMEOUT if _threads(client) else patience - LOOK_EVERY
     raise TimeoutError("no workers are left")
 
 
@@ -129,8 +129,15 @@ def _checked(
 
 def _wanted(client: Any) -> int:
     """Return how many tasks keep the workers that there are busy: one where none is left."""
-    threads: dict[str, int] = client.nthreads()
-    return max(AHEAD * sum(threads.values()), 1)
+    return max(AHEAD * _threads(client), 1)
+
+
+def _threads(client: Any) -> int:
+    """Return how many threads the cluster has; raises OSError where its scheduler is lost."""
+    try:
+        return sum(client.nthreads().values())
+    except AttributeError as error:  # of a client that has closed itself
+        raise OSError("the connection to the scheduler is lost") from error
 
 
 def _sent(client: Any, study: Study, tasks: Iterable[list[Row]]) -> list[Any]:

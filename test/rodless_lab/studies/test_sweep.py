@@ -16,6 +16,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -307,3 +308,20 @@ def test_no_worker_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"^workers 0 refused: must be from 1 to 1000$"):
         sweep(write_study(tmp_path), tmp_path / "out", workers=0)
     assert not os.path.lexists(tmp_path / "out")
+
+
+@pytest.mark.parametrize(("room", "at_once"), [(100, 8), (3, 3), (0, 1)])
+def test_no_more_rows_run_at_once_than_there_is_memory_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, room: int, at_once: int
+) -> None:
+    """Of eight threads that are asked for, as many as there is room for runs; one at least."""
+    asked: list[int | None] = []
+
+    def noted(work: Callable[[Row], None], rows: Iterable[Row], workers: int) -> Iterator[None]:
+        asked.append(workers)
+        return map(work, rows)
+
+    monkeypatch.setattr("rodless_lab.simulation.closed_loop.room_for", lambda _size: room)
+    monkeypatch.setattr("rodless_lab.studies.sweep.in_order", noted)
+    assert len(sweep(read_study(write_study(tmp_path)), tmp_path / "out", workers=8)) == 20
+    assert asked == [at_once]
