@@ -74,6 +74,14 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _compiling_is_announced() -> None:
+    """What a process says once that compiles is said before a test looks at what is said."""
+    from rodless_base.kernel_cache import announce  # noqa: PLC0415
+
+    announce()
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _compiling_is_not_traced() -> Iterator[None]:
     """Where coverage is measured, keep it from following the compiler: that is a third of its time.
 
