@@ -63,7 +63,7 @@ def test_an_interrupt_never_breaks_off_the_making_of_a_result(work: str) -> None
         env=unmeasured(),
         capture_output=True,
         text=True,
-        timeout=300.0,
+        timeout=900.0,
         check=False,
     )
     assert (ended.returncode, ended.stdout) == (0, "300\n"), ended.stderr[-2000:]

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 import numba
 import numpy as np
 import pytest
+from extent import extensive
 from kernel_copy import copy_kernels
 from unmeasured import unmeasured
 
@@ -139,6 +140,7 @@ PLANT = (
 
 
 @pytest.mark.slow
+@extensive
 def test_a_field_that_moves_in_a_named_tuple_gives_another_cache(tmp_path: Path) -> None:
     """Two pressures of Plant change places, in a file without kernels: none is taken for another.
 

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from extent import some_of
+from extent import extensive, some_of
 
 from rodless_lab.identification.coverage import KNOWN, SUBJECTS, measured_run
 from rodless_lab.identification.pressures.causes import trials, with_cause
@@ -66,6 +66,7 @@ def test_as_much_as_is_stated_is_none(subject: str, signs: tuple[int, int, int])
     assert off(subject, offsets)[1].fits
 
 
+@extensive
 def test_bristles_pushed_by_a_bias_are_told() -> None:
     """Half a bar on one side of 491 mm² are 25 N; what is stated of both sensors is 5 N."""
     _, verdict = off("bristles", {"pressure_a": 5e4})

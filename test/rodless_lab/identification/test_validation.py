@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extent import some_of
+from extent import extensive, some_of
 from quiet_stop import Quiet
 
 from rodless_lab.cli import identify
@@ -58,6 +58,7 @@ def test_a_right_model_predicts_a_second_run(seed: int) -> None:
 
 
 @pytest.mark.slow
+@extensive
 @pytest.mark.parametrize(
     ("values", "effect"),
     [(HEAT, "heat to the walls")],

@@ -125,8 +125,8 @@ def test_noisier_sensors_than_stated_are_said_to_be() -> None:
 @pytest.mark.parametrize(
     ("subject", "values", "cause"),
     [
-        also("chambers", HEAT, "heat to the walls (chambers.thermodynamics: energy_balance)"),
-        ("friction", SATURATING, "another form of friction, friction.form: saturating"),
+        ("chambers", HEAT, "heat to the walls (chambers.thermodynamics: energy_balance)"),
+        also("friction", SATURATING, "another form of friction, friction.form: saturating"),
     ],
 )
 def test_the_command_says_that_the_model_does_not_fit(
