@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from extent import extensive
 from matplotlib.image import imread
 
 from rodless_control import ControllerParameters, PidParameters, references
@@ -46,6 +47,7 @@ def test_an_example_draws_its_picture(
     assert f"](example_{name}.png)" in PAGE
 
 
+@extensive
 @pytest.mark.ros
 def test_the_fault_comes_in_the_middle_of_the_run(tmp_path: Path) -> None:
     """Over the nodes in lock-step: until the fault, the samples are those of `closed_loop`."""

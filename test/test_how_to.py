@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from extent import extensive
 from unmeasured import unmeasured
 
 import rodless_base
@@ -142,6 +143,7 @@ def test_the_new_experiment_runs_as_a_command(extended: Path) -> None:
     }
 
 
+@extensive
 @pytest.mark.ros
 def test_the_new_law_controls_over_ros(extended: Path) -> None:
     """The law outside the package, in the node with its parameter file, commands as in Python."""

@@ -12,6 +12,7 @@ import signal
 from pathlib import Path
 
 import pytest
+from extent import extensive
 from running import StartProcess
 
 from rodless_lab.bags.reader import read_bag
@@ -42,6 +43,7 @@ def write_start(path: Path) -> Path:
     return path
 
 
+@extensive
 def test_chambers_are_found_again(rodless: StartProcess, tmp_path: Path) -> None:
     """All four parameters lie in the 95 % intervals said, from a bag of noisy sensors.
 

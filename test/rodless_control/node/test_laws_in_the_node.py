@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from extent import some_of
+from extent import extensive, some_of
 from running import StartProcess, until_it_says
 
 from rodless_control import (
@@ -134,6 +134,7 @@ def own_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     sys.modules.pop("own_laws", None)
 
 
+@extensive
 def test_a_learned_law_in_the_node_gives_the_numbers_of_closed_loop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

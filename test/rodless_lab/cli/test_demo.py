@@ -234,6 +234,7 @@ def test_ctrl_c_while_the_nodes_start_ends_clean_too(tmp_path: Path) -> None:
     assert not (tmp_path / "metrics.json").exists()
 
 
+@extensive
 def test_a_full_disk_is_said_in_one_line(tmp_path: Path) -> None:
     """The disk takes 100 kB of the bag: exit code 1, the bag is named, what fits can be read."""
     full = (
@@ -260,6 +261,7 @@ def test_a_full_disk_is_said_in_one_line(tmp_path: Path) -> None:
     assert len(positions(tmp_path / "bag")[0])
 
 
+@extensive
 def test_nobody_who_reads_its_output_is_missed(tmp_path: Path) -> None:
     """Behind a closed pipe the demo runs to its end and says nothing of it."""
     command = [*COMMAND, "--output", str(tmp_path)]

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from extent import draws, extensive
 from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -96,7 +97,7 @@ def test_a_reset_leaves_the_carriage_where_it_starts(
 ) -> None:
     """Whatever set-point it followed: no move from the start, and none later."""
     samples, starts = heard(observer)
-    for resets in range(1, 4):
+    for resets in range(1, draws(4, 3)):
         assert run(rodless, "move", "100")[0] == 0
         observer.more(samples, 1)
         assert run(rodless, "reset")[0] == 0
@@ -250,6 +251,7 @@ def test_a_plant_that_freezes_under_way_is_not_said_to_run(
     assert "plant: silent: compiling for its first start, killed, frozen" in move.output
 
 
+@extensive
 def test_two_rigs_of_one_name_are_refused_by_name(
     rodless: StartProcess, start_rig: StartRig, rig: SessionProcesses, observer: Observer
 ) -> None:

@@ -13,7 +13,7 @@ import re
 import signal
 
 import pytest
-from extent import also
+from extent import also, extensive
 from running import StartProcess, StartRig, until_it_says
 from std_srvs.srv import SetBool
 
@@ -56,6 +56,7 @@ def test_a_rig_that_runs_is_shown_on_one_screen_and_as_json(
         assert f"{reading:14}-" not in paused.output, reading
 
 
+@extensive
 def test_gauge_pressures_count_from_the_atmosphere_of_the_rig(
     rodless: StartProcess, start_node: StartProcess
 ) -> None:

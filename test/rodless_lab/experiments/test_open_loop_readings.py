@@ -10,6 +10,7 @@
 
 import numpy as np
 import pytest
+from extent import extensive
 
 from rodless_lab.experiments import friction, friction_campaign
 from rodless_lab.experiments.ros_runner import nodes_runner
@@ -60,6 +61,7 @@ def test_a_rig_with_ideal_instruments_is_seen_as_it_is() -> None:
         assert np.array_equal(getattr(seen, name), values), name
 
 
+@extensive
 @pytest.mark.ros
 def test_the_mean_speeds_of_friction_are_the_same_over_ros(
     monkeypatch: pytest.MonkeyPatch,

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from extent import extensive
 from quiet_stop import Quiet
 
 from rodless_control import PidParameters, references
@@ -124,6 +125,7 @@ def test_experiments_without_a_moving_rig_refuse_ros(
     assert not out.exists()
 
 
+@extensive
 def test_the_command_hands_the_bench_of_the_nodes_to_the_experiment(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from extent import draws
+from extent import draws, extensive
 
 pytestmark = [pytest.mark.usefixtures("compiled"), pytest.mark.slow]
 
@@ -83,6 +83,7 @@ def test_the_template_folder_works_where_it_is_copied_to(
     assert " passed" in output
 
 
+@extensive
 def test_the_template_test_can_fail(tmp_path: Path, run_pytest: RunPytest) -> None:
     """With the example controller's sign turned round, the carriage misses the target."""
     shutil.copytree(ROOT / "templates" / "controller_test", tmp_path / "mine")

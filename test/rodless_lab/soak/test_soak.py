@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from extent import extensive
 from no_room import fill_up
 from quiet_stop import Quiet
 
@@ -61,6 +62,7 @@ def test_growth_is_that_of_the_settled_part() -> None:
     assert math.isnan(growth([(0.0, 1.0), (5.0, 1.0)]))
 
 
+@extensive
 @pytest.mark.ros
 @pytest.mark.slow
 def test_a_short_soak_finds_nothing_wrong() -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rig_bag
+from extent import extensive
 
 from rodless_control import PidParameters, references
 from rodless_lab.runs.measured_run import MeasuredRun
@@ -70,6 +71,7 @@ def test_a_bag_becomes_rows(bags: Path) -> None:
     assert tape.row_at(99.0)[0] == pytest.approx(3.999)
 
 
+@extensive
 @pytest.mark.ros
 @pytest.mark.slow
 def test_a_bag_of_a_magnetic_rig_has_its_piston(tmp_path: Path) -> None:
