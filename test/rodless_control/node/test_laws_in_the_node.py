@@ -296,9 +296,10 @@ def test_a_law_that_raises_closes_the_valve_until_it_is_started_again(
         with pytest.raises(RefusedError, match=r"^setpoint 0\.1 m refused, law Failing failed"):
             rig.setpoint(0.1)
         run = rig.samples()
-        after = run.voltage[run.time > 0.05]
-        assert set(after[np.isfinite(after)]) == {5.08}
-        assert set(run.voltage[:3]) == {5.2}
+        # On a crowded machine a sample may have gone unanswered.
+        answered = np.isfinite(run.voltage)
+        assert set(run.voltage[answered & (run.time > 0.05)]) == {5.08}
+        assert run.voltage[answered][0] == 5.2
         rig.reset_controller()
         rig.wait_until(lambda: rig.outputs["controller"].count(text) == 2, "again")
         rig.set_parameters("controller", {"mine.healthy": True})
