@@ -38,7 +38,7 @@ ROS_FIXTURES = {"domain", "rig_session", "compiled"}
 
 # Tests of what a rig is made of. Of other tests the processes are not measured for coverage, which
 # takes a node half its time: the same nodes run here.
-MEASURED = ("rodless_base", "rodless_sim", "rodless_control")
+MEASURED = ("rodless_base", "rodless_sim", "rodless_control", "test_uncompiled.py")
 
 # For processes to end by themselves on a crowded machine, in wall-clock s.
 STOP_TIMEOUT = 120.0
