@@ -43,8 +43,8 @@ PACKAGES := rodless_base rodless_sim rodless_control rodless_lab rodless_pytest
 SOURCES := package.xml pyproject.toml setup.py $(shell find $(PACKAGES) benchmarks config description launch \
 	resource templates scripts -name __pycache__ -prune -o -print)
 
-# Per cent: of all packages that are measured, and of those a rig is made of. Not in pyproject.toml: `colcon test`
-# measures the checkout while it runs the installation.
+# Per cent: of all packages that are measured, and of those a rig is made of. Not in pyproject.toml:
+# `colcon test` measures the checkout while it runs the installation.
 COVERAGE_FLOOR := 85
 COVERAGE_FLOOR_CORE := 95
 

@@ -19,7 +19,6 @@ from pathlib import Path
 import pytest
 import yaml
 from extent import extensive
-from unmeasured import unmeasured
 
 import rodless_base
 
@@ -76,9 +75,9 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
-    """Run Python in the copy, its compiled functions kept there and its lines not measured."""
+    """Run Python in the copy, its compiled functions kept there."""
     environment = {
-        **unmeasured(),
+        **os.environ,
         "PYTHONPATH": os.pathsep.join([str(folder), *(path for path in sys.path if path)]),
         "NUMBA_CACHE_DIR": str(folder / "cache"),
     }

@@ -9,6 +9,7 @@
 """The demo as a user runs it: a process of its own, real nodes, a real bag."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -21,7 +22,6 @@ import pytest
 from extent import extensive, some_of
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
-from unmeasured import unmeasured
 
 from rodless_base.constants import SUPPLY_PRESSURE
 from rodless_control import PidParameters, references
@@ -73,9 +73,7 @@ def preset(request: pytest.FixtureRequest) -> str:
 def finished(preset: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Output folder of a demo that ran to its end; what it printed is in ``said``."""
     folder = tmp_path_factory.mktemp("demo")
-    # Of the larger rig unmeasured: it takes minutes where its equations are to be compiled.
-    environment = None if preset == "paper" else unmeasured()
-    said = run_demo(folder, "--preset", preset, environment=environment)
+    said = run_demo(folder, "--preset", preset)
     (folder / "said").write_text(said, encoding="utf-8")
     return folder
 
@@ -179,7 +177,7 @@ def test_a_cold_compile_cache_prints_the_same(finished: Path, preset: str, tmp_p
     That busy cores change nothing is shown in test_bit_identical.py, without minutes of compiling.
     """
     cache = {name: str(tmp_path / name) for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
-    run_demo(tmp_path / "out", "--preset", preset, environment={**unmeasured(), **cache})
+    run_demo(tmp_path / "out", "--preset", preset, environment={**os.environ, **cache})
     assert list((tmp_path / "NUMBA_CACHE_DIR").rglob("*.nbc")), "the cache was not cold"
     one, other = metrics_of(finished), metrics_of(tmp_path / "out")
     assert one["settling_time"] == pytest.approx(other["settling_time"], abs=5e-3)
@@ -211,13 +209,9 @@ def test_interrupted_demo_ends_clean_with_a_bag_that_opens(tmp_path: Path) -> No
 
 
 def test_ctrl_c_while_the_nodes_start_ends_clean_too(tmp_path: Path) -> None:
-    """Before anything moves: exit code 1, no traceback, and no bag is spoken of that is not there.
-
-    Coverage would take its share of the time.
-    """
+    """Before anything moves: exit code 1, no traceback, and no bag is named that is not there."""
     with subprocess.Popen(
         [*COMMAND, "--output", str(tmp_path)],
-        env=unmeasured(),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -14,7 +14,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from unmeasured import unmeasured
 
 from rodless_lab.session.session import RigSession
 
@@ -37,7 +36,6 @@ def run_pytest(tmp_path: Path) -> Callable[..., subprocess.Popen[str]]:
                 *("--rootdir", str(tmp_path), *arguments),
             ],
             cwd=tmp_path,
-            env=unmeasured(),
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -17,7 +17,6 @@ from typing import cast
 
 import pytest
 from sensor_msgs.msg import JointState
-from unmeasured import NOT_MEASURED
 
 from rodless_lab.harness import RigSession
 from rodless_lab.session.errors import NotYetError, WaitTimeoutError
@@ -37,7 +36,7 @@ def test_the_plant_goes_on_and_takes_the_change_once_it_is_compiled(tmp_path: Pa
     with RigSession(
         controller=None,
         plant={"time.period": 5e-3},
-        environment={"XDG_CACHE_HOME": str(tmp_path), **NOT_MEASURED},
+        environment={"XDG_CACHE_HOME": str(tmp_path)},
         timeout=300.0,
     ) as rig:
         heard: list[float] = []
