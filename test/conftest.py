@@ -123,6 +123,25 @@ def pytest_runtest_makereport() -> Iterator[None]:
     return report
 
 
+class FailuresAtOnce:
+    """Says why a test failed as soon as it has: what runs all may be ended before its summary."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Write the end of what went wrong."""
+        if report.failed:
+            terminal = self._config.get_terminal_writer()
+            terminal.line(f"\n{report.nodeid} failed:\n{report.longreprtext[-3000:]}")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Say failures at once where nobody can ask for the rest of the output."""
+    if os.environ.get("CI") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(FailuresAtOnce(config))
+
+
 @contextmanager
 def _shown(processes: Mapping[str, NodeProcess]) -> Iterator[None]:
     """Show what these processes print if a test fails inside the block."""

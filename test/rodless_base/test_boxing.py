@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 import pytest
+from extent import also
 from unmeasured import unmeasured
 
 # An alarm stands for Ctrl-C, at many different instants of a step and of a closed loop.
@@ -51,7 +52,7 @@ print(caught)
 @pytest.mark.parametrize(
     "work",
     [
-        "rig.advance(5.5, 1e-3), rig.read()",
+        also("rig.advance(5.5, 1e-3), rig.read()"),
         "loop.run(calibrated)",
     ],
 )

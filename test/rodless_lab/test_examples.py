@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from extent import also
 from rig_bag import write
 
 import rodless_lab
@@ -25,7 +26,12 @@ from rodless_sim import RigParameters, simulate
 EXAMPLES = [
     *(("rodless_lab", name) for name in ("Bag", "MeasuredRun", "TopicMessages")),
     *(("rodless_lab", name) for name in ("read_bag", "read_commands", "read_run")),
-    *(("rodless_lab.identification", name) for name in identification.__all__ if name.islower()),
+    *(
+        ("rodless_lab.identification", name)
+        for name in identification.__all__
+        if name.islower() and name != "identify_bristles"
+    ),
+    also("rodless_lab.identification", "identify_bristles"),
 ]
 
 

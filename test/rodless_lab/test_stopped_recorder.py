@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from extent import extensive
 from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
 
@@ -47,6 +48,7 @@ def recorder(
         yield process
 
 
+@extensive
 def test_a_stopped_recorder_holds_no_rig_in_real_time(
     recorder: NodeProcess, observer: Observer
 ) -> None:

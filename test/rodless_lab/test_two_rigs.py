@@ -11,6 +11,7 @@
 import signal
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from extent import extensive
 from rosgraph_msgs.msg import Clock
 from running import StartProcess, StartRig, until_it_says
 from sensor_msgs.msg import JointState
@@ -24,6 +25,7 @@ PERIOD = {"time.period": 5e-3}
 QUIET = {**PERIOD, "time.publish_clock": False}
 
 
+@extensive
 def test_two_rigs_are_told_of_when_both_publish_clock_and_when_nobody_does(
     observer: Observer, start_node: StartProcess
 ) -> None:

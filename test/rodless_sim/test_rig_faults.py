@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 import pytest
+from extent import also
 
 from rodless_base.constants import CLOSED_VOLTAGE
 from rodless_sim import Rig, RigParameters, Trace, simulate
@@ -89,7 +90,7 @@ def test_a_valve_that_sticks_stays_where_it_was() -> None:
 
 
 @pytest.mark.parametrize(
-    "further", [{}, {"valve.dead_time": 0.05}, {"supply.ripple_amplitude": 0.01}]
+    "further", [{}, {"valve.dead_time": 0.05}, also({"supply.ripple_amplitude": 0.01})]
 )
 def test_a_spool_that_sticks_on_its_way_stays_there(further: dict[str, object]) -> None:
     """Neither its own swing nor a command that is under way moves it on; free again, it follows."""

@@ -357,6 +357,7 @@ def test_a_failure_at_the_very_end_is_told_by_the_end_of_the_block(
     assert seen_to_fail
 
 
+@extensive
 def test_a_session_does_not_pass_with_a_law_that_does_not_return(own_laws: dict[str, str]) -> None:
     """In real time, where the plant runs on, its end says so; in lock-step the wait does."""
     options = {"controller": {"controller.law": "own_laws:Endless"}, "environment": own_laws}

@@ -11,6 +11,7 @@
 import sys
 
 import pytest
+from extent import extensive
 
 from rodless_lab.benchmark.ros import bare
 from rodless_lab.benchmark.ros.bare import bench_bare
@@ -25,6 +26,7 @@ def test_two_nodes_that_do_nothing_answer_each_other() -> None:
     assert 0.1 < next(iter(figures.values())) < 1e3
 
 
+@extensive
 def test_a_paced_node_and_the_one_that_answers_it_use_some_of_a_core() -> None:
     """Most samples are answered, and both shares lie between nothing and all of it."""
     answers, plant, controller = bench_bare(100.0, lambda: None).values()

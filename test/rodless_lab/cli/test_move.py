@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from extent import extensive
 from running import StartProcess, StartRig, until_it_says
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
@@ -96,6 +97,7 @@ def test_a_set_point_that_is_refused_ends_it_with_the_reason(rodless: StartProce
     assert "Traceback" not in move.output
 
 
+@extensive
 def test_a_controller_that_takes_no_set_points_is_named(
     rodless: StartProcess, observer: Observer
 ) -> None:
@@ -131,6 +133,7 @@ def test_a_paused_plant_is_named_and_nothing_is_sent(
         assert observer.call(SetBool, "/plant/pause", data=False).success
 
 
+@extensive
 def test_a_pause_under_way_is_said_and_ctrl_c_leaves_the_rig_running(
     rodless: StartProcess, observer: Observer
 ) -> None:
@@ -191,6 +194,7 @@ def test_a_move_whose_set_point_is_replaced_says_by_which(
     assert "another set-point, 60 mm, has taken the place of this one" in move.output
 
 
+@extensive
 def test_a_move_beside_another_that_sends_nonsense_goes_on(
     rodless: StartProcess, observer: Observer
 ) -> None:

@@ -9,6 +9,7 @@
 """A rig whose samples go elsewhere runs well: what cannot see it says where it has looked."""
 
 import pytest
+from extent import extensive
 from running import StartProcess, until_it_says
 
 from rodless_lab.session.processes import node_command, write_parameters
@@ -16,6 +17,7 @@ from rodless_lab.session.processes import node_command, write_parameters
 pytestmark = pytest.mark.ros
 
 
+@extensive
 def test_samples_on_another_topic_are_not_called_a_plant_that_stands_still(
     rodless: StartProcess, start_process: StartProcess, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from extent import extensive
 from rosgraph_msgs.msg import Clock
 from running import StartProcess
 from std_msgs.msg import Float64
@@ -50,6 +51,7 @@ def test_options_reach_the_nodes_and_ctrl_c_ends_them(
         assert rig.wait(STOP_SECONDS) == 0
 
 
+@extensive
 def test_the_plant_can_be_started_alone(rodless: StartProcess, observer: Observer) -> None:
     """Without the controller nobody commands the valve."""
     with rodless("rig", "--without-controller", "--namespace", "alone") as rig:
@@ -84,6 +86,7 @@ def test_it_records_itself_until_ctrl_c(
     assert len(read["/taped/valve/voltage"]) > 0
 
 
+@extensive
 def test_a_rig_that_leaves_clock_to_another_dates_its_bag_by_its_own(
     rodless: StartProcess, start_node: StartProcess, observer: Observer, tmp_path: Path
 ) -> None:

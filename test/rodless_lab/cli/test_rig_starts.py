@@ -14,6 +14,7 @@ import signal
 from pathlib import Path
 
 import pytest
+from extent import extensive
 from running import StartProcess
 
 from rodless_lab.session.observer import Observer
@@ -36,6 +37,7 @@ def test_what_cannot_be_is_refused_before_anything_starts(
             assert "[plant]" not in rig.output
 
 
+@extensive
 def test_a_second_rig_of_one_name_is_refused(rodless: StartProcess, observer: Observer) -> None:
     """It would disturb the first, which does not hear of it."""
     with rodless("rig", "--namespace", "taken") as first:

@@ -57,6 +57,7 @@ def until_it_reports(
     observer.wait(lambda: name in reports and expected(reports[name]), f"a report of {node}")
 
 
+@extensive
 def test_plant_time_is_paused_and_runs_on(rodless: StartProcess, observer: Observer) -> None:
     """The plant says so itself; pausing twice is no fault."""
     for _ in range(2):
@@ -79,6 +80,7 @@ def test_a_disabled_controller_closes_the_valve_until_it_is_enabled(
     assert run(rodless, "move", "10")[0] == 0
 
 
+@extensive
 def test_a_move_that_is_disabled_on_its_way_says_why_it_does_not_settle(
     rodless: StartProcess, observer: Observer
 ) -> None:
@@ -92,6 +94,7 @@ def test_a_move_that_is_disabled_on_its_way_says_why_it_does_not_settle(
     assert run(rodless, "enable")[0] == 0
 
 
+@extensive
 def test_a_reset_leaves_the_carriage_where_it_starts(
     rodless: StartProcess, observer: Observer
 ) -> None:
@@ -107,6 +110,7 @@ def test_a_reset_leaves_the_carriage_where_it_starts(
         assert max(abs(sample.position[0]) for sample in samples[starts[-1] :]) < 1e-4
 
 
+@extensive
 def test_a_reset_beside_a_frozen_controller_is_refused(
     rodless: StartProcess, rig: SessionProcesses, observer: Observer
 ) -> None:
@@ -284,6 +288,7 @@ def test_two_rigs_of_one_name_are_refused_by_name(
     assert run(rodless, "reset") == (0, f"controller/reset: {HOLDS}\nplant/reset: done\n")
 
 
+@extensive
 def test_a_reader_who_leaves_ends_neither_verb_nor_rig(
     domain: dict[str, str], observer: Observer
 ) -> None:

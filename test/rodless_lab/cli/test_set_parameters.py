@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from extent import extensive
 from running import StartProcess, StartRig, until_it_says
 from std_msgs.msg import Float64
 
@@ -104,6 +105,7 @@ def test_one_refusal_means_that_nothing_changes_on_any_node(
     assert values(observer) == before
 
 
+@extensive
 def test_a_rig_that_is_not_there_is_named(rodless: StartProcess) -> None:
     """Exit code 2 within the time given, and where there is a rig."""
     with rodless("set", "supply.pressure=5e5", "--timeout", "6") as process:
@@ -184,6 +186,7 @@ def test_a_law_comes_with_its_gains_in_one_command(
     }
 
 
+@extensive
 def test_a_law_that_fails_with_the_new_values_is_reported(
     rodless: StartProcess, start_process: StartProcess, tmp_path: Path
 ) -> None:

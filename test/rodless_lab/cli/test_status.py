@@ -73,6 +73,7 @@ def test_gauge_pressures_count_from_the_atmosphere_of_the_rig(
     )
 
 
+@extensive
 def test_a_missing_controller_and_a_missing_rig_are_shown(
     rodless: StartProcess, start_node: StartProcess
 ) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from extent import extensive
 from quiet_stop import Quiet
 
 from rodless_lab.cli import replay as command
@@ -124,6 +125,7 @@ def test_replay_with_a_file_that_is_not_there(
     assert not (tmp_path / "out").exists()
 
 
+@extensive
 def test_replay_lays_a_file_on_the_preset(
     tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
 ) -> None:

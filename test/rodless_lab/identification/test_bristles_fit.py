@@ -49,6 +49,7 @@ def hidden_run(seed: int, **values: Value) -> tuple[MeasuredRun, dict[str, float
     return run, truth, KNOWN.with_values({MASS: hidden.number(MASS)})
 
 
+@extensive
 def test_the_carriage_goes_where_the_plants_goes() -> None:
     """Pushed by the plant's own pressures: within 0.2 µm of it over 15 s, sliding included.
 
@@ -151,6 +152,7 @@ def test_a_carriage_that_sticks_is_told() -> None:
     assert told >= len(seeds) - 1
 
 
+@extensive
 @pytest.mark.parametrize(
     ("values", "wrong"),
     [({}, {"sensors.pressure_lag": 0.0}), also({"friction__form": "saturating"}, {})],
@@ -196,6 +198,7 @@ def test_a_second_bag_is_refused(
     assert not output.exists()
 
 
+@extensive
 def test_the_command_bounds_what_it_does_not_find(
     tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
 ) -> None:

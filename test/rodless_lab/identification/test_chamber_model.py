@@ -10,7 +10,7 @@
 
 import numpy as np
 import pytest
-from extent import also
+from extent import also, extensive
 
 from rodless_lab.identification.excitation import chamber_voltages, spool_voltages, steps
 from rodless_lab.identification.pressures.problem import Problem
@@ -21,6 +21,7 @@ PULSES = steps(*((5.08 + size, 0.02) for size in (0.5, -0.5, 1.0, -1.0, 2.0, -2.
 VOLTAGES = np.concatenate([chamber_voltages(), PULSES])
 
 
+@extensive
 @pytest.mark.slow
 @pytest.mark.parametrize(("frequency", "damping"), [(60.0, 0.4), also(115.0, 0.7), (1000.0, 0.5)])
 def test_the_chambers_follow_a_busy_spool(frequency: float, damping: float) -> None:

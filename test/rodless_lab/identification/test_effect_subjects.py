@@ -13,7 +13,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from extent import some_of
+from extent import also, extensive, some_of
 from quiet_stop import Quiet
 
 from rodless_base.parameters import Value
@@ -51,7 +51,7 @@ FOUND = {
 @pytest.mark.parametrize(
     ("subject", "values", "absent", "most"),
     [
-        (
+        also(
             "heat",
             {"chambers.thermodynamics": "energy_balance", HEAT_TRANSFER: 0.0},
             [HEAT_TRANSFER],
@@ -82,6 +82,7 @@ def test_an_effect_that_is_not_there_is_bounded(
     assert all(fit.estimates[name].informed for name in truth)
 
 
+@extensive
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", some_of([202, 208], 2))
 def test_tight_chambers_behind_a_valve_closed_elsewhere(seed: int) -> None:
@@ -103,6 +104,7 @@ def test_tight_chambers_behind_a_valve_closed_elsewhere(seed: int) -> None:
         assert fit.estimates[name].high < 1e-10, name
 
 
+@extensive
 @pytest.mark.slow
 def test_a_spool_at_once_is_bounded() -> None:
     """Of a spool that follows at once, with play: the play is found, the frequency is bounded.

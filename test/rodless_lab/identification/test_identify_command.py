@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from extent import some_of
+from extent import extensive, some_of
 from no_room import fill_up
 from quiet_stop import Quiet
 
@@ -125,6 +125,7 @@ def test_values_no_plant_takes_are_not_written() -> None:
         parameter_text([], [Finding("friction.forward.viscous", 2e5, {})])
 
 
+@extensive
 def test_ideal_sensors_narrow_the_interval(tmp_path: Path, write_bag) -> None:
     """Told that its sensors have no bias, the same bag gives F_c to a fraction of the width."""
     kind = SUBJECTS["friction"]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extent import also, some_of
+from extent import also, extensive, some_of
 from quiet_stop import Quiet
 
 from rodless_lab.cli import identify
@@ -83,6 +83,7 @@ def test_a_late_spool_is_found_out(values: dict[str, object]) -> None:
     assert verdict.cause.startswith(tuple(causes))
 
 
+@extensive
 def test_what_a_heated_rig_lacks_is_named_as_well() -> None:
     """Of identify heat: chambers without heat, which have no such coefficient, explain nothing."""
     run = measured("heat", {"valve.hysteresis": 4e-3})
@@ -122,6 +123,7 @@ def test_noisier_sensors_than_stated_are_said_to_be() -> None:
     assert said == pytest.approx(600.0, rel=0.05)
 
 
+@extensive
 @pytest.mark.parametrize(
     ("subject", "values", "cause"),
     [

@@ -11,11 +11,13 @@
 from pathlib import Path
 
 import pytest
+from extent import extensive
 
 from rodless_lab.bags.reader import Bag
 from rodless_lab.harness import RigSession, WaitTimeoutError
 
 
+@extensive
 def test_a_topic_that_nobody_publishes_is_named(tmp_path: Path, compiled: None) -> None:  # noqa: ARG001
     """The wait for it ends with its name and what to do."""
     session = RigSession(bag=tmp_path / "bag", bag_topics=["no/such/topic"], timeout=30.0)

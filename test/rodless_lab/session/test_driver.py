@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from extent import extensive
 from rclpy.node import Node
 from running import StartProcess, until_it_says
 from sensor_msgs.msg import JointState
@@ -88,6 +89,7 @@ def test_a_plant_that_begins_anew_ends_it(driver: NodeProcess, plant: Plant) -> 
     plant.close()
 
 
+@extensive
 def test_a_plant_that_is_silent_is_told_of_and_one_that_has_ended_ends_it(
     driver: NodeProcess, plant: Plant, observer: Observer
 ) -> None:

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extent import some_of
+from extent import also, some_of
 from rosgraph_msgs.msg import Clock
 from running import StartSession
 from sensor_msgs.msg import JointState
@@ -131,7 +131,7 @@ def test_a_killed_controller_can_be_started_again(rig_session: StartSession) -> 
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
 
 
-@pytest.mark.parametrize("one_process", [False, True])
+@pytest.mark.parametrize("one_process", some_of([False, True], 2))
 @pytest.mark.parametrize("killed", some_of([False, True], 2))
 def test_a_plant_that_ends_while_the_test_is_behind(
     rig_session: StartSession, one_process: bool, killed: bool
@@ -210,7 +210,7 @@ def test_a_restarted_plant_begins_a_new_run(rig_session: StartSession) -> None:
     assert np.array_equal(rig.samples(0).position[:20], rig.samples(1).position[:20])
 
 
-@pytest.mark.parametrize("kill_first", [False, True])
+@pytest.mark.parametrize("kill_first", some_of([True, False], 2))
 def test_a_restarted_plant_holds_the_answer_to_each_of_its_samples(
     rig_session: StartSession, kill_first: bool
 ) -> None:
@@ -274,7 +274,7 @@ def test_commands_sent_one_by_one_answer_a_sample_each(rig_session: StartSession
         rig.send_voltage(5.0)
 
 
-@pytest.mark.parametrize("process", ["plant", "controller"])
+@pytest.mark.parametrize("process", some_of(["plant", "controller"], 2))
 def test_a_relayed_run_after_a_restart_is_that_of_before(
     rig_session: StartSession, process: str
 ) -> None:
@@ -481,7 +481,7 @@ PROGRAM = """
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, also(signal.SIGTERM), signal.SIGKILL])
 def test_all_ends_when_the_test_is_ended_from_outside(number: int) -> None:
     """Ctrl-C, a CI's SIGTERM or SIGKILL on the test's process: no node is left behind."""
     with running(PROGRAM) as (program, pids):

@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
+from extent import extensive
 from sensor_msgs.msg import JointState
 
 from rodless_lab.harness import RigSession
@@ -26,6 +27,7 @@ DROOP = {"supply.droop": 1e4}
 RIPPLE = {"supply.ripple_amplitude": 1e3}
 
 
+@extensive
 @pytest.mark.slow
 def test_the_plant_goes_on_and_takes_the_change_once_it_is_compiled(tmp_path: Path) -> None:
     """With an empty cache: refused by a reason that says when to ask again, and then taken.

@@ -97,6 +97,7 @@ def test_the_template_test_can_fail(tmp_path: Path, run_pytest: RunPytest) -> No
     assert "output of rig 0: controller" in output
 
 
+@extensive
 def test_the_examples_of_the_page_run(tmp_path: Path, run_pytest: RunPytest) -> None:
     """Each block of Python in docs/harness.md that holds tests passes as it stands."""
     page = (ROOT / "docs" / "harness.md").read_text(encoding="utf-8")

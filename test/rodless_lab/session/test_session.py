@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from extent import also, extensive
 from running import StartSession
 from std_srvs.srv import Trigger
 
@@ -104,6 +105,7 @@ def test_telemetry_is_that_of_the_law_in_force(
     assert np.all(np.isnan([run.error, run.p, run.i, run.d, run.feedforward]))
 
 
+@extensive
 def test_a_topic_that_does_not_come_is_named() -> None:
     """A controller that publishes one term elsewhere: the wait says which topic is missing."""
     elsewhere = [*node_command("controller"), "-r", "/controller/error:=/elsewhere"]
@@ -599,7 +601,7 @@ def test_the_old_name_of_the_timeout_goes_on_working(rig_session: StartSession) 
     assert PatienceError is WaitTimeoutError
 
 
-@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+@pytest.mark.parametrize("mode", [also("lockstep"), "realtime"])
 def test_what_follows_a_command_goes_by_samples_from_then_on(
     rig_session: StartSession, mode: Mode
 ) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from extent import also
 
 from rodless_control import references
 from rodless_control.laws import law_class
@@ -62,7 +63,7 @@ def with_telemetry(controller: dict[str, object], **options: Any) -> RigSession:
     )
 
 
-@pytest.mark.parametrize("gone_from", [0.0, 0.05, DURATION])
+@pytest.mark.parametrize("gone_from", [also(0.0), 0.05, also(DURATION)])
 def test_a_reading_that_is_gone_at_the_end_ends_the_run_all_the_same(
     gone_from: float, tmp_path: Path
 ) -> None:

@@ -11,6 +11,7 @@
 import math
 
 import numpy as np
+from extent import extensive
 
 from rodless_control import references
 from rodless_lab import closed_loop
@@ -66,6 +67,7 @@ def options(draw: np.random.Generator) -> dict[str, dict[str, object]]:
     }
 
 
+@extensive
 def test_random_combinations_run_clean() -> None:
     """Two seconds of a step each: finite, within the stroke, pressures that a rig can have."""
     chosen_at_all: dict[str, int] = {}

@@ -17,6 +17,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from extent import extensive
 from fresh_rigs import RIGS, SEEDS, fresh, fresh_rigs
 
 from rodless_control import PidParameters
@@ -76,6 +77,7 @@ def test_the_rigs_are_those_that_the_gains_are_for() -> None:
         assert rig["sensors.position_noise"] == 2e-5
 
 
+@extensive
 @fresh
 def test_steps_end_at_the_target_and_stay(seed: int) -> None:
     """58 mm: to 0.2 mm in 0.35 s, within 50 µm, no overshoot over 0.2 mm; few hunt, valves rest."""

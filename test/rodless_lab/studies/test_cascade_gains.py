@@ -10,6 +10,7 @@
 
 import numpy as np
 import pytest
+from extent import extensive
 from fresh_rigs import controlled, fresh
 
 from rodless_lab.benchmark.laws.entries import tuned
@@ -26,6 +27,7 @@ def of_trial(trial: str, seed: int) -> Ensemble:
     return controlled(TRIALS[trial], seed, tuned("cascade").law)
 
 
+@extensive
 @fresh
 def test_a_step_settles_and_ends_at_the_target(seed: int) -> None:
     """58 mm: within 50 µm on 97 rigs, settled in 0.35 s and at most 0.2 mm beyond on 90."""

@@ -10,6 +10,7 @@
 
 import numpy as np
 import pytest
+from extent import extensive
 from fresh_rigs import SEEDS, controlled, fresh, fresh_rigs
 
 from rodless_control import PidParameters, references
@@ -30,6 +31,7 @@ def law() -> Law:
     return tuned("mode_switching").law
 
 
+@extensive
 @fresh
 @pytest.mark.parametrize(
     ("trial", "most", "worst"),

@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 import pytest
+from extent import extensive
 
 pytest.importorskip("nicegui")
 
@@ -97,6 +98,7 @@ with Server(lambda: None, "127.0.0.1", 0) as server:
 """
 
 
+@extensive
 def test_more_connections_than_files_make_a_line_and_the_pages_go_on() -> None:
     """Each try to take one was a line: 9,000 in a second. All end, and then a page is served."""
     done = run(CROWDED)

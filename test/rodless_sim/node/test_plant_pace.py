@@ -9,6 +9,7 @@
 """What running nodes say of themselves: ready, and whether plant time keeps up."""
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from extent import extensive
 from running import StartProcess, until_it_says
 from std_srvs.srv import SetBool, Trigger
 
@@ -18,6 +19,7 @@ from rodless_lab.session.observer import Observer
 IMPOSSIBLE = {"time.speed": 10.0, "time.period": 1e-4}
 
 
+@extensive
 def test_a_plant_that_cannot_keep_up_warns_once_and_shows_by_how_much(
     observer: Observer, start_node: StartProcess
 ) -> None:

@@ -202,7 +202,7 @@ SAID = ("check the leak.*, or give pressures", "tubes draw air from a chamber")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", some_of(range(len(KINDS)), 2))
+@pytest.mark.parametrize("kind", some_of(range(len(KINDS)), 4))
 def test_motion_stays_that_of_a_rig(kind: int) -> None:
     """Finite, within the stroke, pressures positive; what the instruments read is finite too.
 

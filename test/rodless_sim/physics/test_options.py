@@ -121,7 +121,7 @@ def run_is_clean(parameters: RigParameters, generator: np.random.Generator) -> f
     return float(np.ptp(run.position))
 
 
-@pytest.mark.parametrize("names", some_of(PAIRS, 4), ids=" and ".join)
+@pytest.mark.parametrize("names", some_of(PAIRS, 8), ids=" and ".join)
 def test_each_pair_runs(names: tuple[str, ...]) -> None:
     """Five rigs with both options, two seconds of closed loop each."""
     generator = np.random.default_rng([12, PAIRS.index(names)])

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from extent import also
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -176,7 +177,7 @@ class Apart:
                 self.step(voltage, end, False)
 
 
-@pytest.mark.parametrize("held", [True, False], ids=["held", "sliding"])
+@pytest.mark.parametrize("held", [also(True), False], ids=["held", "sliding"])
 def test_agrees_with_delay_differential_equations(held: bool) -> None:
     """5 µm and 100 Pa are wanted; 1 µm and 20 Pa it is, with jumps that arrive between samples."""
     parameters = RigParameters(HELD if held else TUBES)

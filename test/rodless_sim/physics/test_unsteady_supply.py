@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from extent import extensive
 from scipy.integrate import solve_ivp
 
 from rodless_base.parameters import ParameterError
@@ -201,6 +202,7 @@ def test_a_lost_supply_loses_ripple_and_receiver_too() -> None:
         assert rig.read().supply_pressure == pytest.approx(AMBIENT, abs=2.0)
 
 
+@extensive
 def test_rig_simulation_and_loop_have_the_same_bits() -> None:
     """With all that a supply can do, and tubes; and again after a reset."""
     values = {**RIPPLE, **DROOP, **COMPRESSOR, "tubes.model": "delay"}
