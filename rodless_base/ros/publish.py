@@ -78,6 +78,11 @@ class Outbox:
                 break
         return not self._waiting
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether no message waits."""
+        return not self._waiting
+
     def clear(self) -> bool:
         """Forget what waits, which does not count as lost; return whether anything did.
 

@@ -105,7 +105,7 @@ class ControllerNode:
         self._readiness = Readiness(self.node, self._watchdog)
         self.node.create_service(Trigger, "~/reset", self._reset)
         self.node.create_service(SetBool, "~/enable", self._enable)
-        self.node.make_safe = self._loop.stop
+        self.node.make_safe = self._make_safe
         self.node.create_timer(WATCH_PERIOD, self._poll, clock=steady_clock())
         self.node.get_logger().info(started_line(self.node, self._parameters.values))
 
@@ -143,8 +143,7 @@ class ControllerNode:
 
     def _change_law(self, values: ControllerParameters) -> None:
         """Make another law, which may take seconds: meanwhile the valve is closed."""
-        if self._inputs.subscribed and not self._watchdog.in_lockstep:
-            self._answers.close_valve()
+        self._close_valve_at_once()
         telemetry = self._answers.telemetry
         try:
             telemetry.offer(values.LAW_CLASS.TERMS)
@@ -157,6 +156,15 @@ class ControllerNode:
         self.node.get_logger().info(
             f"law {values.text(LAW)} in place of {before}: {resumes(values)}"
         )
+
+    def _close_valve_at_once(self) -> None:
+        """Close it by a command that no sample asks for; in lock-step each answers one."""
+        if self._inputs.subscribed and not self._watchdog.in_lockstep:
+            self._answers.close_valve()
+
+    def _make_safe(self, reason: str) -> None:
+        self._loop.stop(reason)
+        self._close_valve_at_once()
 
     def _take_sample(self, measurement: Measurement, info: Info) -> None:
         self._watchdog.arrive()
@@ -193,6 +201,8 @@ class ControllerNode:
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         begins = self._answers.enable(request.data)
+        if not request.data:  # the next sample may be long in coming
+            self._close_valve_at_once()
         failed = self._answers.failure if request.data else None
         response.success = failed is None
         response.message = failed or DISABLED

@@ -8,6 +8,7 @@
 
 """The controller node's subscriptions: positions, and pressures of the same stamp where wanted."""
 
+from collections import deque
 from collections.abc import Callable
 
 from rclpy.node import Node
@@ -46,6 +47,8 @@ class Inputs:
         self._pressures: dict[str, Subscription | None] = {}
         self._position_reader = PositionReader()
         self._awaited = False  # pressures, which are subscribed to while positions come
+        # Stamps (ns) of positions that were answered while pressures were awaited.
+        self._answered: deque[int] = deque(maxlen=QUEUE_DEPTH)
         self._incomplete = 0
         self.without_joint = 0
         self.subscribed = False
@@ -53,6 +56,7 @@ class Inputs:
 
     def _expect(self, pressures: bool) -> None:
         self._pressures = dict.fromkeys(PRESSURES if pressures else ())
+        self._answered.clear()
         self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
 
     @property
@@ -114,14 +118,23 @@ class Inputs:
         """Take the first measurement that its position completes; until then positions alone."""
         measurement = self._synchronizer.put("position", *position)
         if measurement is None:
+            self._answered.append(position[0])
             self._take_position(position[0])
             return
-        self._awaited = False
-        self._incomplete -= self._synchronizer.incomplete  # those were answered
+        self._pressures_are_here()
         self._take(measurement, info)
 
     def _put(self, field: str, reading: Reading, info: Info) -> None:
         measurement: Measurement | None = self._synchronizer.put(field, *reading)
-        # While pressures are awaited, a position that they complete has been answered.
-        if measurement is not None and not self._awaited:
+        if measurement is None:
+            return
+        if self._awaited:
+            self._pressures_are_here()
+        if measurement.stamp in self._answered:
+            self._answered.remove(measurement.stamp)
+        else:
             self._take(measurement, info)
+
+    def _pressures_are_here(self) -> None:
+        self._awaited = False
+        self._incomplete -= self._synchronizer.incomplete  # those were answered

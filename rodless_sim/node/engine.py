@@ -134,14 +134,15 @@ class Engine:
             self._failure = f"{reason}; valve closed, reset to go on"
             self.command.reset()
 
-    def reset(self) -> None:
-        """Return to the start, forget the command, hand out sample 0."""
+    def reset(self, offer: bool = True) -> None:
+        """Return to the start, forget the command, hand out sample 0 unless not to ``offer``."""
         with self._lock:
             self._failure = None
             self.command.reset()
             self.rig.reset()
             self._follow()
-            self._hand_out()
+            if offer:
+                self._hand_out()
 
     def _hand_out(self) -> None:
         self._publish(self.rig.read(), self.rig.state)

@@ -49,8 +49,8 @@ class Equations:
         """Nothing runs yet; ``say`` is told what becomes of it."""
         self._say = say
         self._compiling: Compiling | None = None
-        # Why another process could not do it, until somebody has been told.
-        self._failure = ""
+        # Why another process could not do it, and for what, until somebody has been told.
+        self._failure, self._failed = "", frozenset[Kind]()
         # What the plant need not wait for, and what it has to wait for after a failure.
         self._done: set[Kind] = set()
 
@@ -90,11 +90,11 @@ class Equations:
                 f"{names} wants other equations of the plant, which another process compiles in "
                 "about a minute, once on a machine; set it again then"
             )
-        failure, self._failure = self._failure, ""
-        if failure:
+        if not self._failed.isdisjoint(map(kind_of, ahead)):
+            self._failed = frozenset()
             raise ParameterError(
                 f"{names}: refused, another process could not compile the plant's equations for it "
-                f"({failure}); set again, it makes the plant stand still for about a minute"
+                f"({self._failure}); set again, it makes the plant stand still for about a minute"
             )
         self._load(rig.parameters, new)
 
@@ -124,8 +124,8 @@ class Equations:
         if all(map(is_compiled, wanted)):
             self._say(f"{names}: compiled, and can be set now")
             return
-        self._done.update(map(kind_of, wanted))
-        self._failure = words
+        self._failure, self._failed = words, frozenset(map(kind_of, wanted))
+        self._done |= self._failed
         self._say(f"{names}: not compiled: {self._failure}")
 
     def close(self) -> None:

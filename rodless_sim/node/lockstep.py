@@ -325,9 +325,24 @@ class Lockstep(TimeKeeper):
         self._reset_wanted = False
         self._answer = None
         self._withdraw()
-        self._engine.reset()
-        self._has_offered()
-        self._first_offer = self._last_event
+        offer = self._started or self._knows_who_answers()
+        self._engine.reset(offer)
+        if offer:
+            self._has_offered()
+            self._first_offer = self._last_event
+
+    def _knows_who_answers(self) -> bool:
+        """Whether a sample that goes out before the run begins can be told to have been answered.
+
+        Not to several: the one that is left would owe an answer that another's account has. One
+        that was offered nothing before begins an account with it.
+        """
+        self._look_who_commands()
+        if self._crowd.is_here or len(self._present) > 1:
+            return False
+        if self._present and not share_a_node(self._offered_to, self._present):
+            self._own, self._offered_to = Account(), self._present
+        return True
 
     def _step(self) -> None:
         voltage, self._answer = self._answer, None

@@ -144,8 +144,9 @@ class PlantNode:
         tell_time(self._clock, self._engine.rig.nanoseconds)
         self._publishers.poll()
         self._time.poll()
-        if self._time.paused:
-            # A paused simulation shows that it lives, and what time it is to whoever joins.
+        if self._time.paused and self._publishers.outbox.is_empty:
+            # A paused simulation shows that it lives, and what time it is to whoever joins. Not
+            # where a reader is held for: ticks would push its sample out of what waits.
             self._publishers.clock.publish(self._engine.rig.nanoseconds)
         self._follow_scenario()
         self._equations.poll()

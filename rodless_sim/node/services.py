@@ -34,7 +34,7 @@ class PlantServices:
         node.create_service(Trigger, "~/reset", self._reset)
         node.create_service(SetBool, "~/pause", self._pause)
         node.create_service(Trigger, "~/step", self._step)
-        offer_standard_services(node, time)
+        offer_standard_services(node, time, was_reset, was_paused)
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True

@@ -8,6 +8,7 @@
 
 """The standard `simulation_interfaces` services, where that package is installed."""
 
+from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any, Protocol
 
@@ -23,6 +24,10 @@ class Simulation(Protocol):
     @property
     def paused(self) -> bool:
         """Whether plant time stands still by request."""
+
+    @property
+    def ending(self) -> str | None:
+        """Why plant time stands still until a reset; None where it does not."""
 
     @property
     def at_start(self) -> bool:
@@ -42,22 +47,38 @@ class Simulation(Protocol):
         """Return to the start; say when that takes effect."""
 
 
-def offer_standard_services(node: Node, simulation: Simulation) -> bool:
-    """Offer the services below ``node``'s name; return whether the package is there."""
+def offer_standard_services(
+    node: Node,
+    simulation: Simulation,
+    was_reset: Callable[[], None],
+    was_paused: Callable[[], None],
+) -> bool:
+    """Offer the services below ``node``'s name; return whether the package is there.
+
+    They call ``was_reset`` and ``was_paused`` (or resumed) before answering.
+    """
     if find_spec("simulation_interfaces") is None:
         return False
-    StandardServices(node, simulation)
+    StandardServices(node, simulation, was_reset, was_paused)
     return True
 
 
 class StandardServices:
     """Features, state, step and reset as simulation_interfaces 1.x defines them."""
 
-    def __init__(self, node: Node, simulation: Simulation) -> None:
+    def __init__(
+        self,
+        node: Node,
+        simulation: Simulation,
+        was_reset: Callable[[], None],
+        was_paused: Callable[[], None],
+    ) -> None:
         """Create the services."""
         from simulation_interfaces import msg, srv  # noqa: PLC0415  optional
 
         self._simulation = simulation
+        self._was_reset = was_reset
+        self._was_paused = was_paused
         self._msg = msg
         self._srv = srv
         for kind, name, answer in (
@@ -101,14 +122,25 @@ class StandardServices:
         wanted = request.state.state
         response.result = self._result()
         if wanted in (state.STATE_PLAYING, state.STATE_PAUSED):
-            self._simulation.pause(wanted == state.STATE_PAUSED)
+            self._pause(wanted == state.STATE_PAUSED)
+            ending = self._simulation.ending
+            if wanted == state.STATE_PLAYING and ending is not None:
+                response.result = self._result(self._msg.Result.RESULT_OPERATION_FAILED, ending)
         elif wanted == state.STATE_STOPPED:
-            self._simulation.pause(True)
-            self._simulation.reset()
+            self._pause(True)
+            self._begin_anew()
         else:
             unsupported = self._msg.Result.RESULT_FEATURE_UNSUPPORTED
             response.result = self._result(unsupported, f"state {wanted} is not supported")
         return response
+
+    def _pause(self, paused: bool) -> None:
+        self._simulation.pause(paused)
+        self._was_paused()
+
+    def _begin_anew(self) -> None:
+        self._simulation.reset()
+        self._was_reset()
 
     def _step(self, request: Any, response: Any) -> Any:
         result = self._msg.Result
@@ -133,7 +165,7 @@ class StandardServices:
         whole = kind.SCOPE_TIME | kind.SCOPE_STATE
         response.result = self._result()
         if request.scope == kind.SCOPE_DEFAULT or request.scope & whole == whole:
-            self._simulation.reset()
+            self._begin_anew()
         else:
             unsupported = self._msg.Result.RESULT_FEATURE_UNSUPPORTED
             text = "time and state can only be reset together"

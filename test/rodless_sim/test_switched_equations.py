@@ -300,6 +300,25 @@ def test_what_cannot_be_compiled_elsewhere_is_said_and_refused_once(
     tried.require(rig, {"supply.pressure": 6e5})
 
 
+def test_what_was_not_compiled_keeps_no_other_change_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A failure is told to whoever sets what failed, and to nobody else."""
+    monkeypatch.setattr(equations, "is_compiled", lambda _: False)
+    monkeypatch.setattr(equations, "compile_changes", lambda *_: None)
+    monkeypatch.setattr(
+        equations, "compile_elsewhere", lambda *_: ended("raise SystemExit('no room')")
+    )
+    tried, rig = equations.Equations(lambda _: None), Rig()
+    tried.load(rig.parameters, [])
+    droop, heat = {"supply.droop": 1e4}, {"chambers.thermodynamics": "energy_balance"}
+    with pytest.raises(NotYetError):
+        tried.require(rig, droop)
+    tried.poll()
+    monkeypatch.setattr(equations, "is_compiled", lambda _: True)
+    tried.require(rig, heat)
+    with pytest.raises(ParameterError, match="no room"):
+        tried.require(rig, droop)
+
+
 def test_without_another_process_the_change_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a reason, and not as a failure of the plant."""
 

@@ -197,6 +197,40 @@ def test_until_pressures_come_positions_are_answered_by_a_closed_valve(bench: Be
     assert len(bench.commands) == 5  # one by the change
 
 
+def test_disabled_or_after_an_error_of_its_own_it_closes_the_valve_at_once(bench: Bench) -> None:
+    """No sample need come first: its source may be what has gone."""
+    bench.take(Measurement(1, 0.05))
+    for make_safe in (
+        lambda: bench.controller._enable(SetBool.Request(data=False), SetBool.Response()),
+        lambda: bench.controller.node.make_safe("a test"),
+    ):
+        bench.commands.clear()
+        make_safe()
+        assert bench.commands == [pack_float64(NEUTRAL)]
+
+
+def test_pressures_that_always_come_after_their_position_reach_the_law(bench: Bench) -> None:
+    """The first position is answered by a closed valve, with it the one before its pressures.
+
+    All later ones by the law, once each; those answered are not counted as incomplete.
+    """
+    assert bench.change({LAW: "state_feedback"}) is None
+    bench.commands.clear()
+    bench.take_position(1, 0.05)
+    bench.take_position(2, 0.05)
+    assert bench.commands == [pack_float64(NEUTRAL)] * 2
+    bench.take_pressures(1)
+    bench.take_pressures(2)
+    assert len(bench.commands) == 2
+    for sample in range(3, 6):
+        bench.take_position(sample, 0.05)
+        assert len(bench.commands) == sample - 1
+        bench.take_pressures(sample)
+        assert len(bench.commands) == sample
+    assert bench.controller._loop.law.memory is not None
+    assert bench.controller._inputs.incomplete == 0
+
+
 def test_a_law_that_fails_again_is_reported_again_and_not_enabled(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:

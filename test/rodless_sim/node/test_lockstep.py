@@ -200,6 +200,59 @@ def test_reset_without_a_controller_is_immediate() -> None:
     assert bench.times == [0, 1, 0, 0, 1]
 
 
+@pytest.mark.parametrize("early", [False, True])
+@pytest.mark.parametrize("numbered", [False, True])
+def test_reset_before_the_run_begins_costs_no_command_its_sample(
+    early: bool, numbered: bool
+) -> None:
+    """The commander has sample 0 from the reset and from the start, and answers it twice.
+
+    Before or after the recorder is there that the run waits for: each voltage says what sample it
+    answers, and moves the carriage from there on.
+    """
+    bench = Bench()
+    bench.listeners = False
+    acted: list[float] = []
+    receive = bench.engine.receive
+    bench.engine.receive = lambda voltage: (acted.append(voltage), receive(voltage))[1]  # type: ignore[method-assign]
+    bench.plant.poll()
+    bench.plant.reset()
+    answered = 0
+
+    def answer() -> None:
+        nonlocal answered
+        for _ in range(len(bench.samples) - answered):
+            answered += 1
+            sample = bench.times[answered - 1]
+            bench.plant.receive(5.0 + 1e-3 * sample, answered if numbered else None)
+
+    if early:
+        answer()
+    bench.listeners = True
+    bench.plant.poll()
+    for _ in range(4):
+        answer()
+    assert bench.times == [0, 0, 1, 2, 3, 4][: len(bench.times)]
+    assert len(acted) >= 3
+    assert acted == pytest.approx([5.0 + 1e-3 * sample for sample in range(len(acted))])
+
+
+def test_reset_beside_two_commanders_offers_nothing_to_either() -> None:
+    """The one that is left gets sample 0 once the run begins, and owes one answer."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.commanders = ["first", "second"]
+    bench.plant.poll()
+    bench.plant.reset()
+    assert bench.times == [0]
+    bench.commanders = ["second"]
+    bench.plant.poll()
+    bench.clock += 2.0 * DRAINED
+    bench.plant.poll()
+    bench.plant.receive(6.0)
+    assert bench.times == [0, 0, 1]
+
+
 def test_silence_is_reported_and_the_run_goes_on_afterwards() -> None:
     """Without a command for the timeout the plant holds and says so, then takes up the run."""
     bench = Bench()

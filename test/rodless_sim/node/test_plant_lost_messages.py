@@ -88,3 +88,28 @@ def test_a_message_that_cannot_be_sent_does_not_silence_a_plant_in_real_time(
         assert plant._publishers.outbox.lost == 0
     stamps = [stamp_nanoseconds(sample.header.stamp) for sample in samples]
     assert stamps == list(range(stamps[0], stamps[0] + 1_000_000 * len(stamps), 1_000_000))
+
+
+def test_ticks_of_a_paused_plant_push_no_sample_out_of_what_waits(
+    context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While a reader has stopped reading none is added; before and after, time is shown."""
+    plant = plant_node.PlantNode(context=context)
+    ticks: list[int] = []
+    outbox = plant._publishers.outbox
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(plant._publishers.clock, "publish", ticks.append)
+            plant._time.pause(True)
+            plant._poll()
+            assert len(ticks) == 1
+            patch.setattr(publish, "_is_published", lambda *_: False)
+            outbox.send(plant._publishers.clock, JointState())
+            plant._poll()
+            assert len(ticks) == 1
+            patch.setattr(publish, "_is_published", lambda *_: True)
+            outbox.flush()
+            plant._poll()
+            assert len(ticks) == 2
+    finally:
+        plant.close()

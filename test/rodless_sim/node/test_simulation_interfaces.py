@@ -79,7 +79,13 @@ class Services:
             lambda: 0.0,
         )
         self.plant.poll()
-        StandardServices(self, self.plant)
+        self.told: list[str] = []
+        StandardServices(
+            self,
+            self.plant,
+            lambda: self.told.append("reset"),
+            lambda: self.told.append("paused or not"),
+        )
 
     def create_service(self, _kind: object, name: str, answer: Callable[[Any, Any], Any]) -> None:
         """Keep what a node would offer."""
@@ -113,7 +119,7 @@ def services(monkeypatch: pytest.MonkeyPatch) -> Services:
 def test_without_the_package_nothing_is_offered(monkeypatch: pytest.MonkeyPatch) -> None:
     """No service, no word, no error."""
     monkeypatch.setattr("rodless_sim.node.simulation_interfaces.find_spec", lambda _: None)
-    assert offer_standard_services(None, None) is False
+    assert offer_standard_services(None, None, None, None) is False
 
 
 def test_features_are_those_that_work(services: Services) -> None:
@@ -137,6 +143,29 @@ def test_states_follow_each_other(services: Services) -> None:
     services.plant.receive(6.0)
     assert services.state == PLAYING
     assert services.samples == [0, 1, 0, 1]
+
+
+def test_diagnostics_hear_of_what_is_done(services: Services) -> None:
+    """As by ~/reset and ~/pause: a new run has no faults of the one before."""
+    services.call("reset_simulation", scope=0)
+    services.set_state(PAUSED)
+    services.set_state(STOPPED)
+    assert services.told == ["reset", "paused or not", "paused or not", "reset"]
+    services.call("reset_simulation", scope=TIME)
+    services.set_state(QUITTING)
+    assert len(services.told) == 4
+
+
+def test_a_plant_that_has_failed_does_not_play(services: Services) -> None:
+    """Until it is reset; the answer says why, as that of ~/pause does."""
+    services.plant._engine.fail("it broke")
+    wanted = SimpleNamespace(state=PLAYING)
+    result = services.call("set_simulation_state", state=wanted).result
+    assert result.result == FAILED
+    assert "stands still: it broke" in result.error_message
+    services.call("reset_simulation", scope=0)
+    services.plant.receive(5.0)  # a reset waits for the answer that is under way
+    assert services.set_state(PLAYING) == OK
 
 
 def test_other_states_are_refused(services: Services) -> None:
