@@ -85,6 +85,8 @@ PARALLEL := -n auto $(BY_FILE)
 # Tests with nodes wait for a third of their time: one more than there are cores, and 4 at most.
 WITH_NODES := -n $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 3 ? cores + 1 : 4))) $(BY_FILE)
 
+HANGING = -o faulthandler_timeout=$(LONGEST) -o faulthandler_exit_on_timeout=true
+
 # One thread each for numpy's linear algebra, whose own would crowd out the other tests: identification
 # takes half the time.
 test test-fast test-lowest fuzz mutation: export OPENBLAS_NUM_THREADS = 1
@@ -97,11 +99,13 @@ test test-fast: export PYTHONDONTWRITEBYTECODE =
 # ROS domain of its own. A ROS test that fails gets further tries, with a rig of its own, and stands
 # with what failed in the summary as RERUN.
 # The coverage data has a folder of its own, so that two runs at once do not mix theirs.
+# A test that takes a quarter of an hour hangs, in compiled code too: its process shows where, and ends.
+test: LONGEST = 900
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \
-	$(VENV)/bin/python -m pytest $(PARALLEL) -m "not ros" --cov --cov-report= && \
-	$(VENV)/bin/python -m pytest $(WITH_NODES) -m ros --reruns 3 --rerun-show-tracebacks \
+	$(VENV)/bin/python -m pytest $(PARALLEL) $(HANGING) -m "not ros" --cov --cov-report= && \
+	$(VENV)/bin/python -m pytest $(WITH_NODES) $(HANGING) -m ros --reruns 3 --rerun-show-tracebacks \
 	--cov --cov-append --cov-report=term:skip-covered --cov-fail-under=$(COVERAGE_FLOOR) && \
 	echo 'Of them rodless_base, rodless_sim and rodless_control:' && \
 	$(VENV)/bin/python -m coverage report --skip-covered \
@@ -111,6 +115,7 @@ test: test-tools
 # The same with all cases and draws, of which `make test` leaves out some that take long.
 test-extensive: export RODLESS_EXTENSIVE = 1
 test-extensive: export ALSO_COVERED = rodless_lab
+test-extensive: LONGEST = 7200
 test-extensive: test
 
 # For the edit-run loop: no nodes, nothing slow, no coverage.

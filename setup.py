@@ -41,7 +41,7 @@ DOCS_REQUIREMENTS = [
 ]
 
 TEST_REQUIREMENTS = [
-    "pytest",
+    "pytest>=9.0",  # ends a test that hangs in compiled code (faulthandler_exit_on_timeout)
     "pytest-cov",
     "pytest-xdist>=3.7",  # tests use every core, files of slow ones first (--no-loadscope-reorder)
     "pytest-rerunfailures>=16.3",  # a crowded machine may keep two processes apart for minutes
