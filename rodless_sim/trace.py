@@ -239,16 +239,23 @@ def run_open_loop(
         spool = spool_of(course)
         if fault != 0:
             return rows, state, spool, k, fault
-    last = arriving(plant.drive, voltages, voltages.size - 1, period, closed)[1]
-    course = course_at(plant, spool, last)
+    # The last voltage is held: what arrives as the run ends has arrived.
+    held = np.append(voltages, voltages[-1])
+    course = course_at(plant, spool, arriving(plant.drive, held, voltages.size, period, closed)[0])
     record(plant, state, course, inflows(plant, course, state), rows[-1])
     return rows, state, spool, voltages.size, 0
 
 
 def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
     """Name the columns of ``rows``, sampled every ``period`` ns: shape (n, k) as :func:`record`."""
-    columns = dict(zip(columns_of(plant), rows.T.copy(), strict=True))
-    area = plant.cylinder.piston_area
+    return named_trace(columns_of(plant), plant.cylinder.piston_area, period, voltage, rows)
+
+
+def named_trace(
+    names: Sequence[str], area: float | Array, period: int, voltage: Array, rows: Array
+) -> Trace:
+    """Name the columns of ``rows``: shape (n, k); the piston's ``area`` (m²) may change."""
+    columns = dict(zip(names, rows.T.copy(), strict=True))
     return Trace(
         time=sample_times(len(rows), period),
         voltage=voltage,
@@ -258,8 +265,13 @@ def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
 
 
 def columns_of_states(states: Sequence[State], period: int) -> dict[str, Array]:
-    """Return the fields of states that are ``period`` ns apart, the first at 0, as arrays."""
+    """Return the fields of states that are ``period`` ns apart, the first at 0, as arrays.
+
+    NaN where a state has not what another one has: a rig may change its equations in mid-run.
+    """
+    names = dict.fromkeys(name for state in states for name in state._fields)
     columns = {
-        name: np.array([getattr(state, name) for state in states]) for name in states[0]._fields
+        name: np.array([getattr(one, name) if name in one._fields else np.nan for one in states])
+        for name in names
     }
     return {**columns, "time": sample_times(len(states), period)}

@@ -9,7 +9,7 @@
 """Rig and control law in one loop, without ROS: compiled, or step by step for a law in Python."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import cache
 from types import MappingProxyType
@@ -55,9 +55,12 @@ from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.scenario import AnyScenario
 from rodless_sim.timing import nanoseconds, sample_times, step_nanoseconds
-from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
+from rodless_sim.trace import MOST_COLUMNS, columns_of, named_trace, read_only, record
 
 Array = npt.NDArray[np.float64]
+
+# What a trace has beside the columns of a run's rows.
+GIVEN = {"time", "voltage", "force"}
 
 # What the node takes for a reference, too.
 REACH = ControllerParameters.DECLARATIONS["reference.target"]
@@ -381,14 +384,15 @@ def refuse_beyond_any_rig(positions: Array, times: Array) -> None:
 class LoopRun(NamedTuple):
     """What a loop leaves of a run, one row per sample."""
 
-    plant: Plant
+    names: Sequence[str]  # of the columns of rows
+    areas: float | Array  # of the piston, m²
     rows: Array  # shape (n, k): as :func:`rodless_sim.trace.record`, as read
     commands: Array  # shape (n, m): voltage (V), the law's terms, true position (m)
 
     @property
     def flows(self) -> int:
         """The column of ``rows`` with the mass flow into A; that into B follows."""
-        return columns_of(self.plant).index("mass_flow_a")
+        return self.names.index("mass_flow_a")
 
 
 class Loop:
@@ -467,7 +471,7 @@ class Loop:
                 f"at {self.times[done]:g} s: {law_name(self.law)} answered {commands[done, 0]!s} "
                 "V: must be a finite number"
             )
-        return LoopRun(plant, rows, commands)
+        return LoopRun(columns_of(plant), plant.cylinder.piston_area, rows, commands)
 
     def _run_stepped(
         self, rig_parameters: RigParameters, position: float | None, scenario: AnyScenario | None
@@ -478,13 +482,17 @@ class Loop:
         law = copy(self.law) if self.compiled else self.law
         law.reset()
         run = run_stepped(rig, law, self.references, self._span)
-        rows = np.column_stack([run.columns[name] for name in columns_of(rig.plant)])
-        return LoopRun(rig.plant, rows, np.column_stack([run.commands, run.true_position]))
+        # The usual ones in their order, and those that the rig had for a while.
+        names = list(dict.fromkeys([*columns_of(rig.plant), *run.columns]))
+        names = [name for name in names if name in run.columns and name not in GIVEN]
+        rows = np.column_stack([run.columns[name] for name in names])
+        commands = np.column_stack([run.commands, run.true_position])
+        return LoopRun(names, run.areas, rows, commands)
 
     def traced(self, run: LoopRun) -> ClosedLoopTrace:
         """Return a run as named columns."""
         voltage, *terms, position = run.commands.T.copy()
-        found = trace(run.plant, self._span, voltage, run.rows)
+        found = named_trace(run.names, run.areas, self._span, voltage, run.rows)
         named = ClosedLoopTrace(
             position,
             **found.columns(),

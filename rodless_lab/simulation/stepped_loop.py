@@ -46,6 +46,7 @@ class SteppedRun(NamedTuple):
     columns: dict[str, Array]
     commands: Array  # shape (n, 1 + terms): V, and the law's terms
     true_position: Array  # m
+    areas: Array  # of the piston, m²
 
 
 def run_stepped(rig: Rig, law: Law, references: Array, period: int) -> SteppedRun:
@@ -57,18 +58,20 @@ def run_stepped(rig: Rig, law: Law, references: Array, period: int) -> SteppedRu
     answers = Answers(law)
     seen: list[Measurement] = []
     states: list[State] = []
+    areas = np.empty(len(references))
     commands = np.empty((len(references), 1 + len(law.TERMS)))
     for k, reference in enumerate(references):
         seen.append(rig.read())
         commands[k] = answers.answer(seen[k], ReferencePoint(*reference.tolist()))
         states.append(rig.command(commands[k, 0]))
+        areas[k] = rig.plant.cylinder.piston_area
         # A run ends with its last sample: nobody sees what comes after it.
         if k + 1 < len(references):
             rig.advance(commands[k, 0], period * SECONDS_PER_NANOSECOND)
     columns = columns_of_states(states, period)
     true_position = columns["position"]
     columns |= {name: np.array([getattr(one, name) for one in seen]) for name in READ}
-    return SteppedRun(columns, commands, true_position)
+    return SteppedRun(columns, commands, true_position, areas)
 
 
 class Answers:

@@ -16,6 +16,7 @@ from types import SimpleNamespace
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -300,9 +301,10 @@ def test_a_fresh_diagnostic_comes_after_it_was_asked_for(observer: Observer, nod
     observer.wait(publisher.get_subscription_count, "the observer to listen")
     publish(1)
     assert observer.counter("/late", "count") == 1.0
-    # Within one process DDS puts a message into the reader's queue before publish() returns.
     for count in (2, 3, 4):
         publish(count)
+    # They are in the reader's queue, and have not been taken.
+    assert publisher.wait_for_all_acked(Duration(seconds=30))
     # Timers run while the observer waits.
     later = iter(range(100, 100_000))
     timer = node.create_timer(0.01, lambda: publish(next(later)))

@@ -16,7 +16,7 @@ from rodless_base.measurement import Measurement
 from rodless_control import PidParameters, ReferencePoint, references
 from rodless_control.controller import Law, LawError
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace, closed_loop
-from rodless_sim import RigParameters, Scenario
+from rodless_sim import RigParameters, Scenario, simulate
 from rodless_sim.instruments.instruments import DATA_SHEET
 
 STEP = references.step(0.0, 0.058, at=0.1)
@@ -122,3 +122,39 @@ def test_a_law_that_answers_nonsense_is_named_with_the_time() -> None:
     """As in the compiled loop."""
     with pytest.raises(LawError, match=r"at 0\.001 s: law .* answered nan V"):
         run(scenario=NEVER, law=lambda m, _: float("nan") if m.stamp else 5.0)  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    "entries",
+    [
+        [(0.002, {"supply.droop": 1e7})],
+        [(0.002, {"supply.droop": 1e7}), (0.004, {"supply.droop": 0.0})],
+    ],
+    ids=["on", "on and off"],
+)
+def test_a_droop_of_a_while_is_in_the_trace(entries: list[tuple[float, dict[str, object]]]) -> None:
+    """The supply's pressure where it is a state, NaN elsewhere; as an open loop has it."""
+    found = closed_loop(
+        RigParameters(), PidParameters(), STEP, 6e-3, 1e-3, scenario=Scenario(entries)
+    )
+    end = 0.0041 if len(entries) == 2 else 0.1
+    droops = (found.time > 0.0019) & (found.time < end - 1e-4)
+    assert np.array_equal(np.isfinite(found.supply_pressure), droops)
+    open_loop = simulate(
+        RigParameters(), found.voltage[:-1], 1e-3, scenario=Scenario(entries)
+    ).columns()
+    assert open_loop.keys() <= found.columns().keys()
+    for name, column in open_loop.items():
+        assert np.array_equal(column, found.columns()[name], equal_nan=True), name
+
+
+def test_force_is_that_of_the_bore_of_its_time() -> None:
+    """A scenario makes the piston larger; the one before had its own area."""
+    voltage = Scenario([(0.3, {"cylinder.bore": 0.03})])
+    found = closed_loop(RigParameters(), PidParameters(), STEP, 0.6, 1e-3, scenario=voltage)
+    difference = found.pressure_a - found.pressure_b
+    pulls = np.abs(difference) > 1e3
+    area = np.pi / 4 * np.where(found.time < 0.2995, 0.025, 0.03) ** 2
+    assert found.force[pulls] == pytest.approx((area * difference)[pulls])
+    assert pulls[found.time < 0.29].any()
+    assert pulls[found.time > 0.31].any()

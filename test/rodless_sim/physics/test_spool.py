@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rodless_sim import Rig, RigParameters, SimulationError, State, simulate
+from rodless_sim import Rig, RigParameters, Scenario, SimulationError, State, simulate
 from rodless_sim.physics.course import Course, course_at
 from rodless_sim.physics.dead_time import arriving
 from rodless_sim.physics.equations import inflows, sliding_rates
@@ -260,3 +260,15 @@ def test_steps_keep_their_order_while_the_openings_move(
     # Beside what constant openings would leave, the error is small altogether.
     assert error(4e-4) < 5.0
     assert 12.0 < error(4e-4) / error(2e-4) < 20.0
+
+
+@pytest.mark.parametrize("periods", [1, 2, 9])
+def test_what_arrives_as_a_run_ends_is_in_its_last_sample(periods: int) -> None:
+    """A dead time of whole periods: flows and all, the run is that of single steps to its end."""
+    rig = RigParameters({"valve.dead_time": periods * 1e-3})
+    voltages = 5.2 + 0.3 * np.arange(12.0)
+    whole = simulate(rig, voltages, 1e-3).columns()
+    stepped = simulate(rig, voltages, 1e-3, scenario=Scenario([])).columns()
+    assert whole.keys() == stepped.keys()
+    for name, column in whole.items():
+        assert np.array_equal(column, stepped[name]), name
