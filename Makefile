@@ -85,6 +85,8 @@ PARALLEL := -n auto $(BY_FILE)
 # Tests with nodes wait for a third of their time: one more than there are cores, and 4 at most.
 WITH_NODES := -n $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 3 ? cores + 1 : 4))) $(BY_FILE)
 
+# A test that takes so many s hangs, in compiled code too: its process shows where, and ends.
+LONGEST = 900
 HANGING = -o faulthandler_timeout=$(LONGEST) -o faulthandler_exit_on_timeout=true
 
 # One thread each for numpy's linear algebra, whose own would crowd out the other tests: identification
@@ -99,8 +101,6 @@ test test-fast: export PYTHONDONTWRITEBYTECODE =
 # ROS domain of its own. A ROS test that fails gets further tries, with a rig of its own, and stands
 # with what failed in the summary as RERUN.
 # The coverage data has a folder of its own, so that two runs at once do not mix theirs.
-# A test that takes a quarter of an hour hangs, in compiled code too: its process shows where, and ends.
-test: LONGEST = 900
 test: test-tools
 	@scratch=$$(mktemp -d) && trap 'rm -rf "$$scratch"' EXIT && \
 	export COVERAGE_FILE="$$scratch/coverage" && \

@@ -733,7 +733,8 @@ def simulate(
     )
     if fault:
         raise simulation_error(fault, done * span * SECONDS_PER_NANOSECOND, state, spool)
-    return trace(plant, span, np.append(commands, commands[-1]), rows)
+    held = np.append(commands, commands[-1])
+    return trace(columns_of(plant), plant.cylinder.piston_area, span, held, rows)
 
 
 def _refuse_too_many(voltages: object, plant: Plant) -> None:

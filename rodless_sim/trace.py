@@ -246,15 +246,13 @@ def run_open_loop(
     return rows, state, spool, voltages.size, 0
 
 
-def trace(plant: Plant, period: int, voltage: Array, rows: Array) -> Trace:
-    """Name the columns of ``rows``, sampled every ``period`` ns: shape (n, k) as :func:`record`."""
-    return named_trace(columns_of(plant), plant.cylinder.piston_area, period, voltage, rows)
-
-
-def named_trace(
+def trace(
     names: Sequence[str], area: float | Array, period: int, voltage: Array, rows: Array
 ) -> Trace:
-    """Name the columns of ``rows``: shape (n, k); the piston's ``area`` (m²) may change."""
+    """Name the columns of ``rows``, sampled every ``period`` ns: shape (n, k).
+
+    The piston's ``area`` (m²) is one, or one for each row.
+    """
     columns = dict(zip(names, rows.T.copy(), strict=True))
     return Trace(
         time=sample_times(len(rows), period),
@@ -269,7 +267,8 @@ def columns_of_states(states: Sequence[State], period: int) -> dict[str, Array]:
 
     NaN where a state has not what another one has: a rig may change its equations in mid-run.
     """
-    names = dict.fromkeys(name for state in states for name in state._fields)
+    kinds = {type(state): state._fields for state in states}
+    names = dict.fromkeys(name for fields in kinds.values() for name in fields)
     columns = {
         name: np.array([getattr(one, name) if name in one._fields else np.nan for one in states])
         for name in names

@@ -107,34 +107,23 @@ class Inputs:
         position = self._position_reader.read(message, self._joint())
         if position is None:
             self.without_joint += 1
-        elif self._awaited:
-            self._await_pressures(position, info)
         elif self._pressures:
             self._put("position", position, info)
         else:
             self._take(Measurement(*position), info)
 
-    def _await_pressures(self, position: Reading, info: Info) -> None:
-        """Take the first measurement that its position completes; until then positions alone."""
-        measurement = self._synchronizer.put("position", *position)
-        if measurement is None:
-            self._answered.append(position[0])
-            self._take_position(position[0])
-            return
-        self._pressures_are_here()
-        self._take(measurement, info)
-
     def _put(self, field: str, reading: Reading, info: Info) -> None:
+        """Take the measurement that this completes, or while pressures are awaited the position."""
+        stamp, _ = reading
         measurement: Measurement | None = self._synchronizer.put(field, *reading)
         if measurement is None:
+            if self._awaited and field == "position":
+                self._answered.append(stamp)
+                self._take_position(stamp)
             return
         if self._awaited:
-            self._pressures_are_here()
-        if measurement.stamp in self._answered:
-            self._answered.remove(measurement.stamp)
-        else:
+            self._awaited = False
+            self._incomplete -= self._synchronizer.incomplete  # those were answered
+        if field == "position" or stamp not in self._answered:
+            self._answered.clear()  # of those before it, none completes any more
             self._take(measurement, info)
-
-    def _pressures_are_here(self) -> None:
-        self._awaited = False
-        self._incomplete -= self._synchronizer.incomplete  # those were answered

@@ -55,7 +55,7 @@ from rodless_sim.rig import rig_parameters as checked
 from rodless_sim.rig import starting_motion
 from rodless_sim.scenario import AnyScenario
 from rodless_sim.timing import nanoseconds, sample_times, step_nanoseconds
-from rodless_sim.trace import MOST_COLUMNS, columns_of, named_trace, read_only, record
+from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
 
 Array = npt.NDArray[np.float64]
 
@@ -482,9 +482,7 @@ class Loop:
         law = copy(self.law) if self.compiled else self.law
         law.reset()
         run = run_stepped(rig, law, self.references, self._span)
-        # The usual ones in their order, and those that the rig had for a while.
-        names = list(dict.fromkeys([*columns_of(rig.plant), *run.columns]))
-        names = [name for name in names if name in run.columns and name not in GIVEN]
+        names = [name for name in run.columns if name not in GIVEN]
         rows = np.column_stack([run.columns[name] for name in names])
         commands = np.column_stack([run.commands, run.true_position])
         return LoopRun(names, run.areas, rows, commands)
@@ -492,7 +490,7 @@ class Loop:
     def traced(self, run: LoopRun) -> ClosedLoopTrace:
         """Return a run as named columns."""
         voltage, *terms, position = run.commands.T.copy()
-        found = named_trace(run.names, run.areas, self._span, voltage, run.rows)
+        found = trace(run.names, run.areas, self._span, voltage, run.rows)
         named = ClosedLoopTrace(
             position,
             **found.columns(),

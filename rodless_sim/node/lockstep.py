@@ -272,6 +272,15 @@ class Lockstep(TimeKeeper):
         self._withdraw()
 
     def _start(self) -> None:
+        self._take_over()
+        self._second = Account() if len(self._present) > 1 else None
+        self._started = True
+        self._engine.offer()
+        self._has_offered()
+        self._first_offer = self._last_event
+
+    def _take_over(self) -> None:
+        """Go on with the account of those who are present, or begin one where they are others."""
         self._known_before = frozenset(self._offered_to.keys() & self._present.keys())
         is_the_same_node = share_a_node(self._offered_to, self._present)
         if not is_the_same_node:
@@ -280,11 +289,6 @@ class Lockstep(TimeKeeper):
             self._own.last = 0 if is_the_same_node else None
         self._own.owed = max(self._own.owed, 0)
         self._offered_to = self._present
-        self._second = Account() if len(self._present) > 1 else None
-        self._started = True
-        self._engine.offer()
-        self._has_offered()
-        self._first_offer = self._last_event
 
     @property
     def _patience(self) -> float:
@@ -325,24 +329,18 @@ class Lockstep(TimeKeeper):
         self._reset_wanted = False
         self._answer = None
         self._withdraw()
-        offer = self._started or self._knows_who_answers()
-        self._engine.reset(offer)
-        if offer:
-            self._has_offered()
-            self._first_offer = self._last_event
-
-    def _knows_who_answers(self) -> bool:
-        """Whether a sample that goes out before the run begins can be told to have been answered.
-
-        Not to several: the one that is left would owe an answer that another's account has. One
-        that was offered nothing before begins an account with it.
-        """
-        self._look_who_commands()
-        if self._crowd.is_here or len(self._present) > 1:
-            return False
-        if self._present and not share_a_node(self._offered_to, self._present):
-            self._own, self._offered_to = Account(), self._present
-        return True
+        if not self._started:
+            # What goes out before the run begins is answered too. Of several, the one that is left
+            # would owe an answer that another's account has: they are offered nothing.
+            self._look_who_commands()
+            if self._crowd.is_here or len(self._present) > 1:
+                self._engine.reset(offer=False)
+                return
+            if self._present:
+                self._take_over()
+        self._engine.reset()
+        self._has_offered()
+        self._first_offer = self._last_event
 
     def _step(self) -> None:
         voltage, self._answer = self._answer, None

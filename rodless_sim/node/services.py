@@ -34,17 +34,24 @@ class PlantServices:
         node.create_service(Trigger, "~/reset", self._reset)
         node.create_service(SetBool, "~/pause", self._pause)
         node.create_service(Trigger, "~/step", self._step)
-        offer_standard_services(node, time, was_reset, was_paused)
+        offer_standard_services(node, time, self._begin_anew, self._set_paused)
+
+    def _begin_anew(self) -> str:
+        when = self._time.reset()
+        self._was_reset()
+        return when
+
+    def _set_paused(self, paused: bool) -> None:
+        self._time.pause(paused)
+        self._was_paused()
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
-        response.message = self._time.reset()
-        self._was_reset()
+        response.message = self._begin_anew()
         return response
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._time.pause(request.data)
-        self._was_paused()
+        self._set_paused(request.data)
         response.success = True
         held = self._time.ending
         response.message = held or ("paused" if request.data else "running")

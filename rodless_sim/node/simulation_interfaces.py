@@ -37,29 +37,23 @@ class Simulation(Protocol):
     def steps_by_itself(self) -> bool:
         """Whether several steps can be taken at once, without an answer to each."""
 
-    def pause(self, paused: bool) -> None:
-        """Stop plant time, or let it run on."""
-
     def step(self) -> str | None:
         """Advance a paused plant by one period; return what is in the way, if anything."""
-
-    def reset(self) -> str:
-        """Return to the start; say when that takes effect."""
 
 
 def offer_standard_services(
     node: Node,
     simulation: Simulation,
-    was_reset: Callable[[], None],
-    was_paused: Callable[[], None],
+    reset: Callable[[], object],
+    pause: Callable[[bool], object],
 ) -> bool:
     """Offer the services below ``node``'s name; return whether the package is there.
 
-    They call ``was_reset`` and ``was_paused`` (or resumed) before answering.
+    ``reset`` returns the plant to its start, ``pause`` stops its time or lets it run on.
     """
     if find_spec("simulation_interfaces") is None:
         return False
-    StandardServices(node, simulation, was_reset, was_paused)
+    StandardServices(node, simulation, reset, pause)
     return True
 
 
@@ -70,15 +64,15 @@ class StandardServices:
         self,
         node: Node,
         simulation: Simulation,
-        was_reset: Callable[[], None],
-        was_paused: Callable[[], None],
+        reset: Callable[[], object],
+        pause: Callable[[bool], object],
     ) -> None:
         """Create the services."""
         from simulation_interfaces import msg, srv  # noqa: PLC0415  optional
 
         self._simulation = simulation
-        self._was_reset = was_reset
-        self._was_paused = was_paused
+        self._begin_anew = reset
+        self._pause = pause
         self._msg = msg
         self._srv = srv
         for kind, name, answer in (
@@ -133,14 +127,6 @@ class StandardServices:
             unsupported = self._msg.Result.RESULT_FEATURE_UNSUPPORTED
             response.result = self._result(unsupported, f"state {wanted} is not supported")
         return response
-
-    def _pause(self, paused: bool) -> None:
-        self._simulation.pause(paused)
-        self._was_paused()
-
-    def _begin_anew(self) -> None:
-        self._simulation.reset()
-        self._was_reset()
 
     def _step(self, request: Any, response: Any) -> Any:
         result = self._msg.Result

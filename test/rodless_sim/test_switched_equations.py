@@ -309,12 +309,12 @@ def test_what_was_not_compiled_keeps_no_other_change_back(monkeypatch: pytest.Mo
     )
     tried, rig = equations.Equations(lambda _: None), Rig()
     tried.load(rig.parameters, [])
-    droop, heat = {"supply.droop": 1e4}, {"chambers.thermodynamics": "energy_balance"}
+    droop, ripple = {"supply.droop": 1e4}, {"supply.ripple_amplitude": 1e3}
     with pytest.raises(NotYetError):
         tried.require(rig, droop)
     tried.poll()
     monkeypatch.setattr(equations, "is_compiled", lambda _: True)
-    tried.require(rig, heat)
+    tried.require(rig, ripple)
     with pytest.raises(ParameterError, match="no room"):
         tried.require(rig, droop)
 

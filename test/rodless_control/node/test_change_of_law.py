@@ -231,6 +231,18 @@ def test_pressures_that_always_come_after_their_position_reach_the_law(bench: Be
     assert bench.controller._inputs.incomplete == 0
 
 
+def test_stamps_of_before_a_reset_are_samples_like_any_other(bench: Bench) -> None:
+    """Those that were answered without pressures, which never came, come again in the next run."""
+    assert bench.change({LAW: "state_feedback"}) is None
+    for sample in (5, 6):
+        bench.take_position(sample, 0.05)
+    for sample in (7, 0, 5, 6):
+        bench.take_pressures(sample)
+        bench.commands.clear()
+        bench.take_position(sample, 0.05)
+        assert len(bench.commands) == 1, sample
+
+
 def test_a_law_that_fails_again_is_reported_again_and_not_enabled(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extent import also, extensive, some_of
+from extent import extensive, some_of
 from quiet_stop import Quiet
 
 from rodless_base.parameters import Value
@@ -155,7 +155,7 @@ def test_a_carriage_that_sticks_is_told() -> None:
 @extensive
 @pytest.mark.parametrize(
     ("values", "wrong"),
-    [({}, {"sensors.pressure_lag": 0.0}), also({"friction__form": "saturating"}, {})],
+    [({}, {"sensors.pressure_lag": 0.0}), ({"friction__form": "saturating"}, {})],
     ids=["lag left out", "another form"],
 )
 def test_a_wrong_model_is_not_silent(values: dict[str, Value], wrong: dict[str, Value]) -> None:

@@ -10,7 +10,7 @@
 
 import numpy as np
 import pytest
-from extent import also, extensive
+from extent import extensive
 
 from rodless_lab.identification.excitation import chamber_voltages, spool_voltages, steps
 from rodless_lab.identification.pressures.problem import Problem
@@ -23,7 +23,7 @@ VOLTAGES = np.concatenate([chamber_voltages(), PULSES])
 
 @extensive
 @pytest.mark.slow
-@pytest.mark.parametrize(("frequency", "damping"), [(60.0, 0.4), also(115.0, 0.7), (1000.0, 0.5)])
+@pytest.mark.parametrize(("frequency", "damping"), [(60.0, 0.4), (115.0, 0.7), (1000.0, 0.5)])
 def test_the_chambers_follow_a_busy_spool(frequency: float, damping: float) -> None:
     """Square waves up to 167 Hz about closed: within 10 Pa of the plant integrated finely.
 

@@ -13,7 +13,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from extent import also, extensive, some_of
+from extent import also, extensive
 from quiet_stop import Quiet
 
 from rodless_base.parameters import Value
@@ -84,7 +84,7 @@ def test_an_effect_that_is_not_there_is_bounded(
 
 @extensive
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", some_of([202, 208], 2))
+@pytest.mark.parametrize("seed", [202, 208])
 def test_tight_chambers_behind_a_valve_closed_elsewhere(seed: int) -> None:
     """A rig without leaks whose valve closes 70 or 90 mV off the base's: the model fits.
 

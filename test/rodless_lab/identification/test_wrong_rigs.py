@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extent import also, extensive, some_of
+from extent import extensive, some_of
 from quiet_stop import Quiet
 
 from rodless_lab.cli import identify
@@ -128,7 +128,7 @@ def test_noisier_sensors_than_stated_are_said_to_be() -> None:
     ("subject", "values", "cause"),
     [
         ("chambers", HEAT, "heat to the walls (chambers.thermodynamics: energy_balance)"),
-        also("friction", SATURATING, "another form of friction, friction.form: saturating"),
+        ("friction", SATURATING, "another form of friction, friction.form: saturating"),
     ],
 )
 def test_the_command_says_that_the_model_does_not_fit(

@@ -83,8 +83,8 @@ class Services:
         StandardServices(
             self,
             self.plant,
-            lambda: self.told.append("reset"),
-            lambda: self.told.append("paused or not"),
+            lambda: (self.plant.reset(), self.told.append("reset")),
+            lambda paused: (self.plant.pause(paused), self.told.append("paused or not")),
         )
 
     def create_service(self, _kind: object, name: str, answer: Callable[[Any, Any], Any]) -> None:
