@@ -45,6 +45,10 @@ class ScenarioError(ParameterError):
     """
 
 
+class ScenarioStateError(ScenarioError):
+    """A rig whose state, when an entry is due, does not allow it; that of another one may."""
+
+
 class ScenarioFileError(ScenarioError, ParameterFileError):
     """A scenario file that cannot be opened or read; the text names it and says why."""
 

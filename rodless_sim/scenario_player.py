@@ -14,7 +14,7 @@ from contextlib import suppress
 from rodless_base.parameters import ParameterError
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
-from rodless_sim.scenario import Entry, Scenario, ScenarioError
+from rodless_sim.scenario import Entry, Scenario, ScenarioStateError
 
 
 class ScenarioPlayer:
@@ -64,6 +64,6 @@ class ScenarioPlayer:
             yield entries[self._count]
             self._count += 1
 
-    def refusal(self, error: ParameterError | SimulationError) -> ScenarioError:
+    def refusal(self, error: ParameterError | SimulationError) -> ScenarioStateError:
         """Return what to raise where the rig's state does not allow the entry that is due."""
-        return ScenarioError(f"{self._scenario.name}: entry {self._count + 1}: {error}")
+        return ScenarioStateError(f"{self._scenario.name}: entry {self._count + 1}: {error}")

@@ -256,6 +256,7 @@ def _finish(bag: Path, writer: McapWriter, profiles: Profiles) -> int:
     Returns how many. None is dropped for what no room helps: the file then ends with all of them.
     """
     recorded = writer.index.counts.total()
+    stretches = 1  # twice as many each time: one at a time would take hours after a day
     while True:
         files = [_contents(writer.name, writer.index, profiles)]
         try:
@@ -264,11 +265,12 @@ def _finish(bag: Path, writer: McapWriter, profiles: Profiles) -> int:
                 raise BagError(_gone(bag))
             write_metadata(bag, files)
         except OSError as error:
-            if _has_other_cause(bag, error) or not writer.index.drop_last_stretch():
+            if _has_other_cause(bag, error) or not writer.index.drop_last(stretches):
                 raise BagError(
                     f"{cannot_be_written(error.filename or bag, error)}; where that is mended, "
                     f"`rodless recover {bag}` ends the bag"
                 ) from error
+            stretches *= 2
         else:
             return recorded - writer.index.counts.total()
 

@@ -46,7 +46,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     listeners = "a plant" + (f" and {options.recorders} recorders" if options.recorders else "")
     waiting = f"{duration:.1f} s of voltages on {VALVE_VOLTAGE}, waiting for {listeners}"
     print(waiting, flush=True)
-    code, done = drive(voltages, PERIOD, options.recorders, stop, show)
+    code, done = drive(voltages, PERIOD, options.closed_voltage, options.recorders, stop, show)
     print("\rall given, valve closed" if done else "\rended before all voltages were given")
     return code or (0 if done else 1)
 

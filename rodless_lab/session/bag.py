@@ -71,9 +71,11 @@ class SessionBag:
 
     def close(self) -> None:
         """Record what has arrived and close the bag."""
-        self._observer.remove_node(self._recorder.node)
-        self._recorder.close()
-        self._writer.close()
+        try:
+            self._observer.remove_node(self._recorder.node)
+            self._recorder.close()
+        finally:  # a second Ctrl-C costs what is on its way, and no bag
+            self._writer.close()
 
     def check(self) -> None:
         """Raise BagError if the bag cannot be written, LostSampleError if messages are missing."""

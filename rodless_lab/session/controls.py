@@ -26,6 +26,7 @@ from rodless_control import ControllerParameters
 from rodless_control.node.answers import CLOSED_BY_FAILURE
 from rodless_control.setpoint import FROM_PARAMETERS
 from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_of
+from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.processes import ProcessPlan
@@ -246,7 +247,7 @@ class Controls(LiveSession):
 
     def diagnostics(self, node: str) -> dict[str, str]:
         """Return what a node last said on ``/diagnostics``: its ``message`` and its counters."""
-        found = self._observer.diagnostics.get(f"/{node}")
+        found = self._said(node)
         return {} if found is None else {"message": found.message, **found.values}
 
     def counter(self, node: str, name: str) -> float:
@@ -254,8 +255,11 @@ class Controls(LiveSession):
 
         Raises HarnessError for what the node does not count, and for what is no number.
         """
-        found = self._observer.diagnostics.get(f"/{node}")
+        found = self._said(node)
         return math.nan if found is None else found.number(name, node)
+
+    def _said(self, node: str) -> Diagnostic | None:
+        return self._observer.diagnostics.get(f"/{node.removeprefix('/')}")
 
 
 def _as_law(law: Law | float | None) -> Law | None:

@@ -19,7 +19,7 @@ from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from rodless_base.constants import CLOSED_VOLTAGE, NANOSECONDS_PER_SECOND
+from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.guarded_node import GuardedNode
 from rodless_base.ros.joint import carriage_position
@@ -56,11 +56,14 @@ class Driver:
         self,
         voltages: npt.NDArray[np.float64],
         period: float,
+        closed_voltage: float,
         recorders: int,
         show: Callable[[int], None],
         ended: Callable[[], None],
     ) -> None:
-        """Send ``voltages`` (V, shape (n,), ``period`` s apart), close the valve, call ``ended``.
+        """Send ``voltages`` (V, shape (n,), ``period`` s apart), then call ``ended``.
+
+        :meth:`close` commands the ``closed_voltage`` (V).
 
         Listens to samples once the rig and ``recorders`` hear it, so that no command is lost. Calls
         ``ended`` too where somebody else commands the valve: ``rivals`` names who, and where the
@@ -69,6 +72,7 @@ class Driver:
         """
         self.node = GuardedNode("driver")
         self._voltages = voltages
+        self._closed_voltage = closed_voltage
         self._period = round(period * NANOSECONDS_PER_SECOND)
         self._listeners = 1 + recorders
         self._show = show
@@ -94,7 +98,7 @@ class Driver:
     def close(self) -> None:
         """Leave the valve closed, if it was driven, and destroy the node."""
         if self.has_begun and self._publisher.get_subscription_count():
-            self._outbox.send(self._publisher, Float64(data=CLOSED_VOLTAGE))
+            self._outbox.send(self._publisher, Float64(data=self._closed_voltage))
             self._publisher.wait_for_all_acked(LAST_COMMAND_TIMEOUT)
         self.node.destroy_node()
 
@@ -158,17 +162,18 @@ class Driver:
         return time.monotonic() - self._heard_since > DISCOVERY
 
     def _answer(self, sample: JointState) -> None:
+        if carriage_position(sample) is None:  # an arm on the same topic tells no plant time
+            return
         now = stamp_nanoseconds(sample.header.stamp)
         self._last_sample = time.monotonic()
         if self._first is None:
             self._first = now
-        if carriage_position(sample) is not None:  # an arm on the same topic tells no plant time
-            if now < self._last:  # one that is offered again has the same
-                self._end_because(
-                    f"{self._samples}: the plant was reset or started again; {RECORD_ANEW}"
-                )
-                return
-            self._last = now
+        if now < self._last:  # one that is offered again has the same
+            self._end_because(
+                f"{self._samples}: the plant was reset or started again; {RECORD_ANEW}"
+            )
+            return
+        self._last = now
         elapsed = now - self._first
         due = elapsed // self._period
         self.done = due >= len(self._voltages)
@@ -185,6 +190,7 @@ class Driver:
 def drive(
     voltages: npt.NDArray[np.float64],
     period: float,
+    closed_voltage: float,
     recorders: int,
     stop: Stop,
     show: Callable[[int], None],
@@ -200,7 +206,7 @@ def drive(
         stop.requested = True
 
     def make() -> Driver:
-        drivers.append(Driver(voltages, period, recorders, show, end))
+        drivers.append(Driver(voltages, period, closed_voltage, recorders, show, end))
         return drivers[0]
 
     code = run_node(make, stop)

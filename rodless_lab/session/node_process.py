@@ -117,7 +117,7 @@ class NodeProcess:
         self._meant_to_run = False
         self._over = True
         self.is_frozen = False
-        self.had_to_be_killed = False  # because it did not end when it was asked to
+        self.had_to_be_killed = False  # at least once, as it did not end when it was asked to
         self._printed_before = 0  # bytes of another session's, in the same file
         if output is not None:
             output.touch()
@@ -155,9 +155,12 @@ class NodeProcess:
         """What it has printed so far, on both streams; empty where that is not kept."""
         if self._output is None:
             return ""
-        with self._output.open("rb") as file:
-            file.seek(self._printed_before)
-            return file.read().decode("utf-8", errors="replace")
+        try:
+            with self._output.open("rb") as file:
+                file.seek(self._printed_before)
+                return file.read().decode("utf-8", errors="replace")
+        except OSError as error:  # what it was to explain is worth more than the loss of it
+            return f"{self._output}: cannot be read: {error.strerror}\n"
 
     @property
     def pid(self) -> int:
@@ -235,7 +238,7 @@ class NodeProcess:
         self._opening.check()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout)
-        self.had_to_be_killed = self.exit_code is None
+        self.had_to_be_killed |= self.exit_code is None
         self.signal(signal.SIGKILL)
         self._reap()
 

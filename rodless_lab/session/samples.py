@@ -33,8 +33,8 @@ TERMS = ("reference", "error", "p", "i", "d", "feedforward")
 LARGEST_DIFFERENCE = 100
 
 SET_BACK = (
-    "the wall clock was set back during the run: by the times at which they were sent no command "
-    "can be told to answer one sample or the next; run it once more"
+    "the wall clock was set back during the run, or before the next: by the times at which they "
+    "were sent no command can be told to answer one sample or the next; run it once more"
 )
 
 LOST = (
@@ -245,9 +245,9 @@ class Received:
         if count > 1 and np.ptp(np.diff([message.stamp for message in joint])):
             raise LostSampleError(LOST)
         sent = np.array([message.sent for message in joint], dtype=np.int64)
-        if np.any(np.diff(sent) < 0):
-            raise LostSampleError(SET_BACK)
         end = self._end(run, count)
+        if np.any(np.diff([self._before(run), *sent, end]) < 0):
+            raise LostSampleError(SET_BACK)
         columns = dict(zip(Sample._fields, rows.T.copy(), strict=True))
         terms = {term: self._term(term, sent, end) for term in self.terms}
         return Samples(
@@ -256,6 +256,10 @@ class Received:
             **{term: terms.get(term, np.full(count, np.nan)) for term in TERMS},
             terms={name: terms[name] for name in terms if name != "reference"},
         )
+
+    def _before(self, run: int) -> float:
+        """When the last sample of the run before was sent; minus infinity for never."""
+        return self.joint.runs[run - 1][-1].sent if run else -np.inf
 
     def _end(self, run: int, count: int) -> float:
         """When the sample after the last was sent, be it of the next run; infinity for never."""

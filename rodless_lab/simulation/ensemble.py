@@ -22,7 +22,7 @@ from rodless_lab.simulation.closed_loop import AnyLaw, Loop
 from rodless_lab.simulation.in_order import check_workers, cores, in_order
 from rodless_lab.simulation.run_metrics import NO_METRICS, RunMetrics, metrics_of
 from rodless_sim import RigParameters, SimulationError
-from rodless_sim.scenario import AnyScenario
+from rodless_sim.scenario import AnyScenario, ScenarioStateError
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,8 @@ class Ensemble(Columns):
 
     ``metrics["settling_time"]`` is an array of shape (n,); :meth:`columns`, :meth:`to_dataframe`
     and :meth:`save` have them all. ``failures`` says, by place, why a run has no figures (they are
-    NaN): its motion left what a rig can do, or its law answered with no command.
+    NaN): its motion left what a rig can do, its state did not allow what its scenario changes, or
+    its law answered with no command.
     """
 
     def __init__(self, runs: Iterable[RunMetrics], failures: Mapping[int, str]) -> None:
@@ -64,7 +65,7 @@ def outcome(run: Callable[[], RunMetrics]) -> tuple[RunMetrics, str]:
     """Return the figures of a run, and why it has none: empty where it has."""
     try:
         return run(), ""
-    except (SimulationError, LawError) as error:
+    except (SimulationError, ScenarioStateError, LawError) as error:
         return NO_METRICS, described(error)
 
 

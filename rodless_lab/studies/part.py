@@ -20,6 +20,9 @@ from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.seal import UNSEALED, Seal
 from rodless_lab.studies.study import Study
 
+# What the columns of traces begin with.
+TRACE = "trace."
+
 
 def parquet_modules() -> Any:
     """Return pyarrow and what it writes with; raises ModuleNotFoundError that names the extra."""
@@ -60,7 +63,7 @@ def part_bytes(study: Study, rows: list[dict[str, Any]], seal: Seal) -> bytes:
     columns["failure"] = arrow.array([row["failure"] for row in rows], arrow.string())
     for name in study.trace_columns:
         values = [row["traces"].get(name, []) for row in rows]
-        columns[f"trace.{name}"] = arrow.array(values, arrow.list_(arrow.float64()))
+        columns[TRACE + name] = arrow.array(values, arrow.list_(arrow.float64()))
     schema = arrow.schema(
         [
             arrow.field(name, array.type, metadata={"unit": units.get(name, "")})
@@ -94,10 +97,12 @@ def checked_part(file: Path, seal: Seal) -> bytes:
     return content
 
 
-def read_part(file: Path, seal: Seal) -> Any:
-    """Return the table of a part; raises StudyError as :func:`checked_part`."""
+def read_part(file: Path, seal: Seal, traces: bool) -> Any:
+    """Return the table of a part, with its ``traces`` or without; raises as checked_part."""
     arrow, parquet = parquet_modules()
-    return parquet.read_table(arrow.BufferReader(checked_part(file, seal)))
+    content = parquet.ParquetFile(arrow.BufferReader(checked_part(file, seal)))
+    names = content.schema_arrow.names
+    return content.read([name for name in names if traces or not name.startswith(TRACE)])
 
 
 def _damaged(file: Path, why: str) -> StudyError:

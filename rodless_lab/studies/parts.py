@@ -76,9 +76,9 @@ class Parts:
         """Raise StudyError for a part that is not as this sweep wrote it."""
         checked_part(self._file(part), self._seal(part))
 
-    def read(self, part: int) -> Any:
-        """Return the table of a complete part; raises as :meth:`check`."""
-        return read_part(self._file(part), self._seal(part))
+    def read(self, part: int, traces: bool = True) -> Any:
+        """Return the table of a complete part, its ``traces`` too or not; raises as check."""
+        return read_part(self._file(part), self._seal(part), traces)
 
     def _file(self, part: int) -> Path:
         return self._data / f"part-{part:05}.parquet"

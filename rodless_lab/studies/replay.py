@@ -16,6 +16,7 @@ import numpy as np
 from rodless_lab.simulation.closed_loop import ClosedLoopTrace
 from rodless_lab.simulation.run_metrics import RunMetrics
 from rodless_lab.studies.errors import StudyError
+from rodless_lab.studies.part import TRACE
 from rodless_lab.studies.parts import Parts
 from rodless_lab.studies.row_run import RowRunner
 from rodless_lab.studies.saved_study import read_saved_study
@@ -51,8 +52,8 @@ def replay_row(folder: Path, number: int, ros: bool = False) -> list[str]:
     if saved["failure"] != found.failure:
         differences.append(_line("failure", saved["failure"], found.failure))
     for name in study.trace_columns:
-        if not np.array_equal(saved[f"trace.{name}"], found.traces.get(name, []), equal_nan=True):
-            differences.append(f"trace.{name}: not the same numbers")
+        if not np.array_equal(saved[TRACE + name], found.traces.get(name, []), equal_nan=True):
+            differences.append(f"{TRACE}{name}: not the same numbers")
     if ros and not found.failure:
         differences += _over_ros(row)
     return differences

@@ -34,7 +34,7 @@ def write_report(folder: Path, study: Study) -> str:
 
     Raises OSError where the folder cannot be written.
     """
-    results = read_results(folder, study)
+    results = read_results(folder, study, traces=False)
     text = summary(results)
     contents: dict[Path, str | bytes] = {}
     contents |= figure_contents(folder, ROWS, lambda: draw_rows(results))

@@ -82,8 +82,8 @@ class Results:
         return frame
 
 
-def read_results(folder: Path, study: Study) -> Results:
-    """Return the complete parts of a sweep.
+def read_results(folder: Path, study: Study, traces: bool = True) -> Results:
+    """Return the complete parts of a sweep, with their ``traces``, which may fill the memory.
 
     Raises StudyError where there is none, or something in the data set is not as it was written;
     OSError.
@@ -91,7 +91,7 @@ def read_results(folder: Path, study: Study) -> Results:
     import pyarrow as arrow  # noqa: PLC0415  there, or nothing would have been written
 
     parts = Parts(folder, study)
-    tables = [parts.read(part) for part in parts.numbers if parts.is_complete(part)]
+    tables = [parts.read(part, traces) for part in parts.numbers if parts.is_complete(part)]
     if not tables:
         raise StudyError(f"{folder}: no part of the sweep is complete yet; run it again")
     axes = tuple(one.name for one in study.dimensions)

@@ -74,6 +74,15 @@ class _StoppedError(Exception):
     """The search was asked to stop."""
 
 
+class _FailedError(Exception):
+    """A candidate could not be tried; scipy would take its error for one of the map it calls."""
+
+    def __init__(self, error: Exception) -> None:
+        """Keep the error."""
+        super().__init__()
+        self.error = error
+
+
 class NothingKnownError(Exception):
     """The search was interrupted before it knew a candidate."""
 
@@ -208,7 +217,10 @@ def search(
             raise _StoppedError
         key = tuple(map(float, shares))
         if key not in kept.known:
-            kept.add(bench.candidate(shares))
+            try:
+                kept.add(bench.candidate(shares))
+            except (ValueError, TypeError) as error:
+                raise _FailedError(error) from error
         asked[key] = kept.known[key]
         best = min(one.score for one in asked.values())
         progress(f"{len(asked)} of {task.candidates} candidates, best score {best:.4g}")
@@ -232,6 +244,8 @@ def search(
         converged = bool(found.success)
         if task.finalists:
             final = _final(task, kept, list(asked.values()), progress, stopped)
+    except _FailedError as failed:
+        raise failed.error from None
     except _StoppedError:
         complete = False
         if not asked:

@@ -331,9 +331,14 @@ def _check_ranges(task: TuningTask, where: str) -> None:
     for name, one in task.ranges.items():
         declared = controller.LAW_CLASS.PARAMETERS.get(name)
         if declared is None:
-            law = controller["controller.law"]
+            law = controller.text(LAW)
             raise StudyError(
                 f"{where}: tune: {in_one_line(name)}: no such parameter of the law {law}"
+            )
+        if name in task.study.base.rig:
+            raise StudyError(
+                f"{where}: tune: {name}: the rig has it, and {controller.text(LAW)} too; rename "
+                "the law's"
             )
         if not isinstance(declared.default, float):
             raise StudyError(f"{where}: tune: {name}: is no real number, and cannot be tuned")

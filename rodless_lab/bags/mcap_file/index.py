@@ -81,11 +81,13 @@ class McapIndex:
         """Latest log time (ns)."""
         return max((stretch.last_time for stretch in self.stretches), default=None)
 
-    def drop_last_stretch(self) -> bool:
-        """Forget the last stretch; return False where there is none."""
-        if not self.stretches:
+    def drop_last(self, count: int) -> bool:
+        """Forget as many of the last stretches; return False where there is none."""
+        dropped = self.stretches[-count:]
+        if not dropped:
             return False
-        self.end = self.stretches.pop().start
+        del self.stretches[-count:]
+        self.end = dropped[0].start
         return True
 
     def tail(self, offset: int, metadata: MetadataIndex | None = None) -> bytes:

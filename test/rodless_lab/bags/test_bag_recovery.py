@@ -9,6 +9,7 @@
 """Bags whose recording ended badly: killed, cut, damaged, or out of disk."""
 
 import contextlib
+import errno
 import os
 import shutil
 import struct
@@ -26,6 +27,7 @@ from rosbags.highlevel import AnyReader
 from unmeasured import unmeasured
 
 from rodless_lab.bags.mcap_file.index import MAGIC
+from rodless_lab.bags.mcap_file.writer import McapWriter
 from rodless_lab.bags.metadata import BagError, BagTopic
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.bags.writer import BagWriter, recover_bag
@@ -235,6 +237,32 @@ def test_messages_that_make_room_for_the_end_of_a_recording_are_told(tmp_path: P
         left = len(read_bag(small / "bag")["/x"].payloads)
         assert left < 100
         assert f"the last {100 - left} messages were given up" in str(writer.failure)
+
+
+def test_a_long_recording_finds_room_for_its_end_in_few_tries(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The end of one of a day is long: to drop a tenth of a second a try would take hours."""
+    tries: list[int] = []
+    finish = McapWriter.finish
+
+    def on_a_full_disk(self: McapWriter, name: str, text: dict[str, str]) -> None:
+        tries.append(len(self.index.stretches))
+        if len(self.index.stretches) > 200:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(tmp_path))
+        finish(self, name, text)
+
+    monkeypatch.setattr(McapWriter, "finish", on_a_full_disk)
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
+        for k in range(300):
+            writer.write("/x", bytes(12), k, k)
+            writer.flush()
+    left = tries[-1]
+    assert 100 <= left <= 200
+    assert len(tries) < 10
+    assert f"the last {300 - left} messages were given up" in str(writer.failure)
+    assert len(read_bag(tmp_path / "bag")["/x"].payloads) == left
 
 
 def test_a_disk_full_from_the_start_is_told_apart(tmp_path: Path) -> None:

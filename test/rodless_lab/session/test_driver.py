@@ -8,6 +8,7 @@
 
 """`rodless drive` ends, or says so, where its plant stops, ends or begins anew under it."""
 
+import signal
 import sys
 from collections.abc import Iterator
 
@@ -18,6 +19,7 @@ from running import StartProcess, until_it_says
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from rodless_lab.identification.excitation import PERIOD, excitation
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 
@@ -36,6 +38,11 @@ class Plant:
         self.commands: list[Float64] = []
         self._node.create_subscription(Float64, "valve/voltage", self.commands.append, 10)
         observer.add_node(self._node)
+
+    @property
+    def voltages(self) -> list[float]:
+        """The commands so far, in V."""
+        return [command.data for command in self.commands]
 
     def send(self, second: int) -> None:
         """Send the sample of that time until a command has come."""
@@ -86,6 +93,32 @@ def test_a_plant_that_begins_anew_ends_it(driver: NodeProcess, plant: Plant) -> 
     plant.begin_anew()
     assert driver.wait(TIMEOUT) == 1
     assert "/joint_states: the plant was reset or started again; what was rec" in driver.output
+    plant.close()
+
+
+def test_what_an_arm_on_the_same_topic_sends_is_no_sample(
+    driver: NodeProcess, plant: Plant, observer: Observer
+) -> None:
+    """Whatever its time, late or none: it is not answered, and ends nothing."""
+    for second in (1_700_000_000, 0):
+        plant.have_an_arm_beside(second)
+    plant.send(6)
+    due = excitation("friction")[[round(second / PERIOD) for second in (0, 5, 6)]]
+    observer.wait(lambda: plant.voltages[-1] == due[-1], "the answer to the plant", TIMEOUT)
+    assert set(plant.voltages) == set(due)
+    assert driver.exit_code is None
+    plant.close()
+
+
+def test_it_ends_where_the_valve_of_its_rig_is_closed(
+    start_process: StartProcess, plant: Plant, observer: Observer
+) -> None:
+    """Elsewhere than the paper's, its carriage would be left to drift."""
+    with start_process([*DRIVE, "--closed-voltage", "4.9"], "driver") as process:
+        plant.send(0)
+        process.signal(signal.SIGINT)
+        assert process.wait(TIMEOUT) == 1
+    observer.wait(lambda: plant.voltages[-1] == 4.9, "the last command", TIMEOUT)
     plant.close()
 
 

@@ -67,6 +67,8 @@ def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: St
     rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
     rig.freeze("controller")
     rig.wait_until(lambda: rig.counter("plant", "commands lost") == 1, "the plant to miss commands")
+    assert rig.counter("/plant", "commands lost") == 1, "by its full name, too"
+    assert rig.diagnostics("/plant") == rig.diagnostics("plant")
     rig.run_until(lambda sample: abs(sample.velocity) < 1e-3, "the carriage to stand")
     position = rig.latest.position
     assert position < 0.14

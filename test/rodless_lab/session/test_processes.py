@@ -116,6 +116,28 @@ def test_a_process_that_does_not_end_is_killed(deaf: list[str], tmp_path: Path) 
     assert processes.exit_codes == {"deaf": -signal.SIGKILL}
 
 
+def test_that_one_was_killed_is_still_known_once_its_next_start_has_ended(
+    deaf: list[str], tmp_path: Path
+) -> None:
+    """Its law did not return; that the next one did is no excuse."""
+    with SessionProcesses({"deaf": deaf}, output=tmp_path) as processes:
+        processes["deaf"].end(0.0)
+        processes["deaf"].start()
+        processes["deaf"].kill()
+    assert processes["deaf"].had_to_be_killed
+
+
+def test_an_output_that_somebody_removed_does_not_hide_what_failed(tmp_path: Path) -> None:
+    """The error it was to explain is told, and that the output is gone."""
+    command = ["sh", "-c", "exit 3"]
+    with SessionProcesses({"shell": command}, output=tmp_path) as processes:
+        processes["shell"].wait()
+        (tmp_path / "shell.txt").unlink()
+        said = processes.with_outputs("ended")
+    assert said.startswith("ended\n")
+    assert "shell.txt: cannot be read: No such file" in said
+
+
 def test_output_goes_where_this_process_prints_unless_it_is_kept(
     capfd: pytest.CaptureFixture[str],
 ) -> None:

@@ -38,13 +38,13 @@ def test_a_run_has_a_column_for_each_part_of_a_sample_and_each_term() -> None:
 
 
 def received(joint: list[int], pressures: list[int]) -> Received:
-    """Samples whose messages have these stamps (ms)."""
+    """Samples whose messages have these stamps (ms), sent 1 ns after the other."""
     found = Received()
-    for stamp in joint:
-        found.joint.put(Stamped(stamp, 1_000_000 * stamp, (0.1, 0.0, 0.0)))
+    for sent, stamp in enumerate(joint):
+        found.joint.put(Stamped(sent, 1_000_000 * stamp, (0.1, 0.0, 0.0)))
     for topic in found.pressures:
-        for stamp in pressures:
-            topic.put(Stamped(stamp, 1_000_000 * stamp, (4e5,)))
+        for sent, stamp in enumerate(pressures):
+            topic.put(Stamped(sent, 1_000_000 * stamp, (4e5,)))
     return found
 
 
@@ -80,6 +80,18 @@ def test_a_wall_clock_that_was_set_back_is_no_order_of_commands() -> None:
         topic.put(topic.runs[0][2]._replace(stamp=3_000_000, sent=1))
     with pytest.raises(LostSampleError, match="the wall clock was set back during the run"):
         found.samples(0)
+
+
+def test_nor_is_one_that_was_set_back_between_two_runs() -> None:
+    """By the numbers alone the first command of the second run would answer in the first."""
+    found = received([0, 1, 2], [0, 1, 2])
+    for topic in found.topics:
+        for one in topic.runs[0][:2]:
+            topic.put(one._replace(sent=one.sent - 5))
+    assert found.runs == 2
+    for run in (0, 1):
+        with pytest.raises(LostSampleError, match="set back during the run, or before the next"):
+            found.samples(run)
 
 
 def test_a_topic_that_leaves_a_run_alone_tears_it() -> None:

@@ -23,11 +23,14 @@ from rodless_control import Measurement, PidParameters, ReferencePoint, referenc
 from rodless_control.controller import LawError
 from rodless_lab import closed_loop, draw, ensemble, run_metrics
 from rodless_lab.simulation.in_order import AHEAD, in_order
-from rodless_sim import RigParameters
+from rodless_sim import RigParameters, Scenario, ScenarioError
 
 STEP = references.step(0.0, 0.058, at=0.1)
 RANGES = {"cylinder.moving_mass": (0.7, 2.0), "supply.pressure": (5e5, 7e5)}
 NOISY = RigParameters.preset("calibrated").with_values({"sensors.position_noise": 2e-5})
+FRICTION = [
+    f"friction.{way}.{name}" for way in ("forward", "reverse") for name in ("static", "coulomb")
+]
 LAW = PidParameters.preset("calibrated")
 
 
@@ -162,6 +165,19 @@ def test_a_scenario_that_ends_early_ends_the_ensemble_aloud() -> None:
     for workers in (1, 2):
         with pytest.raises(RuntimeError, match="StopIteration"):
             ensemble(rigs(4), LAW, STEP, 0.01, workers=workers, scenario=scenario)
+
+
+def test_a_rig_whose_state_refuses_an_entry_fails_alone() -> None:
+    """One that is stuck has not come past the new end. What none can follow still ends all."""
+    stuck = NOISY.with_values(dict.fromkeys(FRICTION, 150.0))
+    shorter = Scenario([(0.4, {"cylinder.stroke": 0.03})], "shorter")
+    found = ensemble([NOISY, stuck], LAW, STEP, 0.5, scenario=lambda _: shorter)
+    assert list(found.failures) == [0]
+    assert re.match(r"shorter: entry 1: cylinder\.stroke: .*0\.03", found.failures[0])
+    assert np.isnan(found["final_error"]).tolist() == [True, False]
+    none = Scenario([(0.4, {"cylinder.stroke": 0.03, "cylinder.initial_position": 0.1})], "none")
+    with pytest.raises(ScenarioError, match="none: entry 1: "):
+        ensemble([NOISY, stuck], LAW, STEP, 0.5, scenario=lambda _: none)
 
 
 @pytest.mark.parametrize("ranges", [{"cylinder.*mass": (1.0, 2.0)}, RANGES])

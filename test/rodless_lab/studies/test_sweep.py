@@ -30,6 +30,7 @@ from rodless_lab import closed_loop, run_metrics, sweep
 from rodless_lab.studies import parts, saved_study
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.replay import replay_row
+from rodless_lab.studies.results import read_results
 from rodless_lab.studies.row_run import RowResult, RowRunner
 from rodless_lab.studies.store import Store
 from rodless_lab.studies.study import Row, read_study
@@ -59,6 +60,17 @@ def test_a_row_is_the_closed_loop_of_its_parameters(tmp_path: Path, row: int) ->
     assert found["cylinder.moving_mass"][row] == base.rig["cylinder.moving_mass"]
     assert found["seed"][row] == base.rig["sensors.seed"]
     assert len(set(found["seed"])) == len(found) == 20
+
+
+def test_its_page_needs_no_traces(tmp_path: Path) -> None:
+    """Of many rows they would fill the memory: read without, all else is the same."""
+    study = read_study(write_study(tmp_path))
+    whole = sweep(study, tmp_path / "out").columns()
+    bare = read_results(tmp_path / "out", study, traces=False).columns()
+    assert {"trace.position", "trace.voltage"} <= whole.keys() - bare.keys()
+    assert list(bare) == [name for name in whole if not name.startswith("trace.")]
+    for name, values in bare.items():
+        assert np.array_equal(values, whole[name], equal_nan=values.dtype.kind == "f"), name
 
 
 def test_the_files_depend_neither_on_threads_nor_on_interruptions(

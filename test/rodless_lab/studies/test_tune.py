@@ -550,6 +550,55 @@ def test_trials_of_two_laws_are_refused(tmp_path: Path) -> None:
         read_task(path)
 
 
+NAMED_AS_A_RIGS = """
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Named(Law):
+    PARAMETERS = declare(Parameter("supply.pressure", 1.0, "V", "a gain", "own", 0.0, 2.0))
+
+    def update(self, measurement, reference, interval):
+        return 5.0
+"""
+
+
+def test_a_name_that_the_rig_has_too_is_not_tuned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rig's would change with each candidate, and the law's never."""
+    (tmp_path / "named_law.py").write_text(NAMED_AS_A_RIGS, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "named.yaml"
+    path.write_text(
+        "{set: {controller.law: 'named_law:Named'}, tune: {supply.pressure: {from: 0.1, to: 2.0}},"
+        " score: {figures: {mean_error: 1.0e-4}}}",
+        encoding="utf-8",
+    )
+    with pytest.raises(
+        StudyError,
+        match=r"tune: supply\.pressure: the rig has it, and named_law:Named too; rename the law's",
+    ):
+        read_task(path)
+
+
+@pytest.mark.parametrize("error", [ValueError("odd"), TypeError("odder")])
+def test_a_candidate_that_cannot_be_tried_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    """Not that a function handed to scipy is none; the folder is free again."""
+
+    def candidate(*_: object) -> Candidate:
+        raise error
+
+    task = read_task(written(tmp_path))
+    with monkeypatch.context() as odd:
+        odd.setattr(Bench, "candidate", candidate)
+        with pytest.raises(type(error), match=f"^{error}$"):
+            search(task, tmp_path / "out")
+    assert search(task, tmp_path / "out").complete
+
+
 def test_the_folder_of_another_task_is_left_alone(tmp_path: Path) -> None:
     """A search does not mix its candidates with those of another."""
     left = iter([False, False])
