@@ -12,10 +12,11 @@ In lock-step the numbers are the same on every machine, however busy it is.
 """
 
 import json
+import math
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,24 +75,24 @@ class Progress:
 
 @contextmanager
 def earlier_results(folder: Path) -> Iterator[bool]:
-    """Make room for the results in ``folder``; yield whether there is a bag of an earlier demo.
+    """Make room for the results in ``folder``; yield whether there are earlier ones.
 
     What an earlier demo has left goes once there is a new bag; where none comes, it stands as it
     was. Raises HarnessError for anything else at the place of the bag.
     """
     bag, aside = folder / BAG, folder / ASIDE
     _settle(folder)  # after a demo that was killed
-    there = bag.exists()
-    if there and (
+    if bag.exists() and (
         not bag.is_dir()
         or any(file.suffix != ".mcap" and file.name != "metadata.yaml" for file in bag.iterdir())
     ):
         raise HarnessError(f"{bag}: not the bag of a demo; choose another --output")
-    if any((folder / name).exists() for name in RESULTS):
-        aside.mkdir()
+    earlier = any((folder / name).exists() for name in RESULTS)
+    if bag.exists() or (folder / PICTURE).exists():  # figures alone may be another verb's
+        aside.mkdir(exist_ok=True)
         _move(folder, aside)
     try:
-        yield there
+        yield earlier
     finally:
         _settle(folder)
 
@@ -103,7 +104,11 @@ def _settle(folder: Path) -> None:
         return
     if not (folder / BAG).exists():
         _move(aside, folder)
-    shutil.rmtree(aside)
+    shutil.rmtree(aside / BAG, ignore_errors=True)
+    for name in (METRICS, PICTURE):
+        (aside / name).unlink(missing_ok=True)
+    with suppress(OSError):  # somebody else has something there
+        aside.rmdir()
 
 
 def _move(source: Path, to: Path) -> None:
@@ -208,7 +213,12 @@ def write_results(preset: str, path: Path, folder: Path) -> Outcome:
         "supply_pressure": outcome.supply_pressure,
         "preset": preset,
     }
-    atomic_write(folder / METRICS, json.dumps(values, indent=2) + "\n")
+    # JSON has no NaN: what there is not is null.
+    numbers = {
+        name: None if isinstance(value, float) and math.isnan(value) else value
+        for name, value in values.items()
+    }
+    atomic_write(folder / METRICS, json.dumps(numbers, indent=2) + "\n")
     draw(preset, bag, folder / PICTURE)
     return outcome
 

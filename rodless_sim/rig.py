@@ -58,6 +58,7 @@ from rodless_sim.physics.timed import (
     copied,
     memory_like,
     memory_of,
+    supplied_anew,
     tubes_in,
     with_tubes,
 )
@@ -80,6 +81,9 @@ FURTHER_COLUMNS = 5
 
 # Rows are integrated, and then columns are made of them.
 COPIES = 2
+
+# Of the state that a run made step by step keeps of each sample: a number of Python, and its place.
+BYTES_OF_A_NUMBER = 32
 
 # Flows at much more than this (Pa) overflow.
 LARGEST_PRESSURE = 1e150
@@ -204,7 +208,7 @@ def full_motion(plant: Plant, motion: AnyMotion) -> FullMotion:
             piston_bristle_deflection=0.0,
             coupled=1.0,
             supply_pressure=plant.supply_pressure,
-            receiver_pressure=plant.supply_pressure,
+            receiver_pressure=plant.full.supply.initial_pressure,
             compressor=0.0,
             friction_clock=0.0,
             friction_dice=first_dice(plant.full.drift.seed),
@@ -392,13 +396,24 @@ class Rig:
         before, stayed = self._plant, self._valve_fault.stays
         with self._all_or_nothing():
             self._take(parameters)
-            self._motion = with_states_of(self._plant, self._motion)
+            self._motion = self._supplied_on(before, with_states_of(self._plant, self._motion))
             self._remember_anew(before)
+            self._spool = supplied_anew(self._plant, before, self._spool, self._motion)
             if self._valve_fault.stays and not stayed:
                 self._hold_spool()
             self._apply(self._voltage, self._motion, self._spool, self._commands, 0)
             if self._sampling is not None:
                 self._sampling.configure(parameters)
+
+    def _supplied_on(self, before: Plant, motion: AnyMotion) -> AnyMotion:
+        """Return ``motion``; a supply that begins to sink does so from where it was."""
+        sagged = before.full and before.full.supply.sags
+        if sagged or not isinstance(motion, FullMotion) or not self._plant.full.supply.sags:
+            return motion
+        here = supply_at_valve(
+            at_time(before, self._nanoseconds * SECONDS_PER_NANOSECOND), self._motion
+        )
+        return motion._replace(supply_pressure=here)
 
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:
@@ -715,9 +730,10 @@ def simulate(
     """
     plant = Plant.of(rig_parameters(parameters))
     span = step_nanoseconds(period, "period")
-    _refuse_too_many(voltages, plant)
+    stepped = scenario is not None or ValveFault.of(parameters).present
+    _refuse_too_many(voltages, plant, stepped)
     commands = applied_voltages(voltages)
-    if scenario is not None or ValveFault.of(parameters).present:
+    if stepped:
         rig = Rig(parameters, scenario)
         rig.reset(position, pressures, temperatures)
         return _stepped(rig, commands, span)
@@ -737,14 +753,15 @@ def simulate(
     return trace(columns_of(plant), plant.cylinder.piston_area, span, held, rows)
 
 
-def _refuse_too_many(voltages: object, plant: Plant) -> None:
+def _refuse_too_many(voltages: object, plant: Plant, stepped: bool) -> None:
     """Raise ValueError where a trace of so many voltages has no room in memory."""
     try:
         count = len(voltages)  # type: ignore[arg-type]
     except TypeError:  # one, or nothing that can be applied
         return
+    numbers = (len(columns_of(plant)) + FURTHER_COLUMNS) * count
     refuse_more_than_there_is(
-        8 * COPIES * (len(columns_of(plant)) + FURTHER_COLUMNS) * count,
+        (8 * COPIES + (BYTES_OF_A_NUMBER if stepped else 0)) * numbers,
         f"{count} voltages refused: their samples",
         "apply fewer at a time",
     )

@@ -252,7 +252,8 @@ def scenario_file(given: str | os.PathLike[str]) -> Path:
     """Return the absolute path of a scenario file, or of the package's scenario of that name."""
     try:
         path = file_path(given)
-        there = path.exists()
+        # A folder, such as a bag, is no scenario, and hides none of the package.
+        there = path.exists() and not path.is_dir()
     except (OSError, ValueError):
         there = False
     return path.absolute() if there else shipped_scenario(str(given))

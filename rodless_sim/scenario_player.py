@@ -38,7 +38,8 @@ class ScenarioPlayer:
 
     def at_start(self, parameters: RigParameters) -> RigParameters:
         """Return ``parameters`` as before the scenario, with what is due at 0."""
-        parameters = parameters.with_values(self._before)
+        # With all named, nothing follows from a model that comes back: the rest stays as it is.
+        parameters = parameters.with_values({**parameters, **self._before})
         for entry in self._at_start:
             parameters = parameters.with_values(entry.changes)
         return parameters

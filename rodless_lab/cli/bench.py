@@ -77,7 +77,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         return 1
     except OSError as error:
         print(named_or_as_it_is(error), file=sys.stderr)
-        return 1
+        return 2
     except RuntimeError as error:
         print(error, file=sys.stderr)
         return 1

@@ -66,7 +66,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
             wrong += complaints(found)
             print(texts[-1], flush=True)
             if not _written(options.output, "\n\n".join([*texts, *wrong]) + "\n"):
-                return 1
+                return 2
     except _InterruptedError:
         print("interrupted", file=sys.stderr)
         return 1

@@ -10,6 +10,7 @@
 
 from pathlib import Path
 
+from rodless_base.atomic_write import make_folder, write_together
 from rodless_lab.experiments.experiment import Experiment
 from rodless_lab.experiments.result import Result
 from rodless_lab.figures.files import png
@@ -47,7 +48,6 @@ def over_ros(experiment: Experiment) -> tuple[str, ...]:
 
 def write_page(folder: Path, experiment: Experiment, result: Result) -> None:
     """Write the page and its pictures into ``folder``."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for shown in result.pictures:
-        (folder / f"{shown.name}.png").write_bytes(png(shown.draw))
-    (folder / f"{experiment.name}.md").write_text(page(experiment, result), encoding="utf-8")
+    make_folder(folder)
+    pictures = {folder / f"{one.name}.png": png(one.draw) for one in result.pictures}
+    write_together({**pictures, folder / f"{experiment.name}.md": page(experiment, result)})

@@ -10,6 +10,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -116,6 +117,9 @@ def rig_status(rig: RunningRig, timeout: float) -> RigStatus:
     rest = READINGS_TIMEOUT if stands or status.is_running else STANDING_TIMEOUT
     rig.wait_for(lambda: all(readings[one] is not None for one in due), min(timeout, rest))
     elsewhere = rig.samples_elsewhere() if readings["position"] is None else None
+    # A sensor that is gone says NaN.
+    there = {name: one if one is None or isfinite(one) else None for name, one in readings.items()}
+    status = replace(status, readings=there)
     return status if elsewhere is None else replace(status, problems=(*status.problems, elsewhere))
 
 

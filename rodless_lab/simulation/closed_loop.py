@@ -51,8 +51,8 @@ from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.spool import AnySpool
 from rodless_sim.physics.state import AnyMotion
 from rodless_sim.physics.timed import memory_of
+from rodless_sim.rig import BYTES_OF_A_NUMBER, starting_motion
 from rodless_sim.rig import rig_parameters as checked
-from rodless_sim.rig import starting_motion
 from rodless_sim.scenario import AnyScenario
 from rodless_sim.timing import nanoseconds, sample_times, step_nanoseconds
 from rodless_sim.trace import MOST_COLUMNS, columns_of, read_only, record, trace
@@ -69,6 +69,9 @@ REACH = ControllerParameters.DECLARATIONS["reference.target"]
 # columns, times, reference and error; and for the voltage and each term, the command and its copy.
 NUMBERS_PER_SAMPLE = NOISE_CHANNELS + 3 * 2 + 2 * MOST_COLUMNS + 8
 NUMBERS_PER_COMMAND = 3
+
+# What a run made step by step keeps of each sample beside: state and measurement, as of Python.
+BYTES_OF_A_STATE = BYTES_OF_A_NUMBER * (MOST_COLUMNS + len(Measurement._fields))
 
 # Rows, commands, number of samples done, fault, last state and last place of the spool of a run.
 LoopResult = tuple[Array, Array, int, int, AnyMotion, AnySpool]
@@ -410,12 +413,11 @@ class Loop:
         self._terms = checked_terms(type(self.law))
         numbers = NUMBERS_PER_SAMPLE + NUMBERS_PER_COMMAND * (1 + len(self._terms))
         self.size = 8 * numbers * count
-        refuse_more_than_there_is(
-            self.size,
+        self._times_in_words = (
             f"duration {whole * SECONDS_PER_NANOSECOND:g} s at period "
-            f"{self._span * SECONDS_PER_NANOSECOND:g} s refused: {count} samples",
-            "shorten it, or lengthen the period",
+            f"{self._span * SECONDS_PER_NANOSECOND:g} s"
         )
+        self._refuse_beyond_memory(self.size, count)
         self._limits = limits_of(self.law)
         self.times = sample_times(count, self._span)
         self.references = sampled(reference, self.times)  # shape (n, 2): m, m/s
@@ -423,6 +425,13 @@ class Loop:
         refuse_beyond_any_rig(self.wanted, self.times)
         self._noise_shape = (count, NOISE_CHANNELS)
         self._no_noise = np.zeros(self._noise_shape)
+
+    def _refuse_beyond_memory(self, size: int, count: int) -> None:
+        refuse_more_than_there_is(
+            size,
+            f"{self._times_in_words} refused: {count} samples",
+            "shorten it, or lengthen the period",
+        )
 
     @property
     def compiled(self) -> bool:
@@ -476,6 +485,8 @@ class Loop:
     def _run_stepped(
         self, rig_parameters: RigParameters, position: float | None, scenario: AnyScenario | None
     ) -> LoopRun:
+        count = len(self.times)
+        self._refuse_beyond_memory(self.size + BYTES_OF_A_STATE * count, count)
         rig = Rig(rig_parameters, scenario)
         rig.reset(position)
         # A compiled law remembers in the object what it keeps to itself in the compiled loop.

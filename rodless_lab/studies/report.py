@@ -22,6 +22,9 @@ SUMMARY = "summary.md"
 ROWS = "rows"  # the name of a folder too, which has no ending
 SENSITIVITY = "sensitivity"
 
+# A picture with its table of all rows of a large sweep would fill memory and page.
+MOST_DRAWN = 10_000
+
 
 def report_files(folder: Path) -> list[Path]:
     """Return where the page of a sweep and its pictures may go."""
@@ -37,8 +40,10 @@ def write_report(folder: Path, study: Study) -> str:
     results = read_results(folder, study, traces=False)
     text = summary(results)
     contents: dict[Path, str | bytes] = {}
-    contents |= figure_contents(folder, ROWS, lambda: draw_rows(results))
-    pictures = "![Figures over each axis](rows.png)\n"
+    drawn = results.some(MOST_DRAWN)
+    contents |= figure_contents(folder, ROWS, lambda: draw_rows(drawn))
+    of_all = "" if drawn is results else f": {MOST_DRAWN} of the {len(results)} rows, at random"
+    pictures = f"![Figures over each axis{of_all}](rows.png)\n"
     if study.method == SALTELLI and (found := sensitivities(results, study.seed)):
         text += f"\nTotal Sobol indices:\n\n{sensitivity_table(results, found)}"
         contents |= figure_contents(

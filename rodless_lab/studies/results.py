@@ -49,6 +49,14 @@ class Results:
     def __repr__(self) -> str:
         return f"Results: {len(self)} of {self.total} rows, {len(self.failures)} failed"
 
+    def some(self, count: int) -> "Results":
+        """Return so many rows, drawn at random, in their order, or all that there are."""
+        if len(self) <= count:
+            return self
+        random = np.random.default_rng(0)
+        chosen = np.sort(random.choice(len(self), count, replace=False))
+        return Results(self._table.take(chosen), self.axes, self.total)
+
     def unit(self, name: str) -> str:
         """Return the unit of a column, empty where it has none; raises KeyError."""
         metadata = self._table.schema.field(name).metadata or {}

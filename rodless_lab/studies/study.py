@@ -111,9 +111,11 @@ class Study:
         )
 
     @cached_property
-    def _both(self) -> dict[str, Value]:
-        both = {**self.base.rig, **self.base.controller}
-        return {name: both[name] for name in self.base.names}
+    def _bases(self) -> dict[str, dict[str, Value]]:
+        """Of each law, the value of each parameter that all rows have: factors multiply it."""
+        both = {law: {**self.base.rig, **one} for law, one in self.base.by_law.items()}
+        names = self.base.names
+        return {law: {name: values[name] for name in names} for law, values in both.items()}
 
     def __len__(self) -> int:
         return len(self.levels)
@@ -129,16 +131,17 @@ class Study:
         if axis.factor:
             return FACTOR
         declared = {**self.base.rig.DECLARATIONS, **self.base.controller.DECLARATIONS}
-        units = {declared[name].unit for name in axis.names(self._both)}
+        units = {declared[name].unit for name in axis.names(self.base.names)}
         return units.pop() if len(units) == 1 else ""
 
     def row(self, number: int) -> Row:
         """Return one row; raises ParameterError where its values are no rig or controller."""
         levels = self.levels[number]
         values: dict[str, object] = {SEED: seed_of(self.seed, number // self._sharing)}
-        for one, level in zip(self.dimensions, levels, strict=True):
-            values.update(one.values(self._both, level))
         named = {one.name: level for one, level in zip(self.dimensions, levels, strict=True)}
+        base = self._bases[str(named.get(LAW, self.base.controller.text(LAW)))]
+        for one, level in zip(self.dimensions, levels, strict=True):
+            values.update(one.values(base, level))
         return Row(number, named, self.base.with_values(values))
 
 

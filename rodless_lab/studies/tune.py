@@ -19,6 +19,7 @@ taken.
 """
 
 import json
+import math
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -209,20 +210,22 @@ def search(
     ``progress`` is told how far the search is. Raises StudyError and OSError as
     :class:`Candidates`, and NothingKnownError where it is ``stopped`` before it knows anything.
     """
-    bench, kept = Bench(task), Candidates(folder, task)
+    bench, kept, best = Bench(task), Candidates(folder, task), math.inf
     asked: dict[tuple[float, ...], Candidate] = {}
 
     def score(shares: Array) -> float:
-        if stopped():
-            raise _StoppedError
+        nonlocal best
         key = tuple(map(float, shares))
         if key not in kept.known:
+            # What is known comes whole, however early it is stopped: the result is of no less.
+            if stopped():
+                raise _StoppedError
             try:
                 kept.add(bench.candidate(shares))
             except (ValueError, TypeError) as error:
                 raise _FailedError(error) from error
         asked[key] = kept.known[key]
-        best = min(one.score for one in asked.values())
+        best = min(best, asked[key].score)
         progress(f"{len(asked)} of {task.candidates} candidates, best score {best:.4g}")
         return asked[key].score
 
@@ -249,16 +252,16 @@ def search(
     except _StoppedError:
         complete = False
         if not asked:
-            if not kept.known:
-                kept.forget()
+            kept.forget()
             raise NothingKnownError(
                 f"{folder}: interrupted before the first candidate was known"
             ) from None
     finally:
         kept.close()
     tried = list(asked.values())
-    best, final_score = final or (min(tried, key=lambda one: one.score), None)
-    return Tuned(task.values(np.array(best.shares)), best, tried, complete, converged, final_score)
+    taken, final_score = final or (min(tried, key=lambda one: one.score), None)
+    values = task.values(np.array(taken.shares))
+    return Tuned(values, taken, tried, complete, converged, final_score)
 
 
 def _final(
@@ -274,9 +277,9 @@ def _final(
     finalists = [in_force, *sorted(others, key=lambda one: one.score)[: task.finalists - 1]]
     scores: list[float] = []
     for one in finalists:
-        if stopped():
-            raise _StoppedError
         if one.shares not in kept.finals:
+            if stopped():
+                raise _StoppedError
             found = [bench.candidate(np.array(one.shares)).score for bench in benches]
             kept.add_final(one, float(np.mean(found)))
         scores.append(kept.finals[one.shares])

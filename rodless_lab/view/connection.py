@@ -12,8 +12,8 @@ import asyncio
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-# For the first request to come, in s. uvicorn itself waits for ever, and each connection takes one
-# of the files that the process may open.
+# For a request to come, in s. uvicorn itself waits for ever for the first, and for a later one that
+# has begun; each connection takes one of the files that the process may open.
 REQUEST_TIMEOUT = 10.0
 
 
@@ -23,9 +23,17 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait."""
         super().connection_made(transport)
-        self.loop.call_later(REQUEST_TIMEOUT, self._end_unless_asked, transport)
+        self._await_request(transport)
 
-    def _end_unless_asked(self, transport: asyncio.Transport) -> None:
+    def on_response_complete(self) -> None:
+        """Begin to wait for the next."""
+        super().on_response_complete()
+        self._await_request(self.transport)
+
+    def _await_request(self, transport: asyncio.Transport) -> None:
+        self.loop.call_later(REQUEST_TIMEOUT, self._end_unless_asked, transport, self.cycle)
+
+    def _end_unless_asked(self, transport: asyncio.Transport, last: object) -> None:
         """End it; one that has become a WebSocket has a protocol of its own."""
-        if self.cycle is None and transport.get_protocol() is self:
+        if self.cycle is last and transport.get_protocol() is self:
             transport.abort()

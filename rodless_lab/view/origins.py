@@ -14,7 +14,7 @@ name of its own that leads here.
 
 import ipaddress
 import socket
-from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping, MutableMapping
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -54,7 +54,9 @@ class OwnPagesOnly:
         if len(hosts) != 1 or len(origins) > 1 or not self._is_ours(hosts[0]):
             return False
         # A request for the page itself has no origin; a socket's, and whatever a page sends, has.
-        return not origins or origins[0] in (f"http://{hosts[0]}", f"https://{hosts[0]}")
+        if origins:
+            return origins[0] in (f"http://{hosts[0]}", f"https://{hosts[0]}")
+        return _is_asked_by_the_user(found)
 
     def _is_ours(self, host: str) -> bool:
         """Whether a Host header names this machine: an address cannot be made to lead here."""
@@ -66,6 +68,18 @@ class OwnPagesOnly:
         if name is None or set(host) & set("@#?/\\"):
             return False
         return name in self._names or (is_loopback(name) if self._is_local else _is_address(name))
+
+
+def _is_asked_by_the_user(headers: Mapping[bytes, list[str]]) -> bool:
+    """Whether a browser asks without another site's page behind it, or follows a link of one.
+
+    Such a page could load ours without end, unseen (W3C, Fetch Metadata Request Headers). Not every
+    browser says where a request comes from, and none to a name that is not of its own machine.
+    """
+    site, mode, to = (
+        headers.get(b"sec-fetch-" + name, [""])[0] for name in (b"site", b"mode", b"dest")
+    )
+    return site in ("", "none", "same-origin") or (mode, to) == ("navigate", "document")
 
 
 def is_loopback(host: str) -> bool:

@@ -136,7 +136,8 @@ class Steering:
         """Follow what the nodes have now."""
         self._all.set_visibility(self._state.live and self._state.playback is None)
         known = self._known
-        if known != self._seen and known in REFERENCES:
+        # One of somebody else's controller may be a list, which no dictionary can be asked for.
+        if known != self._seen and isinstance(known, str) and known in REFERENCES:
             self._seen = known
             self._kind.set_value(known)
             self._show_shape()

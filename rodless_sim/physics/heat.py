@@ -110,8 +110,10 @@ def of(parameters: ParameterSet) -> Heat | tuple[()]:
     return balance(parameters)
 
 
-def balance(parameters: ParameterSet) -> Heat:
-    """Return the constants of the balance for ``parameters``, whether it is in use or not.
+def balance(parameters: ParameterSet, in_use: bool = True) -> Heat:
+    """Return the constants of the balance for ``parameters``.
+
+    Where it is not ``in_use`` all air has the supply's temperature, that of the atmosphere too.
 
     The dead volume is a cavity of the cylinder, a tube and fittings in unknown proportions. Its
     wall is taken for that of as much more bore: the wall grows by 4/d with any volume. A bare tube
@@ -120,7 +122,9 @@ def balance(parameters: ParameterSet) -> Heat:
     return Heat(
         coefficient=parameters.number("chambers.heat_transfer_coefficient"),
         wall_temperature=parameters.number("chambers.wall_temperature"),
-        ambient_temperature=parameters.number("atmosphere.temperature"),
+        ambient_temperature=parameters.number(
+            f"{'atmosphere' if in_use else 'supply'}.temperature"
+        ),
         faces=2.0 * piston_area(parameters),
         wall_by_volume=4.0 / parameters.number("cylinder.bore"),
     )

@@ -61,7 +61,7 @@ class Plant(NamedTuple):
             forces=forces.of(parameters),
             supply_pressure=parameters.number("supply.pressure"),
             ambient_pressure=parameters.number("atmosphere.pressure"),
-            heat=heat.balance(parameters) if further else heat.of(parameters),
+            heat=heat.balance(parameters, further.heated) if further else heat.of(parameters),
             drive=spool.of(parameters),
             full=further,
             # One of nothing, if need be: each kind of plant takes a minute to compile.

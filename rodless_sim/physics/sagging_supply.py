@@ -108,6 +108,7 @@ class Supply(NamedTuple):
     switch_on: float  # Pa
     switch_off: float  # Pa
     delivery: float  # kg/s
+    initial_pressure: float  # Pa, of the receiver, which no fault of its line lowers
     set_pressure: float  # Pa, the plant's without ripple
     loss: float  # share of the gauge pressure that a fault takes
 
@@ -130,6 +131,7 @@ class Supply(NamedTuple):
             switch_on=number("supply.switch_on_pressure"),
             switch_off=number("supply.switch_off_pressure"),
             delivery=number("supply.delivery") * density,
+            initial_pressure=number("supply.pressure"),
             set_pressure=number("supply.pressure"),
             loss=0.0,
         )

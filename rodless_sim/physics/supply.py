@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from rodless_base.kernels import kernel_by_type, version_for
 from rodless_base.parameters import Parameter, ParameterError, ParameterSet, declare
+from rodless_sim.physics.sagging_supply import COMPRESSOR
 from rodless_sim.physics.sources import JUDGEMENT
 
 PARAMETERS = declare(
@@ -57,11 +58,13 @@ def of(parameters: ParameterSet, kept: bool) -> Ripple | tuple[()]:
 
 def check(parameters: ParameterSet) -> None:
     """Refuse a ripple that takes the supply below the atmosphere."""
-    supply, ambient = (parameters.number(f"{name}.pressure") for name in ("supply", "atmosphere"))
+    compressor = parameters.text("supply.kind") == COMPRESSOR
+    lowest = "supply.switch_on_pressure" if compressor else "supply.pressure"
+    supply, ambient = parameters.number(lowest), parameters.number("atmosphere.pressure")
     amplitude = parameters.number("supply.ripple_amplitude")
-    if supply - amplitude < ambient:
+    if amplitude > 0.0 and supply - amplitude < ambient:
         raise ParameterError(
-            f"supply.ripple_amplitude: {amplitude:g} Pa refused, supply.pressure ({supply:g} Pa) "
+            f"supply.ripple_amplitude: {amplitude:g} Pa refused, {lowest} ({supply:g} Pa) "
             f"would fall below atmosphere.pressure ({ambient:g} Pa)"
         )
 

@@ -608,6 +608,19 @@ def at_speed_of(plant: Plant, before: Plant, memory: AnySpool) -> AnySpool:
     return memory._replace(tubes=tubes._replace(history=history))
 
 
+def supplied_anew(plant: Plant, before: Plant, memory: AnySpool, motion: AnyMotion) -> AnySpool:
+    """Return ``memory`` of the plant ``before``, the valve fed as ``plant`` has it from now on."""
+    if not isinstance(memory, Memory) or feed_of(plant) == feed_of(before):
+        return memory
+    supply = float(supply_at_valve(now_supplied(plant, memory.time), motion))
+    return memory._replace(supply=supply)
+
+
+def feed_of(plant: Plant) -> tuple[object, ...]:
+    """Return all that decides the supply's pressure at the valve, but for states."""
+    return plant.supply_pressure, plant.ripple, plant.full and plant.full.supply
+
+
 def copied(memory: AnySpool) -> AnySpool:
     """Return the same memory with a history of its own: that of a run is written where it is."""
     if not isinstance(memory, Memory) or not isinstance(memory.tubes, Tubes):

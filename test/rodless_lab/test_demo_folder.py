@@ -79,10 +79,24 @@ def test_results_whose_bag_is_gone_do_not_stay_beside_another(earlier: Path) -> 
     """Somebody has moved it away for its size: figures and picture are not those of the new one."""
     shutil.rmtree(earlier / BAG)
     with earlier_results(earlier) as there:
-        assert not there
+        assert there
         (earlier / BAG).mkdir()
         (earlier / BAG / "bag_0.mcap").write_text("new", encoding="utf-8")
     assert files(earlier) == {f"{BAG}/bag_0.mcap": "new", "notes.txt": "earlier notes.txt"}
+
+
+def test_what_no_demo_has_left_stays_until_there_is_something_in_its_place(tmp_path: Path) -> None:
+    """Figures of another verb, and a folder of somebody's by the name of ours."""
+    others = {METRICS: "a bench's", ".earlier/notes.txt": "precious", ".earlier/bag.txt": "too"}
+    (tmp_path / ".earlier").mkdir()
+    for name, text in others.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    for bag in (False, True):
+        with earlier_results(tmp_path) as there:
+            assert there
+            if bag:
+                (tmp_path / BAG).mkdir()
+        assert files(tmp_path) == others
 
 
 def test_what_a_killed_demo_has_set_aside_comes_back(earlier: Path) -> None:

@@ -246,6 +246,7 @@ def test_no_change_takes_the_way_back_to_the_start_away(
         ({"friction.forward.static": 35.0}, {"cylinder.model": "CY3R25-300"}),
         ({"cylinder.model": "other", "cylinder.stroke": 0.3}, {"cylinder.model": "CY3R25-200"}),
         ({"air.critical_ratio": 0.5285}, {"air.isentropic_index": 1.3}),
+        ({"cylinder.moving_mass": 2.0}, {"cylinder.stroke": 0.15}),
     ],
 )
 def test_a_reset_takes_back_what_followed_from_an_entry(
@@ -258,6 +259,18 @@ def test_a_reset_takes_back_what_followed_from_an_entry(
     rig.reset()
     assert rig.parameters == RigParameters(base)
     assert [rig.advance(6.5, PERIOD) for _ in range(20)] == first
+
+
+def test_a_reset_takes_back_what_the_scenario_has_changed_and_nothing_else() -> None:
+    """A stroke has its model come back, which has a mass and friction: the rig has its own."""
+    own = {"cylinder.moving_mass": 2.0, "friction.forward.static": 20.0}
+    rig = Rig(RigParameters(own), Scenario([(0.0, {"cylinder.stroke": 0.15})]))
+    expected = RigParameters({**own, "cylinder.stroke": 0.15})
+    for live in ({}, {"friction.reverse.static": 50.0}):
+        rig.configure(rig.parameters.with_values(live))
+        for _ in range(2):
+            rig.reset()
+            assert rig.parameters.differences(expected.with_values(live)) == {}
 
 
 def test_a_name_that_is_no_text_is_shown_in_a_short_line() -> None:

@@ -8,6 +8,14 @@ export function niceStep(span, most) {
   return [1, 2, 5, 10].map((k) => k * power).find((step) => step >= raw);
 }
 
+// Multiples of a step from low to high. Counted from 0: where numbers are so large that adding 1 to
+// them changes nothing, a count of their own would never end.
+export function wholeSteps(low, high, step) {
+  const first = Math.ceil(low / step - 1e-9);
+  const length = Math.min(Math.floor(high / step + 1e-9) - first + 1, 100);
+  return Array.from({ length }, (_, n) => (first + n) * step);
+}
+
 export class Plot {
   // options: title, unit, scale (unit per SI unit), offset (SI), span (least, in unit), and series:
   // {column, label, colour, dash}.
@@ -105,8 +113,7 @@ export class Plot {
     g.textBaseline = "middle";
     g.textAlign = "right";
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
-      const v = k * step;
+    for (const v of wholeSteps(low, high, step)) {
       g.beginPath();
       g.moveTo(box.left, y(v));
       g.lineTo(box.right, y(v));
@@ -117,13 +124,13 @@ export class Plot {
     g.textBaseline = "top";
     const pace = niceStep(to - from, Math.max(2, Math.floor((box.right - box.left) / (size * 6))));
     const decimals = Math.max(0, -Math.floor(Math.log10(pace) + 1e-9));
-    for (let k = Math.ceil(from / pace - 1e-9); k * pace <= to + 1e-9; k++) {
-      const at = x(k * pace);
+    for (const t of wholeSteps(from, to, pace)) {
+      const at = x(t);
       g.beginPath();
       g.moveTo(at, box.top);
       g.lineTo(at, box.bottom);
       g.stroke();
-      if (isLast && at < box.right - size) g.fillText((k * pace).toFixed(decimals), at, box.bottom + 4);
+      if (isLast && at < box.right - size) g.fillText(t.toFixed(decimals), at, box.bottom + 4);
     }
     g.textAlign = "right";
     if (isLast) g.fillText("s", box.right + size * 0.7, box.bottom + 4);

@@ -126,14 +126,14 @@ def test_what_did_not_come_in_time_is_shown_and_no_failure(
 def test_a_report_that_finds_the_disk_full_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """After the hour: what it has found is printed all the same, and the code is 1."""
+    """After the hour: what it has found is printed all the same, and the code is 2."""
     from rodless_lab.soak.ros import soak  # noqa: PLC0415  needs ROS
 
     found = soak.Soak("lockstep", 1.0, 10, memory={"plant": [(1.0, 200.0)]})
     monkeypatch.setattr(soak, "soak_lockstep", lambda *_: found)
     fill_up(monkeypatch)
     output = tmp_path / "soak.md"
-    assert main(["--seconds", "0", "--steps", "10000", "--output", str(output)], Quiet()) == 1
+    assert main(["--seconds", "0", "--steps", "10000", "--output", str(output)], Quiet()) == 2
     said = capsys.readouterr()
     assert said.out == summary(found) + "\n"
     assert said.err == f"{output}: cannot be written: No space left on device\n"

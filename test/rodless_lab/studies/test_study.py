@@ -368,6 +368,39 @@ def test_a_law_that_cannot_be_studied_is_named(
     assert "\n" not in str(refusal.value)
 
 
+TWO_LAWS = """
+from rodless_base.parameters import Parameter, declare
+from rodless_control import Law
+
+
+class Weak(Law):
+    PARAMETERS = declare(Parameter("own.gain", 3.0, "V", "a gain", "own", 0.0, 99.0))
+
+    def update(self, measurement, reference, interval):
+        return 5.0
+
+
+class Strong(Weak):
+    PARAMETERS = declare(Parameter("own.gain", 70.0, "V", "a gain", "own", 0.0, 99.0))
+"""
+
+
+def test_a_factor_multiplies_what_the_law_of_its_row_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two laws name a gain alike, and each has a default of its own."""
+    (tmp_path / "two_laws_of_study.py").write_text(TWO_LAWS, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    weak, strong = (f"two_laws_of_study:{name}" for name in ("Weak", "Strong"))
+    gain = "{from: 0.5, to: 1.0, count: 2, factor: true}"
+    laws = f"['{weak}', '{strong}']"
+    study = read_study(written(tmp_path, f"vary: {{controller.law: {laws}, own.gain: {gain}}}"))
+    found = [study.row(number).base.controller for number in range(len(study))]
+    assert [(one.text("controller.law"), one.number("own.gain")) for one in found] == [
+        *((weak, 1.5), (weak, 3.0), (strong, 35.0), (strong, 70.0)),
+    ]
+
+
 @pytest.mark.parametrize(
     "text",
     [

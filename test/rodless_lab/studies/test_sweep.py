@@ -27,7 +27,7 @@ from small_study import write_law, write_study
 
 from rodless_control.laws import law_class
 from rodless_lab import closed_loop, run_metrics, sweep
-from rodless_lab.studies import parts, saved_study
+from rodless_lab.studies import parts, report, saved_study
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.replay import replay_row
 from rodless_lab.studies.results import read_results
@@ -71,6 +71,26 @@ def test_its_page_needs_no_traces(tmp_path: Path) -> None:
     assert list(bare) == [name for name in whole if not name.startswith("trace.")]
     for name, values in bare.items():
         assert np.array_equal(values, whole[name], equal_nan=values.dtype.kind == "f"), name
+
+
+def test_the_page_of_many_rows_draws_some_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a million the picture and its table would fill the memory; each dot is a row's."""
+    monkeypatch.setattr(report, "MOST_DRAWN", 7)
+    study = read_study(write_study(tmp_path))
+    found = sweep(study, tmp_path / "out")
+    assert "20 rows." in report.write_report(tmp_path / "out", study)
+    page = (tmp_path / "out" / "summary.md").read_text(encoding="utf-8")
+    assert "![Figures over each axis: 7 of the 20 rows, at random](rows.png)" in page
+    lines = (tmp_path / "out" / "rows.csv").read_text(encoding="utf-8").splitlines()
+    (across,) = [line for line in lines if line.startswith("# panel 1: x: cylinder.moving_mass")]
+    figure = across.partition("; y: ")[2]
+    points = [tuple(map(float, line.split(",")[2:])) for line in lines if line.startswith("1,")]
+    assert len(set(points)) == 7, figure
+    masses = found["cylinder.moving_mass"].tolist()
+    assert {mass for mass, _ in points} < set(masses)
+    assert [mass for mass, _ in points] == [one for one in masses if one in dict(points)]
 
 
 def test_the_files_depend_neither_on_threads_nor_on_interruptions(

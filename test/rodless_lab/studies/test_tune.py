@@ -632,10 +632,20 @@ def test_a_search_that_is_interrupted_at_once_leaves_nothing(tmp_path: Path) -> 
 
 
 def test_a_search_that_goes_on_keeps_what_it_knew(tmp_path: Path) -> None:
-    """Interrupted before the first candidate of this time."""
+    """Interrupted before the first new candidate: its result is that of all it knew, no less."""
     task, folder = read_task(written(tmp_path)), tmp_path / "out"
-    search(task, folder, stopped=partial(next, iter([False] * 3), True))
-    before = {file.name: file.read_bytes() for file in folder.iterdir()}
-    with pytest.raises(NothingKnownError):
-        search(task, folder, stopped=lambda: True)
-    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+    before = search(task, folder, stopped=partial(next, iter([False] * 3), True))
+    files = {file.name: file.read_bytes() for file in folder.iterdir()}
+    assert len(before.candidates) == 3
+    assert search(task, folder, stopped=lambda: True) == before
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == files
+
+
+def test_a_search_that_is_over_is_found_again_whole_however_early_it_is_stopped(
+    tmp_path: Path,
+) -> None:
+    """Its finals too: else its file would hold the best of the search, and not the one chosen."""
+    task = replace(read_task(written(tmp_path)), finalists=2)
+    whole = search(task, tmp_path / "out")
+    assert whole.final_score is not None
+    assert search(task, tmp_path / "out", stopped=lambda: True) == whole

@@ -58,6 +58,33 @@ def test_pages_of_its_own_are_answered(host: str, headers: dict[str, str], kind:
     assert answers(host, kind, headers) == [{"type": "answered"}]
 
 
+@pytest.mark.parametrize(
+    ("site", "mode", "dest", "answered"),
+    [
+        ("none", "navigate", "document", True),  # typed, or from the bookmarks
+        ("same-origin", "no-cors", "script", True),  # our own page's parts
+        ("cross-site", "navigate", "document", True),  # a link that the user follows
+        ("same-site", "navigate", "document", True),
+        ("cross-site", "no-cors", "image", False),
+        ("cross-site", "no-cors", "empty", False),  # fetch() of any page
+        ("same-site", "no-cors", "empty", False),  # of another server of this machine
+        ("cross-site", "navigate", "iframe", False),
+    ],
+)
+def test_a_foreign_page_does_not_load_ours_unseen(
+    site: str, mode: str, dest: str, answered: bool
+) -> None:
+    """In a loop it would fill the server's memory: each page takes some for a minute."""
+    headers = {
+        "host": "127.0.0.1:8080",
+        "sec-fetch-site": site,
+        "sec-fetch-mode": mode,
+        "sec-fetch-dest": dest,
+    }
+    first = answers("127.0.0.1", "http", headers)[0]
+    assert first.get("status", 200) == (200 if answered else 403)
+
+
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 @pytest.mark.parametrize(
     "headers",

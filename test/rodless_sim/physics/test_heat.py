@@ -439,6 +439,24 @@ def test_the_option_can_be_switched_on_a_rig_that_runs() -> None:
     assert isinstance(rig.state, State)
 
 
+@pytest.mark.parametrize("model", ["adiabatic", "polytropic"])
+def test_without_temperatures_the_rooms_air_is_as_warm_as_the_supplys(model: str) -> None:
+    """An option of next to nothing changes next to nothing, where air is sucked in, too."""
+    values = {
+        "chambers.thermodynamics": model,
+        "atmosphere.temperature": 250.0,
+        "fault.carriage.seized": True,
+        "leak.a": 1e-8,
+    }
+    alone, beside = (
+        simulate(RigParameters({**values, **option}), [3.0] * 30, 1e-3, pressures=(6e4, 6e4))
+        for option in ({}, {"supply.droop": 1.0})
+    )
+    assert alone.pressure_a[-1] > 7e4
+    assert np.allclose(beside.pressure_a, alone.pressure_a, rtol=1e-6)
+    assert np.allclose(beside.pressure_b, alone.pressure_b, rtol=1e-6)
+
+
 def test_the_size_of_it() -> None:
     """What heat changes, as an independent simulator has it: filling to 95 % in 1.29, not 0.91 s.
 
