@@ -35,6 +35,7 @@ from rodless_lab.bags.mcap_file.records import (
     MESSAGE,
     McapError,
     Record,
+    T,
     find_whole,
     is_chunk,
     is_message,
@@ -266,10 +267,19 @@ class McapReader:
     def _add_definition(self, record: Record) -> None:
         if record.opcode == Opcode.SCHEMA:
             schema = read_as(Schema.read, record.content)
-            self.index.schemas[schema.id] = schema
+            _define(self.index.schemas, schema.id, schema, "schema")
         else:
             channel = read_as(Channel.read, record.content)
-            self.index.channels[channel.id] = channel
+            _define(self.index.channels, channel.id, channel, "channel")
+
+
+def _define(known: dict[int, T], number: int, found: T, kind: str) -> None:
+    """Add what ``found`` defines; raises :class:`McapError` where the number means another.
+
+    Messages before it and behind it would be of two topics, or of two types. It may be repeated.
+    """
+    if known.setdefault(number, found) != found:
+        raise McapError(f"{kind} {number} is defined a second time, as another one")
 
 
 def _refuse_lost_message(record: Record, first: int, last: int) -> None:

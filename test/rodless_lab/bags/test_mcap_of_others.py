@@ -13,12 +13,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from mcap.records import Channel, DataEnd, Footer, Header, McapRecord, Message, Schema
 from mcap.writer import CompressionType, Writer
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64, Int64
 
 from rodless_lab import read_bag
+from rodless_lab.bags.mcap_file.index import MAGIC, encoded
 from rodless_lab.bags.message_definition import message_definition
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.writer import BagWriter
@@ -70,6 +72,34 @@ def test_a_time_that_ros_has_not_is_damage(
         read_bag(bag)
     found = read_bag(bag, recover=True)["/x"]
     assert found.fields["data"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+FIRST = Channel(1, "/x", "cdr", {}, schema_id=1)
+
+
+@pytest.mark.parametrize(
+    ("second", "line"),
+    [
+        (FIRST, ""),
+        (Channel(1, "/y", "cdr", {}, schema_id=1), "channel 1 is defined a second time, as anoth"),
+        (Schema(1, b"", "ros2msg", INT), "schema 1 is defined a second time, as another one"),
+    ],
+    ids=["repeated", "another topic", "another type"],
+)
+def test_a_number_that_comes_to_mean_another_topic_is_damage(
+    tmp_path: Path, second: McapRecord, line: str
+) -> None:
+    """The format forbids it: messages would go to the wrong topic. It may be said twice."""
+    found = message_definition(FLOAT)
+    schema = Schema(1, found.text.encode(), found.encoding, FLOAT)
+    messages = [Message(1, time, data, time, k) for k, (_, data, time, _) in enumerate(numbers(2))]
+    data = [Header("ros2", "test"), schema, FIRST, messages[0], second, messages[1]]
+    bag = tmp_path / "x.mcap"
+    bag.write_bytes(MAGIC + encoded([*data, DataEnd(0), Footer(0, 0, 0)]) + MAGIC)
+    if line:
+        with pytest.raises(BagError, match=rf"is damaged at byte \d+: {line}"):
+            read_bag(bag)
+    assert read_bag(bag, recover=bool(line))["/x"].log_time.tolist() == [0, 1][: 1 if line else 2]
 
 
 def test_the_last_time_that_ros_has_is_none(tmp_path: Path) -> None:
