@@ -14,16 +14,24 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from rodless_base.parameters import ParameterError
-from rodless_lab.session.errors import HarnessError, NodeDiedError, WaitTimeoutError
+from rodless_lab.session.errors import (
+    HarnessError,
+    LawFailedError,
+    NodeDiedError,
+    WaitTimeoutError,
+)
 from rodless_lab.session.file_parameters import own_parameters
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import ProcessPlan, SessionProcesses, run_rig
+from rodless_lab.session.session import RigSession
 from rodless_sim import RigParameters
 
 ENDED_WELL = {"plant": 0, "controller": 0}
@@ -179,6 +187,50 @@ def test_plans_that_make_no_sense_are_refused_before_anything_runs(
         ProcessPlan(controller=None, one_process=True)
     with pytest.raises(ValueError, match="relay_commands"):
         ProcessPlan(controller=None, relay_commands=True)
+
+
+def test_numbers_of_numpy_are_written_as_numbers(tmp_path: Path) -> None:
+    """As a loop over an array gives them, single, in a list and as a name."""
+    given = {
+        "supply.pressure": np.linspace(5e5, 6e5, 3)[1],
+        "sensors.seed": np.int64(7),
+        "time.publish_clock": np.bool_(False),
+        np.str_("valve.points"): [np.float64(0.5), 1.0],
+        "valve.others": np.array([1.0, 2.0]),
+    }
+    (command,) = ProcessPlan(plant=given, controller=None).command_lines(tmp_path).values()
+    written = yaml.safe_load(Path(command[-1]).read_text("utf-8"))["/**/plant"]["ros__parameters"]
+    assert written == {
+        "supply.pressure": 5.5e5,
+        "sensors.seed": 7,
+        "time.publish_clock": False,
+        "valve.points": [0.5, 1.0],
+        "valve.others": [1.0, 2.0],
+    }
+
+
+@pytest.mark.parametrize("node", ["plant", "controller"])
+@pytest.mark.parametrize(
+    "value", [Path("x"), object(), 1j, [Path("x")]], ids=["path", "object", "complex", "paths"]
+)
+def test_what_no_parameter_can_be_is_refused_by_its_name(node: str, value: object) -> None:
+    """Before anything starts, in one line."""
+    with pytest.raises(TypeError, match=r"^some\.name: .* refused, must be a number, a text, true"):
+        RigSession(**{node: {"some.name": value}})
+
+
+def test_a_law_is_blamed_for_its_own_process_alone(deaf: list[str], tmp_path: Path) -> None:
+    """A plant that had to be killed has no law where the controller has a process of its own."""
+    rig = RigSession(controller={"controller.law": "mine:Law"})
+    for name, other in (("plant", "controller"), ("controller", "plant")):
+        commands = {name: deaf, other: ["true"]}
+        with SessionProcesses(commands, output=tmp_path, stop_timeout=0.2) as processes:
+            rig._processes = processes
+        assert processes[name].had_to_be_killed
+        if name == "plant":
+            rig._check_that_the_law_returned()
+    with pytest.raises(LawFailedError, match=r"^the controller did not end .* its law mine:Law"):
+        rig._check_that_the_law_returned()
 
 
 def test_files_come_before_parameters_and_after_the_preset(tmp_path: Path) -> None:
