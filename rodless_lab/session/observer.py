@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterValue
 from rclpy.context import Context
@@ -46,6 +45,7 @@ from rodless_lab.session.errors import (
 )
 from rodless_lab.session.network import make_room_for_nodes
 from rodless_lab.session.opening_process import OpeningProcess
+from rodless_lab.session.parameter_value import is_no_value, without_numpy
 
 Found = TypeVar("Found")
 
@@ -437,19 +437,13 @@ def ros_parameter(name: object, value: object) -> Parameter:
     """Return a parameter as rclpy has it; raises TypeError for what no parameter can be."""
     if not isinstance(name, str):
         raise TypeError(f"{shown(name)} refused, must be the name of a parameter")
-    if isinstance(value, np.generic | np.ndarray):
-        value = value.tolist()
-    if isinstance(value, tuple):
-        value = list(value)
+    value = without_numpy(value)
     for one in value if isinstance(value, list) else [value]:
         _check_fits(name, one)
     try:
         return Parameter(name, value=value)
     except (TypeError, ValueError, OverflowError) as error:
-        raise TypeError(
-            f"{name}: {shown(value)} refused, must be a number, a text, true or false, or a list "
-            "of one of these"
-        ) from error
+        raise TypeError(is_no_value(name, value)) from error
 
 
 def _check_fits(name: str, value: object) -> None:

@@ -25,6 +25,7 @@ from rodless_base.parameter_file import preset_file, read_parameter_file
 from rodless_base.topics import RIG_CLOCK, ROS_CLOCK, VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
+from rodless_lab.session.parameter_value import is_no_value, without_numpy
 
 MODULES = {
     "plant": "rodless_sim.node.plant_node",
@@ -67,7 +68,7 @@ def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]])
     HarnessError where it cannot be written.
     """
     sections = {
-        f"/**/{node}": {"ros__parameters": dict(values)}
+        f"/**/{node}": {"ros__parameters": _as_written(values)}
         for node, values in parameters.items()
         if values
     }
@@ -76,6 +77,20 @@ def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]])
     except OSError as error:
         raise HarnessError(cannot_be_written(path, error)) from error
     return path
+
+
+def _as_written(values: Mapping[str, object]) -> dict[object, object]:
+    return {without_numpy(name): without_numpy(value) for name, value in values.items()}
+
+
+def _check_values(parameters: Mapping[str, Mapping[str, object]]) -> None:
+    """Raise TypeError for a value that no parameter file can hold."""
+    for values in parameters.values():
+        for name, value in values.items():
+            try:
+                yaml.safe_dump(_as_written({name: value}))
+            except (yaml.YAMLError, ValueError) as error:
+                raise TypeError(is_no_value(name, value)) from error
 
 
 def clock_of_its_own(namespace: str, plant: Mapping[str, object]) -> list[str]:
@@ -96,8 +111,8 @@ class ProcessPlan:
     ``record``, if any. With ``relay_commands`` the controller
     publishes on ``WANTED_VOLTAGE``.
 
-    Raises ValueError for options that contradict each other and FileNotFoundError for a preset
-    that does not exist.
+    Raises ValueError for options that contradict each other, TypeError for a value that no
+    parameter can have, and FileNotFoundError for a preset that does not exist.
     """
 
     preset: str = "paper"
@@ -111,6 +126,7 @@ class ProcessPlan:
 
     def __post_init__(self) -> None:
         preset_file(self.preset)
+        _check_values(self._given)
         if self.one_process and not self.runs_controller_node:
             raise ValueError("one_process: only the PID of this package can share the process")
         if self.record is not None and not self.one_process:
@@ -145,11 +161,17 @@ class ProcessPlan:
             commands["controller"] = [*self.controller, *arguments]
         return commands
 
-    def _parameter_files(self, folder: Path) -> list[Path]:
+    @property
+    def _given(self) -> dict[str, Mapping[str, object]]:
+        """Parameters by node."""
         given = {"plant": self.plant}
         if isinstance(self.controller, Mapping):
             # A controller on plant time does not take a paused plant for lost.
             given["controller"] = {"use_sim_time": True, **self.controller}
+        return given
+
+    def _parameter_files(self, folder: Path) -> list[Path]:
+        given = self._given
         files = [preset_file(self.preset)]
         if self.parameter_file:
             # Here, because launch files load this module and need no compiler.

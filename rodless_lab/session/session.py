@@ -126,8 +126,9 @@ class RigSession(PlantTime, Controls, Faults):
         and ``bag_topics`` are recorded into a new rosbag2 bag at ``bag``.
 
         Raises ValueError for options that contradict each other, TypeError where ``output``,
-        ``bag`` or ``scenario`` is no path, ScenarioError (a ValueError) for a
-        scenario that is none, and FileNotFoundError for a preset that does not exist.
+        ``bag`` or ``scenario`` is no path and for what no parameter can be, ScenarioError (a
+        ValueError) for a scenario that is none, and FileNotFoundError for a preset that does not
+        exist.
         """
         super().__init__()
         kinds = get_args(Mode)
