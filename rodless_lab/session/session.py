@@ -8,6 +8,7 @@
 
 """A rig under test: the nodes in a domain of their own, and everything a test does with them."""
 
+import errno
 import math
 import shutil
 import tempfile
@@ -19,7 +20,7 @@ from typing import get_args
 
 from std_msgs.msg import Float64
 
-from rodless_base.atomic_write import cannot_be_written, make_folder
+from rodless_base.atomic_write import cannot_be_written
 from rodless_base.file_path import file_path
 from rodless_base.one_line import shown
 from rodless_base.real_number import is_number
@@ -27,6 +28,7 @@ from rodless_base.topics import SETPOINT, VALVE_VOLTAGE
 from rodless_control.controller_parameters import DEFAULT_LAW
 from rodless_control.laws import LAWS, law_class
 from rodless_lab.bags.ros.record import check_topic_name
+from rodless_lab.results_folder import results_folder
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.controls import Controls
@@ -51,6 +53,8 @@ TIMEOUT = 120.0
 # itself, and to a test, which takes its time and must not find two answers to one sample.
 COMMAND_TIMEOUT = 3.0
 COMMAND_TIMEOUT_OF_A_TEST = 1000.0
+
+IN_USE = "another session or process writes there; wait for its end, or give another folder"
 
 
 def _follow(scenario: str | Path | None) -> dict[str, str]:
@@ -235,14 +239,17 @@ class RigSession(PlantTime, Controls, Faults):
     def _start(self, stack: ExitStack) -> None:
         """Start the processes; ``stack`` ends them."""
         self._environment = {**stack.enter_context(own_domain()), **self._extra_environment}
-        folder = self._output or Path(tempfile.mkdtemp(prefix="rodless_sim-"))
-        if self._output is None:
-            stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        own = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
+        stack.callback(shutil.rmtree, own, ignore_errors=True)
+        folder = self._output or own
         try:
-            make_folder(folder)
-            commands = self._plan.command_lines(folder)
+            stack.enter_context(results_folder(folder))
+            # A node that is started again reads its parameters anew: they are no one else's.
+            commands = self._plan.command_lines(own)
             self._processes = SessionProcesses(commands, self._environment, folder)
         except OSError as error:
+            if error.errno == errno.EBUSY:
+                raise HarnessError(f"output {folder}: {IN_USE}") from error
             raise HarnessError(cannot_be_written(error.filename or folder, error)) from error
         self._outputs = self._exit_codes = None
         # Before the folder goes, and after all have ended.

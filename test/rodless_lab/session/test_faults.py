@@ -459,6 +459,25 @@ def test_an_output_that_cannot_be_is_named(
     assert list(tmp_path.iterdir()) == [tmp_path / "file"]
 
 
+def test_an_output_is_of_one_session_and_keeps_what_is_there(
+    rig_session: StartSession, tmp_path: Path
+) -> None:
+    """Another that would write there is refused; no parameters go there, nor come from there."""
+    mine = tmp_path / "parameters.yaml"
+    mine.write_text("mine", encoding="utf-8")
+    rig = rig_session(plant=SLOW, output=tmp_path)
+    with pytest.raises(HarnessError, match=rf"^output {tmp_path}: another session or process wri"):
+        RigSession(plant=SLOW, output=tmp_path).__enter__()
+    rig.restart("plant")
+    assert rig.parameters("plant", list(SLOW)) == SLOW
+    rig.__exit__(None, None, None)
+    assert mine.read_text("utf-8") == "mine"
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"parameters.yaml", "plant.txt", "controller.txt"}
+    with RigSession("lockstep", duration=0.01, output=tmp_path) as next_rig:
+        next_rig.run()
+
+
 @contextmanager
 def running(program: str) -> Iterator[tuple["subprocess.Popen[str]", list[int]]]:
     """Run a test's program; yield its process and the process IDs that it prints."""
