@@ -12,7 +12,7 @@ import errno
 import math
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -68,6 +68,14 @@ def _refuse_unless(good: bool, name: str, given: object, wanted: str) -> None:
 
 def _is_command_line(given: object) -> bool:
     return isinstance(given, Sequence) and not isinstance(given, str | bytes) and bool(given)
+
+
+def _is_list_of_texts(given: object) -> bool:
+    return (
+        isinstance(given, Collection)
+        and not isinstance(given, str | bytes)
+        and all(isinstance(text, str) for text in given)
+    )
 
 
 def _are_texts(given: object) -> bool:
@@ -168,6 +176,12 @@ class RigSession(PlantTime, Controls, Faults):
         }
         for name, switch in switches.items():
             _refuse_unless(switch in (True, False), name, switch, "must be True or False")
+        _refuse_unless(
+            _is_list_of_texts(bag_topics),
+            "bag_topics",
+            bag_topics,
+            'must be a list of names: ["controller/reference"]',
+        )
         for topic in bag_topics:
             check_topic_name(topic)
         _refuse_unless(callable(check), "check", check, "must be a function without arguments")
@@ -182,7 +196,7 @@ class RigSession(PlantTime, Controls, Faults):
         self._extra_environment = dict(environment or {})
         self._output = None if output is None else file_path(output)
         self._bag_path = None if bag is None else file_path(bag)
-        self._bag_topics = bag_topics
+        self._bag_topics = tuple(bag_topics)
         self._has_controller = controller is not None
         self._plan = ProcessPlan(
             preset,
@@ -195,6 +209,8 @@ class RigSession(PlantTime, Controls, Faults):
         )
         if telemetry and controller is None:
             raise ValueError("telemetry: there is no controller whose terms to receive")
+        if bag_topics and bag is None:
+            raise ValueError("bag_topics: there is no bag to record them into; give bag too")
 
     @property
     def _recorders(self) -> int:
