@@ -25,7 +25,7 @@ from rodless_base.topics import SETPOINT
 from rodless_control import ControllerParameters
 from rodless_control.node.answers import CLOSED_BY_FAILURE
 from rodless_control.setpoint import FROM_PARAMETERS
-from rodless_lab.session.commands import Alteration, Law, OwnCommands, voltage_of
+from rodless_lab.session.commands import Alteration, Law, OwnCommands, RelayedCommands, voltage_of
 from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
 from rodless_lab.session.live_session import LiveSession
@@ -183,14 +183,19 @@ class Controls(LiveSession):
 
         Needs ``relay_commands``. None passes them on as they are.
         """
-        if self._relayed is None:
-            raise HarnessError("alter_commands: start the session with relay_commands")
+        relayed = self._relayed_commands("alter_commands")
         if alteration is not None and not callable(alteration):
             raise ValueError(
                 f"alter_commands: {shown(alteration)} refused, must be a function of a voltage, or "
                 "None"
             )
-        self._relayed.alter = alteration
+        relayed.alter = alteration
+
+    def _relayed_commands(self, what: str) -> RelayedCommands:
+        self._check_inside()
+        if self._relayed is None:
+            raise HarnessError(f"{what}: start the session with relay_commands")
+        return self._relayed
 
     @contextmanager
     def commands_lost(self) -> Iterator[None]:
@@ -200,11 +205,12 @@ class Controls(LiveSession):
         """
         if self._mode == "lockstep":
             raise HarnessError("commands_lost: a lock-step plant waits for its commands")
-        self.alter_commands(lambda _: None)
+        relayed = self._relayed_commands("commands_lost")
+        before, relayed.alter = relayed.alter, lambda _: None
         try:
             yield
         finally:
-            self.alter_commands(None)
+            relayed.alter = before
 
     def enable_controller(self, enabled: bool = True) -> None:
         """Switch the PID on, or off: the valve is then commanded closed.

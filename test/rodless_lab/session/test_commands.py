@@ -13,6 +13,7 @@ import pytest
 from rodless_lab.session.commands import OwnCommands, RelayedCommands
 from rodless_lab.session.errors import HarnessError
 from rodless_lab.session.samples import Received, Stamped, Unstamped
+from rodless_lab.session.session import RigSession
 
 
 def one_sample() -> Received:
@@ -35,6 +36,29 @@ def test_an_alteration_without_a_result_is_refused_where_the_plant_waits() -> No
     in_real_time.alter = lambda _: None
     in_real_time.answer()
     assert sent == []
+
+
+def test_behind_lost_commands_they_are_altered_as_before() -> None:
+    """Also in a block within a block; outside the session's own it is told that it does not run."""
+    rig = RigSession(relay_commands=True)
+    with pytest.raises(HarnessError, match="this session does not run"):
+        rig.alter_commands(None)
+    with pytest.raises(HarnessError, match="this session does not run"), rig.commands_lost():
+        pass
+    sent: list[float] = []
+    received = one_sample()
+    relay = RelayedCommands(received, sent.append, one_per_sample=False)
+    rig._inside, rig._relayed = True, relay
+    rig.alter_commands(lambda voltage: -voltage)
+    with rig.commands_lost():
+        with rig.commands_lost():
+            relay.answer()
+        received.answers.append(Unstamped(3, 5.6))
+        relay.answer()
+    assert sent == []
+    received.answers.append(Unstamped(4, 5.7))
+    relay.answer()
+    assert sent == [-5.7]
 
 
 def test_a_wait_without_a_law_says_that_the_plant_waits() -> None:
