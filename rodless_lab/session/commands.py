@@ -76,13 +76,13 @@ class OwnCommands:
 
     @property
     def is_due(self) -> bool:
-        """Whether a command can be sent: in lock-step a sample must wait for it.
+        """Whether a command can be sent in lock-step: a sample must wait for it.
 
         Raises HarnessError in a law that the plant waits for: its result is the command.
         """
-        if self._waits and self._asking:
+        if self._asking:
             raise HarnessError("send_voltage: refused in a law of drive(); return the voltage")
-        return not self._waits or self._samples.peek() is not None
+        return self._samples.peek() is not None
 
     def send(self, voltage: float) -> None:
         """Send one command; it answers the sample that waits for one."""

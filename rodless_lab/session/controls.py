@@ -9,6 +9,7 @@
 """What a session tells the rig: set-points, voltages, parameters; and what the nodes say."""
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
@@ -146,19 +147,23 @@ class Controls(LiveSession):
         """Send one command (V), NaN included; in lock-step wait for the sample that it answers.
 
         Raises HarnessError where a controller does so, for what is no number, in a law of
-        :meth:`drive` in lock-step, and once the session's ``duration`` is over.
+        :meth:`drive` in lock-step, once the session's ``duration`` is over, and where the test has
+        ended the plant.
         """
         commands = self._commander("send_voltage")
-        command, sample = voltage_of(voltage, "send_voltage"), "a sample that waits for a command"
+        command, sample = voltage_of(voltage, "send_voltage"), "a sample for the command"
+        waits = self._mode == "lockstep"
 
         def due() -> bool:
-            if self._is_heard:
+            if waits and self._is_heard:
                 commands.answer_again()
                 if commands.is_due:
                     return True
             self._processes.check_plant()
+            if not waits:  # a test that only sends has not heard how far the plant is
+                self._receiver.take_waiting(time.time_ns())
             self._check_goes_on(sample)
-            return False
+            return not waits
 
         self._wait(due, sample)
         commands.send(command)
@@ -201,7 +206,8 @@ class Controls(LiveSession):
     def commands_lost(self) -> Iterator[None]:
         """Lose every command inside the block; needs ``relay_commands`` and real time.
 
-        A lock-step plant would stand still for good: make its commands NaN instead.
+        Behind it they go on as before. A lock-step plant would stand still for good: make its
+        commands NaN instead.
         """
         if self._mode == "lockstep":
             raise HarnessError("commands_lost: a lock-step plant waits for its commands")

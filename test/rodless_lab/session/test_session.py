@@ -177,6 +177,24 @@ def test_single_commands_and_commands_that_are_no_numbers(rig_session: StartSess
     assert np.array_equal(rig.samples().pressure_a, expected.pressure_a)
 
 
+def test_no_voltage_is_sent_in_real_time_once_none_can_act(rig_session: StartSession) -> None:
+    """Also by a test that never waits: the run is over, or the test has killed the plant."""
+    rig = rig_session(controller=None, duration=0.05)
+
+    def send_until_refused() -> None:
+        deadline = time.monotonic() + 60.0
+        while time.monotonic() < deadline:
+            rig.send_voltage(5.08)
+
+    with pytest.raises(HarnessError, match=r"and the run is over: the session's duration is 0\.05"):
+        send_until_refused()
+    rig.reset()
+    rig.send_voltage(5.08)
+    rig.kill("plant")
+    with pytest.raises(HarnessError, match="no sample will come: the plant was ended by the test"):
+        rig.send_voltage(5.08)
+
+
 def test_pause_step_and_resume(rig_session: StartSession) -> None:
     """A session may start paused at sample 0; each step is one sample; resuming runs on."""
     rig = rig_session("lockstep", paused=True, controller=STEP)
