@@ -58,13 +58,13 @@ class BagWriter(Closing):
         self._channels: dict[str, int] = {}
         self.failure: BagError | None = None
         file = f"{Path(os.path.realpath(self.path)).name}_0.mcap"
-        undo = removal_of_new(self.path)
+        self._remove_folders = removal_of_new(self.path)
         try:
             self.path.mkdir(parents=True)
         except FileExistsError as error:
             raise BagError(f"{path}: exists already; a bag is never written over") from error
         except OSError as error:
-            undo()
+            self._remove_folders()
             raise BagError(cannot_be_written(path, error)) from error
         try:
             self._file = McapWriter(self.path / file)
@@ -73,7 +73,7 @@ class BagWriter(Closing):
             # What is no bag is not in the way of the next try.
             with suppress(OSError):  # a name too long, or a folder without the right to write
                 (self.path / file).unlink()
-            undo()
+            self._remove_folders()
             raise BagError(cannot_be_written(path, error)) from error
 
     def add_topic(self, topic: BagTopic) -> None:
@@ -150,6 +150,16 @@ class BagWriter(Closing):
                         f"{self.path}: no room for the end of its file: the last {given_up} "
                         "messages were given up for it"
                     )
+
+    def remove(self) -> None:
+        """Remove a closed bag that never began, so that it is not in the way of the next try.
+
+        Nothing is removed but what was made for it.
+        """
+        for file in (self._file.name, METADATA_FILE):
+            with suppress(OSError):
+                (self.path / file).unlink()
+        self._remove_folders()
 
 
 def recover_bag(path: str | Path) -> int:

@@ -11,7 +11,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
+from rodless_base.topics import JOINT_STATES, OPTIONAL_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
 from rodless_lab.bags.ros.recorder import Recorder
 from rodless_lab.bags.writer import BagWriter
 from rodless_lab.session.errors import WaitTimeoutError
@@ -37,6 +37,7 @@ class SessionBag:
             context=observer.context,
             use_global_arguments=False,
         )
+        self._samples = self._recorder.node.resolve_topic_name(JOINT_STATES)
         observer.add_node(self._recorder.node)
 
     @property
@@ -69,13 +70,20 @@ class SessionBag:
                 f"the bag lacks commands that the session has heard: {error}"
             ) from error
 
-    def close(self) -> None:
-        """Record what has arrived and close the bag."""
+    def close(self, has_begun: bool) -> None:
+        """Record what has arrived and close the bag; remove it unless the run ``has_begun``.
+
+        What else is recorded, such as the faults in force, may have had messages before.
+        """
         try:
             self._observer.remove_node(self._recorder.node)
             self._recorder.close()
         finally:  # a second Ctrl-C costs what is on its way, and no bag
             self._writer.close()
+            has_samples = bool(self._writer.counts.get(self._samples))
+            # A failure to write says where the bag is.
+            if not (has_begun or has_samples or self._writer.failure):
+                self._writer.remove()
 
     def check(self) -> None:
         """Raise BagError if the bag cannot be written, LostSampleError if messages are missing."""

@@ -8,7 +8,6 @@
 
 """Record topics until told to stop, in a process of its own or beside the nodes that publish."""
 
-import shutil
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -95,7 +94,7 @@ def record(
         # The recorder first: it is closed last, and has the last that the others send.
         code = run_nodes([make, *beside], stop, end_anyway=None)
     if code and not any(writer.counts.values()):  # the start was refused, and that is told
-        shutil.rmtree(writer.path, ignore_errors=True)
+        writer.remove()
         return code
     # At once: who reads both streams wants it before what is missing.
     print(f"{sum(writer.counts.values())} messages in {writer.path}", flush=True)

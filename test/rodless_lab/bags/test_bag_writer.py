@@ -164,6 +164,18 @@ def test_a_bag_is_never_written_over(sample_bag) -> None:
     assert {file.name: file.read_bytes() for file in sample_bag.path.iterdir()} == before
 
 
+def test_a_bag_is_removed_with_what_was_made_for_it_alone(tmp_path: Path) -> None:
+    """A file of somebody else in the folder stays, and the folder with it."""
+    for name in ("alone", "shared"):
+        with BagWriter(tmp_path / name / "bag") as writer:
+            writer.add_topic(BagTopic("/x", "std_msgs/msg/Float64"))
+            if name == "shared":
+                (writer.path / "mine.txt").touch()
+        writer.remove()
+    assert list(tmp_path.iterdir()) == [tmp_path / "shared"]
+    assert list((tmp_path / "shared" / "bag").iterdir()) == [tmp_path / "shared/bag/mine.txt"]
+
+
 def test_a_bag_that_cannot_be_begun_is_not_in_the_way_of_the_next_try(tmp_path: Path) -> None:
     """A folder can be made on a full disk, its first bytes cannot: both are gone again.
 

@@ -23,6 +23,24 @@ def test_a_topic_that_nobody_publishes_is_named(tmp_path: Path, compiled: None) 
     session = RigSession(bag=tmp_path / "bag", bag_topics=["no/such/topic"], timeout=30.0)
     with pytest.raises(WaitTimeoutError, match=r"^nobody publishes /no/such/topic; take it out of"):
         session.__enter__()
+    assert not (tmp_path / "bag").exists()
+
+
+def test_a_session_that_does_not_start_leaves_no_bag(tmp_path: Path) -> None:
+    """The next try under the same name is not refused for it, and no folder is left.
+
+    Also where the faults in force have been recorded, which are told before the run.
+    """
+    bag = tmp_path / "new" / "bag"
+
+    def check() -> None:
+        if session._bag is not None and session._bag._recorder.received["/faults"]:
+            raise LookupError("enough")
+
+    session = RigSession(bag=bag, bag_topics=["no/such/topic"], check=check)
+    with pytest.raises(LookupError, match="enough"):
+        session.__enter__()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_bag_says_where_it_is_and_what_it_holds() -> None:
