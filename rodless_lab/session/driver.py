@@ -83,7 +83,7 @@ class Driver:
         self.done = False
         self.rivals: str | None = None
         self.trouble: str | None = None
-        self._last_sample = 0.0  # s, of time.monotonic()
+        self._last_sample = 0.0  # s, of time.monotonic(), from when it listens on
         self._told_of_silence = False
         self._heard_since: float | None = None
         self._beside_since: float | None = None
@@ -107,6 +107,7 @@ class Driver:
         self._look_for_rivals()
         if self._beside_since is None and not self._listens and self._is_heard():
             self._listens = True
+            self._last_sample = time.monotonic()  # from here on there may be silence
             self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
 
     def _look_for_rivals(self) -> None:
@@ -124,22 +125,22 @@ class Driver:
             self._ended()
 
     def _look_for_samples(self) -> None:
-        if self.has_begun:
-            self._look_for_silence()
-        elif self._silent.look([self._samples]):
+        if not self.has_begun and self._silent.look([self._samples]):
             self._end_because(unheard_text([self._samples]))
+        elif self._listens:
+            self._look_for_silence()
 
     def _look_for_silence(self) -> None:
-        """Say once that no sample comes; end where nobody is left to send any."""
+        """Say once that no sample comes; end where nobody is left to send any of the run."""
         if time.monotonic() - self._last_sample < SILENCE:
             self._told_of_silence = False
-        elif not self.node.count_publishers(self._samples):
+        elif self.has_begun and not self.node.count_publishers(self._samples):
             self._end_because(f"{self._samples}: the plant has ended; {RECORD_ANEW}")
         elif not self._told_of_silence:
             self._told_of_silence = True
             print(
-                f"\n{self._samples}: no sample for {SILENCE:g} s, the plant is paused, stopped or "
-                "was killed; going on once there is one",
+                f"\n{self._samples}: no sample for {SILENCE:g} s, the plant is paused, stopped, "
+                "killed or at the end of its run; going on once there is one",
                 file=sys.stderr,
             )
 

@@ -122,6 +122,19 @@ def test_it_ends_where_the_valve_of_its_rig_is_closed(
     plant.close()
 
 
+def test_a_plant_that_sends_no_first_sample_is_told_of(
+    start_process: StartProcess, plant: Plant
+) -> None:
+    """As one that is paused, or whose run is over: it may go on, and then so does the driver."""
+    hasty = "from rodless_lab.session import driver; driver.SILENCE = 0.5; "
+    command = [*DRIVE[:2], hasty + DRIVE[2], *DRIVE[3:]]
+    with start_process(command, "driver") as process:
+        until_it_says(process, "/joint_states: no sample for 0.5 s, the plant is paused", TIMEOUT)
+        plant.send(0)
+        assert process.exit_code is None
+    plant.close()
+
+
 @extensive
 def test_a_plant_that_is_silent_is_told_of_and_one_that_has_ended_ends_it(
     driver: NodeProcess, plant: Plant, observer: Observer
