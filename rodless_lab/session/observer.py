@@ -175,12 +175,15 @@ class Observer(Closing):
         """
         limit = self._limit(timeout)
         deadline = time.monotonic() + limit
-        while not (found := condition()):
+        while True:
+            # Before the condition is asked: what a slow check has held up counts as in time.
+            is_late = time.monotonic() > deadline
+            if found := condition():
+                return found
             self._run_check()
-            if time.monotonic() > deadline:
+            if is_late:
                 raise WaitTimeoutError(f"timed out after {limit:g} s waiting for {what}")
             self.spin()
-        return found
 
     def _limit(self, timeout: float | None) -> float:
         """Return how long to wait, in s; raises ValueError for what is no time."""
@@ -386,7 +389,7 @@ class Observer(Closing):
     def _pause(self, seconds: float) -> None:
         """Run callbacks for a while."""
         until = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() >= until, "", 2.0 * seconds)
+        self.wait(lambda: time.monotonic() >= until, "that to pass", math.inf)
 
     # Diagnostics
 

@@ -22,7 +22,12 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from rodless_lab.session import observer as module
-from rodless_lab.session.errors import HarnessError, RefusedError, WaitTimeoutError
+from rodless_lab.session.errors import (
+    HarnessError,
+    NotYetError,
+    RefusedError,
+    WaitTimeoutError,
+)
 from rodless_lab.session.observer import Observer
 
 
@@ -131,6 +136,44 @@ def test_a_check_ends_a_wait(domain: dict[str, str]) -> None:
 
     with Observer(domain, check=check) as observer, pytest.raises(LookupError, match="enough"):
         observer.wait(lambda: False, "nothing")
+
+
+def compute(seconds: float) -> None:
+    """Take as long as a check that computes does."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        pass
+
+
+def test_what_a_slow_check_holds_up_counts_as_in_time(domain: dict[str, str]) -> None:
+    """What has come by the end of the check is looked at before the wait gives up."""
+    done: list[None] = []
+
+    def check() -> None:
+        compute(0.2)
+        done.append(None)
+
+    with Observer(domain, check=check) as observer:
+        assert observer.wait(lambda: len(done), "the check", 0.1) == 1
+        with pytest.raises(WaitTimeoutError, match=r"after 0\.1 s waiting for the moon"):
+            observer.wait(lambda: False, "the moon", 0.1)
+
+
+def test_a_change_that_comes_later_is_asked_for_again_beside_a_slow_check(
+    domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However long the check takes, within the time for the change."""
+    monkeypatch.setattr(module, "ASK_AGAIN_SECONDS", 0.05)
+    asked: list[None] = []
+
+    def change() -> int:
+        asked.append(None)
+        if len(asked) < 3:
+            raise NotYetError("not yet")
+        return len(asked)
+
+    with Observer(domain, check=lambda: compute(0.2)) as observer:
+        assert observer.once_ready(change, 60.0) == 3
 
 
 def test_messages_come_with_their_times_and_raw_where_asked(observer: Observer) -> None:
