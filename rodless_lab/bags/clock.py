@@ -30,7 +30,7 @@ POLLS = 100
 LONGEST_UNDER_WAY = 60 * NANOSECONDS_PER_SECOND
 
 # Messages of one topic that may wait for the first clock message.
-_WAITING = 20_000
+WAITING = 20_000
 
 _LITTLE_ENDIAN, _BIG_ENDIAN = struct.Struct("<iI"), struct.Struct(">iI")
 
@@ -73,12 +73,14 @@ class BagClock:
     last clock message sent before it. Messages from different senders overtake each other on
     the way, so an unstamped message waits until a clock message that was sent after it has come,
     or for ``POLLS`` calls of :meth:`poll`. Before the first clock message nothing can be dated,
-    and everything waits. Messages of one topic keep their order. Senders on several machines
-    must agree on the wall clock.
+    and everything waits; once ``WAITING`` messages of a topic do, all get wall time, and it
+    ``gave_up``. Messages of one topic keep their order. Senders on several machines must agree on
+    the wall clock.
     """
 
     def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
         self.base = base
+        self.gave_up = False
         self._polls = 0
         # By topic, with the poll in which each message came.
         self._waiting: dict[str, deque[tuple[int, Arrival]]] = {}
@@ -104,7 +106,8 @@ class BagClock:
             return [known]
         queue = self._waiting.setdefault(arrival.topic, deque())
         queue.append((self._polls, arrival))
-        if self.base is TimeBase.UNKNOWN and len(queue) >= _WAITING:
+        if self.base is TimeBase.UNKNOWN and len(queue) >= WAITING:
+            self.gave_up = True
             return self.finish()
         return []
 

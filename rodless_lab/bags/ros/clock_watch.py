@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""Time that goes to and fro: a bag that is dated by it is in no order."""
+"""Time that goes to and fro, or does not come: a bag is not dated by it as it should be."""
 
 from rclpy.node import Node
 
@@ -44,4 +44,12 @@ def torn_clock_text(observer: Node, topic: str) -> str:
         f"{topic}: time goes to and fro there, and the times in the bag with it: published by "
         f"{', '.join(publishers) or 'nobody any more'}; let one plant alone publish it "
         "(publish_clock:=false or rodless rig --no-clock for the others), and record anew"
+    )
+
+
+def silent_clock_text(topic: str, waited: int) -> str:
+    """Say that none came on ``topic`` while so many messages of another one ``waited``."""
+    return (
+        f"{topic}: no time came there before {waited} messages of another topic, so the whole bag "
+        "is dated by the wall clock; for plant time let the rig run first"
     )

@@ -27,9 +27,9 @@ from rodless_base.ros.lasting_topics import (
 from rodless_base.ros.message_info import Info, take_waiting, with_info
 from rodless_base.ros.unheard import has_unheard_publisher, unheard_text
 from rodless_base.topics import PRESSURES, VALVE_STATE
-from rodless_lab.bags.clock import Arrival, BagClock, TimeBase, Timed, leading_time
+from rodless_lab.bags.clock import WAITING, Arrival, BagClock, TimeBase, Timed, leading_time
 from rodless_lab.bags.metadata import BagError, BagTopic
-from rodless_lab.bags.ros.clock_watch import ClockWatch, torn_clock_text
+from rodless_lab.bags.ros.clock_watch import ClockWatch, silent_clock_text, torn_clock_text
 from rodless_lab.bags.ros.expected_topic import ExpectedTopic
 from rodless_lab.bags.ros.publisher_counters import PublisherCounters
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
@@ -77,8 +77,9 @@ class Recorder:
         ``on_topics`` is told the topics being recorded once every wanted topic is, or something has
         come of it, and from then on those that join them. ``on_trouble`` is told in a line of
         topics of which nothing arrives, of those of a plant that several nodes publish, and of a
-        clock that dates the bag and goes to and fro. ``on_failure`` is called when the bag cannot
-        be written any more. ``node_options`` are rclpy's, such as ``context``.
+        clock that goes to and fro, or says nothing and so does not date the bag. ``on_failure`` is
+        called when the bag cannot be written any more. ``node_options`` are rclpy's, such as
+        ``context``.
         """
         self.node = DirectNode(
             "recorder", enable_rosout=False, start_parameter_services=False, **node_options
@@ -106,6 +107,7 @@ class Recorder:
         self._told: list[str] = []
         self._unheard = LastingTopics(partial(has_unheard_publisher, self.node))
         self._watch = ClockWatch()
+        self._told_of_silent_clock = False
         self._on_trouble = on_trouble
         self._on_failure = on_failure
         self.node.create_timer(PERIOD, self._poll, clock=steady_clock())
@@ -173,6 +175,9 @@ class Recorder:
         # Here, and not at once: the names of those who publish take a moment.
         if self._clock.base is not TimeBase.WALL and self._watch.look():
             self._on_trouble(torn_clock_text(self.node, self._clock_topic))
+        if self._clock.gave_up and not self._told_of_silent_clock:
+            self._told_of_silent_clock = True
+            self._on_trouble(silent_clock_text(self._clock_topic, WAITING))
 
     @property
     def unheard(self) -> list[str]:

@@ -104,12 +104,14 @@ def test_wall_time_is_when_a_message_was_received_and_sent() -> None:
 
 def test_waiting_for_a_clock_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A bag without a clock falls back to wall time, all of it, before memory runs out."""
-    monkeypatch.setattr(bag_clock, "_WAITING", 3)
+    monkeypatch.setattr(bag_clock, "WAITING", 3)
     clock = BagClock()
     assert clock.put(arrival("a", 10)) == []
     assert clock.put(arrival("b", 15)) == []
     assert clock.put(arrival("a", 20)) == []
+    assert not clock.gave_up
     released = clock.put(arrival("a", 30))
+    assert clock.gave_up
     assert [message.log_time - WALL for message in released] == [15, 25, 35, 20]
     assert times(clock.put(arrival("clock", 40, clock=7000))) == [("clock", WALL + 45)]
 

@@ -33,6 +33,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64, Header, String
 
+from rodless_lab.bags import clock as bag_clock
 from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.bags.ros.clock_watch import MANY_STEPS
 from rodless_lab.bags.ros.recorder import MANY_TURNS, Recorder
@@ -592,6 +593,23 @@ def test_a_bag_of_two_clocks_is_told_of(
     assert (
         "published by /plant, /plant; let one plant alone publish it (publish_clock:=false" in line
     )
+
+
+def test_a_clock_that_says_nothing_is_told_of_where_the_wall_dates_the_bag(
+    plant: Plant, recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As that of a plant in lock-step that waits for its commander while others publish."""
+    monkeypatch.setattr(bag_clock, "WAITING", 10)
+    troubles: list[str] = []
+    recorder = recording.start("joint_states", on_trouble=troubles.append)
+    recording.until(lambda: recorder.ready)
+    plant.until_heard_by(plant.clock, plant.states)
+    before = time.time_ns()
+    for k in range(10):
+        plant.states.publish(sample(k))
+    recording.until(lambda: troubles)
+    assert recording.end()["/joint_states"].log_time[0] > before
+    assert [line.partition(" before")[0] for line in troubles] == ["/clock: no time came there"]
 
 
 def test_a_wanted_topic_that_nobody_publishes_is_known(recording: Recording) -> None:
