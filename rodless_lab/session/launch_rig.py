@@ -39,6 +39,7 @@ class LaunchedRig(RigSession):
         }
         self._folder = tempfile.TemporaryDirectory(prefix="rodless_sim-")
         self._actions: list[Any] = []
+        self._was_entered = False
 
     @property
     def actions(self) -> list[Any]:
@@ -55,8 +56,17 @@ class LaunchedRig(RigSession):
         return self._actions
 
     def _start(self, stack: ExitStack) -> None:
-        """Take over what launch has started; ``stack`` leaves it running."""
+        """Take over what launch has started; ``stack`` leaves it running.
+
+        Raises HarnessError the second time: the run goes on from where the first has left it.
+        """
         del stack
+        if self._was_entered:
+            raise HarnessError(
+                "the run of a LaunchedRig is that of its first with block, and launch has not "
+                "started it anew; do all in one block, or launch another LaunchedRig"
+            )
+        self._was_entered = True
         self._processes = LaunchedProcesses(self.actions)
 
 

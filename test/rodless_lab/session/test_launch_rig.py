@@ -62,13 +62,18 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Iterator[LaunchedRig]:
 
 
 def test_a_launched_rig_is_a_session_that_leaves_its_processes_alone(rig: LaunchedRig) -> None:
-    """The test hears every sample; the processes run on after the block, launch's to end."""
+    """The test hears every sample; the processes run on after the block, launch's to end.
+
+    A second block would begin in the middle of the run.
+    """
     with rig as same:
         assert same is rig
         assert len(rig.run()) == 201
         with pytest.raises(HarnessError, match="belongs to launch"):
             rig.kill("plant")
     assert [action.return_code for action in rig.actions] == [None, None]
+    with pytest.raises(HarnessError, match="the run of a LaunchedRig is that of its first with"):
+        rig.__enter__()
     assert [action.end() for action in rig.actions] == [0, 0]
 
 
