@@ -14,21 +14,25 @@ in memory; one line says so.
 """
 
 import errno
+import fcntl
 import hashlib
 import logging
 import os
 import pickle
 import stat
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from numba.core import caching
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+from numba.core.sigutils import normalize_signature
 
 from rodless_base.one_line import in_one_line
-from rodless_base.regular_file import NotAFileError, read_file
+from rodless_base.regular_file import NotAFileError, open_file, read_file
 
 # Ubuntu 24.04 has numba 0.58, where the name begins with an underscore.
 LOCATOR: Any = vars(caching).get("UserProvidedCacheLocator") or caching._UserProvidedCacheLocator
@@ -37,11 +41,15 @@ LOGGER = logging.getLogger("rodless_sim")
 
 COMPILING = "compiling, which takes about a minute"
 NOT_KEPT = "compiled code is not kept, each start compiles anew"
+UNREADABLE = "compiled code cannot be read, compiling anew"
 
 # What rebuilds a class that cannot be imported: whoever reads it has another class of that name.
 BY_VALUE = b"_make_skeleton_class"
 
 CHECKSUM_BYTES = hashlib.sha256().digest_size
+
+# In the folder of compiled code, locked by whoever writes there.
+LOCK = "being_written.lock"
 
 
 def private_folder(path: Path) -> Path | None:
@@ -90,16 +98,50 @@ class _CompileResults(CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = (_Locator,)
 
 
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Keep others from writing to ``folder``; raises OSError for one that cannot be written.
+
+    On shared file systems without locks nobody is kept out.
+    """
+    descriptor = open_file(folder / LOCK, os.O_RDWR | os.O_CREAT)
+    try:
+        with suppress(OSError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        with suppress(OSError):  # closing alone keeps it, where a process was forked meanwhile
+            fcntl.flock(descriptor, fcntl.LOCK_UN)
+        os.close(descriptor)
+
+
+def _key(dumped: bytes) -> object:
+    """Return a key of an index; one of a class that this process lacks stays as it is."""
+    try:
+        found: object = pickle.loads(dumped)
+    except Exception:
+        return dumped
+    return found
+
+
 class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
-    """numba's two files, with a checksum before the content; a damaged one is none."""
+    """numba's two files, with a checksum before the content; a damaged one is none.
+
+    In the index each key is a pickle by itself: one that only other processes can read stays there.
+    """
 
     def _load_index(self) -> dict[Any, str]:
         content = self._read(self._index_path)
         if content is None:
             return {}
-        version, stamp, overloads = pickle.loads(content)
-        fresh = (version, stamp) == (self._version, self._source_stamp)
-        return overloads if fresh else {}
+        try:
+            version, stamp, names = pickle.loads(content)
+            fresh = (version, stamp) == (self._version, self._source_stamp)
+            return {_key(dumped): name for dumped, name in names} if fresh else {}
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}: {self._index_path}"
+            complain(f"{UNREADABLE}: {in_one_line(text)}")
+            return {}
 
     def holds(self, key: object) -> bool:
         """Whether there is a file for a version by its ``key``."""
@@ -107,7 +149,11 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         return name is not None and Path(self._data_path(name)).is_file()
 
     def _save_index(self, overloads: dict[Any, str]) -> None:
-        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+        names = [
+            (key if isinstance(key, bytes) else self._dump(key), name)
+            for key, name in overloads.items()
+        ]
+        self._write(self._index_path, (self._version, self._source_stamp, names))
 
     def _load_data(self, name: str) -> object:
         content = self._read(self._data_path(name))
@@ -169,12 +215,15 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def load_overload(self, signature: object, target: object) -> object:
         """Return what was compiled for ``signature``, or None."""
-        found = None
+        found: Any = None
         try:
             found = super().load_overload(signature, target)
+            # Without locks two processes that save at once may leave one file for two keys.
+            if found is not None and found.signature.args != normalize_signature(signature)[0]:
+                found = None
         except Exception as error:
             text = f"{type(error).__name__}: {error}"
-            complain(f"compiled code cannot be read, compiling anew: {in_one_line(text)}")
+            complain(f"{UNREADABLE}: {in_one_line(text)}")
         if found is None:
             announce()
         return found
@@ -182,9 +231,12 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def save_overload(self, signature: object, compiled: object) -> None:
         """Keep ``compiled`` if that is possible."""
         try:
-            super().save_overload(signature, compiled)
-        except OSError as error:
+            self._impl.locator.ensure_cache_path()
+            with _locked(Path(self._cache_path)):
+                super().save_overload(signature, compiled)
+        except Exception as error:
+            reason = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
             complain(
-                f"compiled code cannot be kept, the next start compiles anew: {error.strerror}: "
-                f"{self._cache_path}"
+                "compiled code cannot be kept, the next start compiles anew: "
+                f"{in_one_line(reason)}: {self._cache_path}"
             )

@@ -17,8 +17,9 @@ import pickle
 import stat
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +28,17 @@ import pytest
 from unmeasured import unmeasured
 
 from rodless_base import kernel_cache, kernels
-from rodless_base.kernel_cache import private_folder
+from rodless_base.kernel_cache import KernelCache, private_folder
 
 
 def plus_one(x: float) -> float:
     """What is compiled here."""
     return x + 1.0
+
+
+def itself(x: Any) -> Any:
+    """What is compiled here, for several types."""
+    return x
 
 
 def use(folder: Path) -> int:
@@ -102,13 +108,14 @@ def test_a_pipe_in_place_of_a_file_holds_nobody(
     assert use(tmp_path) == 1
 
 
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
 def test_a_file_that_numba_cannot_read_is_made_anew(
-    tmp_path: Path, said: Callable[[], list[str]]
+    tmp_path: Path, said: Callable[[], list[str]], suffix: str
 ) -> None:
     """Whole, but of another numba's content."""
     use(tmp_path)
     content = pickle.dumps(("what", "else"))
-    only(tmp_path, ".nbc").write_bytes(hashlib.sha256(content).digest() + content)
+    only(tmp_path, suffix).write_bytes(hashlib.sha256(content).digest() + content)
     assert use(tmp_path) == 0
     (line,) = said()
     assert line.startswith("compiled code cannot be read, compiling anew: ")
@@ -159,6 +166,108 @@ def test_nothing_is_kept_of_a_class_that_was_loaded_twice(
             "cannot be kept, the next start compiles anew: a class in it cannot be imported"
             in said()[0]
         )
+
+
+def test_code_for_a_class_that_a_process_lacks_is_in_nobody_s_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A user's module has called a kernel with a class of its own: others use the cache as before.
+
+    So does the user, with what was kept for the class before the others wrote.
+    """
+    name = "pair_of_a_user"
+    (tmp_path / f"{name}.py").write_text(PAIR, encoding="utf-8")
+    folder = tmp_path / "cache"
+    folder.mkdir()
+
+    def hits(*arguments: Any) -> int:
+        compiled = numba.njit(itself)
+        kernels._keep(compiled, folder)
+        assert compiled(*arguments) == arguments[0]
+        return sum(compiled.stats.cache_hits.values())
+
+    with monkeypatch.context() as user:
+        user.syspath_prepend(str(tmp_path))
+        pair = importlib.import_module(name).Pair(2.0)
+        assert hits(pair) == 0
+    module = sys.modules.pop(name)
+    assert (hits(2.0), hits(2.0)) == (0, 1)
+    monkeypatch.setitem(sys.modules, name, module)
+    assert hits(pair) == 1
+
+
+def kept(folder: Path) -> tuple[Any, KernelCache]:
+    """Return the kernel, compiled for a real and an integer, and a cache that holds neither."""
+    compiled = numba.njit(itself)
+    compiled(2.0)
+    compiled(2)
+    kernels._keep(compiled, folder)
+    return compiled, compiled._cache
+
+
+def test_processes_that_save_at_once_keep_what_each_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None writes an index that it has read before another's code was in it."""
+    compiled, cache = kept(tmp_path)
+    both_have_read = threading.Barrier(2)
+    read = kernel_cache._CheckedFiles._load_index
+
+    def read_with_the_other(self: Any) -> dict[Any, str]:
+        found = read(self)
+        with suppress(threading.BrokenBarrierError):
+            both_have_read.wait(0.2)  # in vain
+        return found
+
+    with monkeypatch.context() as patch:
+        patch.setattr(kernel_cache._CheckedFiles, "_load_index", read_with_the_other)
+        savers = [
+            threading.Thread(target=cache.save_overload, args=one)
+            for one in compiled.overloads.items()
+        ]
+        for saver in savers:
+            saver.start()
+        for saver in savers:
+            saver.join()
+    for types in compiled.overloads:
+        found: Any = cache.load_overload(types, compiled.targetctx)
+        assert found.signature.args == types
+
+
+def test_code_for_other_types_is_none(tmp_path: Path) -> None:
+    """Where two processes have given their code the same file: there it is compiled anew."""
+    compiled, cache = kept(tmp_path)
+    real, whole = compiled.overloads
+    for types in (real, whole):
+        cache.save_overload(types, compiled.overloads[types])
+    files = cache._cache_file
+    of_real, of_whole = files._load_index().values()
+    Path(files._data_path(of_whole)).write_bytes(Path(files._data_path(of_real)).read_bytes())
+    assert cache.load_overload(real, compiled.targetctx) is not None
+    assert cache.load_overload(whole, compiled.targetctx) is None
+
+
+def test_a_folder_that_cannot_be_locked_costs_the_cache_and_nothing_else(
+    tmp_path: Path, said: Callable[[], list[str]]
+) -> None:
+    """A pipe stands in place of the lock, whose other end nobody opens."""
+    _, cache = kept(tmp_path)
+    os.mkfifo(Path(cache.cache_path) / kernel_cache.LOCK)
+    assert (use(tmp_path), use(tmp_path)) == (0, 0)
+    (line,) = said()
+    assert "the next start compiles anew: not a file but a pipe or device: " in line
+
+
+def test_a_file_system_without_locks_keeps_compiled_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As shared ones may be."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "no locks")
+
+    monkeypatch.setattr(kernel_cache.fcntl, "flock", refuse)
+    assert (use(tmp_path), use(tmp_path)) == (0, 1)
 
 
 def test_compiling_is_announced_once_and_loading_is_not(
