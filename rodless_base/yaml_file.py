@@ -104,7 +104,8 @@ class RosLoader(BoundedLoader):
 
 RosLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
+    # No two parts in a row that both take digits: trying every way to share them out takes hours.
+    re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)[eE][-+]?\d+$"),
     list("-+.0123456789"),
 )
 

@@ -134,6 +134,16 @@ def test_texts_stay_texts(written: Write, spelling: str) -> None:
     assert found == spelling.strip('"')
 
 
+@pytest.mark.parametrize("spelling", ["{}e", "{}.", ".{}", "{0}.{0}", "{}x", "-{}e+x"])
+def test_a_text_of_many_digits_is_read_as_fast_as_one_of_other_letters(
+    written: Write, spelling: str
+) -> None:
+    """In one look, not in one for each way to share its digits out, which would take an hour."""
+    text = spelling.format("1" * 200_000)
+    found = read_parameter_file(written(section("plant", f"a: {text}")), "plant")["a"]
+    assert str(found) == text or found == float(text)
+
+
 def test_an_empty_section_gives_nothing(written: Write) -> None:
     """All of its lines may be commented out."""
     assert read_parameter_file(written("plant:\n  ros__parameters:\n    # a: 1\n"), "plant") == {}
