@@ -43,7 +43,8 @@ class Lockstep(TimeKeeper):
     no stamp, they are counted: a sample offered twice has two answers, and the plant steps when
     both are here, or when the second has not followed the first for as long as that took. A reset
     waits for the answers under way and drops them: taken for the answer to sample 0, one would set
-    the loop one sample apart for good. Where nobody answers, it happens after ``timeout``.
+    the loop one sample apart for good. Where nobody answers, it happens after ``timeout``, or when
+    the commander has gone.
     """
 
     steps_by_itself = False
@@ -217,7 +218,11 @@ class Lockstep(TimeKeeper):
         self._look_who_commands()
         self._look_for_a_crowd()
         self._crowd.poll(self._present, self._offered_to)
-        if self._started and not self._outgoing.flush():
+        if self._reset_wanted and not self._started:
+            self._restart()  # the answer that it waits for may never come
+        # Before the run begins, too: what tells the time and the faults is sent then already.
+        is_sent = self._outgoing.flush()
+        if self._started and not is_sent:
             self._first_offer = self._last_event = self._now()
         elif self._started:
             self._wait()

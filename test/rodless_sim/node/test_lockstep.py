@@ -200,6 +200,38 @@ def test_reset_without_a_controller_is_immediate() -> None:
     assert bench.times == [0, 1, 0, 0, 1]
 
 
+@pytest.mark.parametrize("others", [[], ["last"], ["first", "second"]])
+def test_a_promised_reset_happens_when_the_commander_has_gone_or_is_not_alone(
+    others: list[str],
+) -> None:
+    """It was to come with an answer: where that does not come, no sample of the old run follows."""
+    bench = Bench()
+    bench.plant.poll()
+    bench.plant.receive(9.0)
+    assert bench.plant.reset() == "with the answer to the last sample"
+    bench.commanders = others
+    bench.plant.poll()
+    bench.commanders = ["last"]
+    for _ in range(3):
+        bench.clock += 2.0 * DRAINED
+        bench.plant.poll()
+    assert bench.times[:2] == [0, 1]
+    assert set(bench.times[2:]) == {0}
+
+
+def test_what_waits_goes_out_before_the_run_begins() -> None:
+    """Ticks of a paused plant, and its faults for whoever comes later: nothing else sends them."""
+    bench = Bench()
+    bench.commanders = []
+    tries: list[int] = []
+    bench.outgoing.flush = lambda: bool(tries.append(1))  # type: ignore[method-assign]
+    bench.plant.poll()
+    assert tries == [1]
+    bench.commanders = ["first"]
+    bench.plant.poll()
+    assert bench.times == [0], "the run begins all the same"
+
+
 @pytest.mark.parametrize("early", [False, True])
 @pytest.mark.parametrize("numbered", [False, True])
 def test_reset_before_the_run_begins_costs_no_command_its_sample(
