@@ -187,6 +187,7 @@ class ControllerNode:
         recorders = self._number("controller.recorders")
         if not self._inputs.subscribed and self._answers.listeners > recorders:
             self._inputs.subscribe()
+            self._watchdog.begin()
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         # In this order: a law that fails again at once is counted.

@@ -79,10 +79,15 @@ class PositionWatch:
         self._positions_silent = self._reports_silent = 0.0  # s
         self.report: PlantReport | None = None
 
+    @property
+    def is_reported(self) -> bool:
+        """Whether reports come, or may still come for the first time."""
+        return self._reports_silent <= REPORT_TIMEOUT
+
     def arrive(self) -> None:
         """Take note of a position."""
         self._positions_silent = 0.0
-        if self._reports_silent > REPORT_TIMEOUT:
+        if not self.is_reported:
             # Whoever sends these now is not the plant that has reported.
             self.report = None
 

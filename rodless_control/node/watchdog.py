@@ -43,6 +43,10 @@ class Watchdog:
         self._arrived = self._following = self._lost = False
         node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, 10)
 
+    def begin(self) -> None:
+        """Take note that positions may come from now on."""
+        self._watch.arrive()
+
     def arrive(self) -> None:
         """Take note of a position."""
         self._arrived = True
@@ -61,10 +65,15 @@ class Watchdog:
     def _may_command_unprompted(self) -> bool:
         """Whether to send commands without a sample: never in lock-step.
 
-        A simulated plant that has not begun waits for nobody's command.
+        A simulated plant that has not begun waits for nobody's command, and where one has gone, its
+        reports too, the next may be in lock-step. So may one that has not said yet what it is: it
+        is given the time in which a real one must send positions.
         """
-        commands = self._timeout() > 0.0 and not self.in_lockstep
-        return commands and (self._lost or not self.simulated)
+        if self._timeout() <= 0.0 or self.in_lockstep:
+            return False
+        if self.simulated:
+            return self._lost and self._watch.is_reported
+        return self._lost or self._watch.missing(self._timeout(), simulated=False)
 
     @property
     def problem(self) -> str | None:

@@ -8,9 +8,14 @@
 
 """A dead plant is told from one that is paused, slow, or waits for a command."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.node import Node
 
+from rodless_control.loop import ControlLoop
 from rodless_control.node.position_watch import (
     REPORT_TIMEOUT,
     STALL,
@@ -19,6 +24,7 @@ from rodless_control.node.position_watch import (
     PositionWatch,
     plant_report,
 )
+from rodless_control.node.watchdog import Watchdog
 
 TIMEOUT = 0.1
 RUNNING = PlantReport("realtime", "paper", 1000.0)
@@ -181,3 +187,66 @@ def test_only_the_plant_of_its_own_namespace_is_heard() -> None:
 def test_the_preset_it_tells_of_is_the_plants(report: PlantReport, words: str) -> None:
     """A controller on gains of its own does not claim the preset that only the plant has."""
     assert report.text() == words
+
+
+class Watched:
+    """The watchdog of a controller, polled as its node does, and when it commanded unprompted."""
+
+    def __init__(self, simulated: bool) -> None:
+        self.time = 0
+        self.commands: list[float] = []  # s
+        node = SimpleNamespace(
+            create_subscription=lambda *_: None,
+            get_parameter=lambda _: SimpleNamespace(value=simulated),
+            get_logger=lambda: SimpleNamespace(info=str, warning=str),
+        )
+        loop = SimpleNamespace(law=SimpleNamespace(USES_PRESSURES=False), lost=0)
+        self.dog = Watchdog(
+            cast(Node, node),
+            cast(ControlLoop, loop),
+            lambda: TIMEOUT,
+            lambda: self.commands.append(self.time * 1e-9),
+            lambda: None,
+        )
+        self.watch = self.dog._watch = PositionWatch(lambda: self.time)
+
+    def poll(self, seconds: float) -> None:
+        """Poll for so long."""
+        until = self.time + round(seconds * 1e9)
+        while self.time < until:
+            self.time += round(WATCH_PERIOD * 1e9)
+            self.dog.poll()
+
+
+def test_a_plant_that_begins_is_sent_no_command_before_its_first_position() -> None:
+    """A lock-step plant would take one for the answer to that; a real one is given its timeout."""
+    rig = Watched(simulated=False)
+    rig.poll(1.0)
+    assert rig.commands, "the valve of who listens already is closed"
+    rig.commands.clear()
+    rig.dog.begin()
+    rig.poll(0.8 * TIMEOUT)
+    assert rig.commands == []
+    rig.poll(1.0)
+    assert rig.commands[0] == soon(1.0 + TIMEOUT)
+    rig.commands.clear()
+    rig.watch.hear(LOCKSTEP)
+    rig.poll(10.0)
+    assert rig.commands == []
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_where_a_simulated_plant_has_gone_the_next_is_sent_no_command(simulated: bool) -> None:
+    """It may count commands. A real rig, which reports nothing, is sent them for as long."""
+    rig = Watched(simulated)
+    rig.watch.hear(RUNNING)
+    rig.dog.arrive()
+    rig.poll(10.0)
+    assert rig.commands[0] == soon(STALL)
+    end = REPORT_TIMEOUT if simulated else 10.0
+    assert rig.commands[-1] == pytest.approx(end, abs=2.0 * WATCH_PERIOD)
+    assert rig.dog.problem == "no position: valve closed"
+    rig.commands.clear()
+    rig.watch.hear(RUNNING)
+    rig.poll(WATCH_PERIOD)
+    assert rig.commands, "it was there all the time, and is lost still"
