@@ -147,11 +147,13 @@ class ControllerNode:
         telemetry = self._answers.telemetry
         try:
             telemetry.offer(values.LAW_CLASS.TERMS)
+            if values.LAW_CLASS.USES_PRESSURES:
+                self._inputs.use_pressures(True)
             self._loop.change_law(values)
         finally:
             # Of the law that is in force now, whichever that is.
             telemetry.keep_only(self._loop.law.TERMS)
-        self._inputs.use_pressures(self._loop.law.USES_PRESSURES)
+            self._inputs.use_pressures(self._loop.law.USES_PRESSURES)
         before = self._parameters.values.text(LAW)
         self.node.get_logger().info(
             f"law {values.text(LAW)} in place of {before}: {resumes(values)}"

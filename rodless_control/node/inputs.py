@@ -11,11 +11,14 @@
 from collections import deque
 from collections.abc import Callable
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import FluidPressure, JointState
 
 from rodless_base.measurement import Measurement
+from rodless_base.one_line import described
+from rodless_base.parameters import ParameterError
 from rodless_base.ros.message_info import Info, with_info
 from rodless_base.ros.readings import PositionReader, PressureReader, Reading
 from rodless_base.ros.topics import QUEUE_DEPTH
@@ -65,7 +68,10 @@ class Inputs:
         return self._incomplete + (0 if self._awaited else self._synchronizer.incomplete)
 
     def use_pressures(self, pressures: bool) -> None:
-        """Complete measurements by pressures from now on, or by none."""
+        """Complete measurements by pressures from now on, or by none.
+
+        Raises ParameterError where they cannot be subscribed to.
+        """
         if pressures == bool(self._pressures):
             return
         self._incomplete = self.incomplete
@@ -86,9 +92,16 @@ class Inputs:
 
     def _subscribe_to_pressures(self) -> None:
         for field in self._pressures:
-            self._pressures[field] = self._node.create_subscription(
-                FluidPressure, PRESSURES[field], self._pressure_taker(field), QUEUE_DEPTH, raw=True
+            self._pressures[field] = self._subscription(PRESSURES[field], field)
+
+    def _subscription(self, topic: str, field: str) -> Subscription:
+        taker = self._pressure_taker(field)
+        try:
+            return self._node.create_subscription(
+                FluidPressure, topic, taker, QUEUE_DEPTH, raw=True
             )
+        except rclpy_implementation.RCLError as error:  # such as by a security policy
+            raise ParameterError(f"{topic} cannot be subscribed to: {described(error)}") from error
 
     def _pressure_taker(self, field: str) -> Callable[..., None]:
         reader = PressureReader()

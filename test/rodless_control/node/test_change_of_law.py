@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rclpy.exceptions import ParameterNotDeclaredException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import FluidPressure, JointState
@@ -33,6 +34,7 @@ pytestmark = pytest.mark.ros
 
 LAW = "controller.law"
 NEUTRAL = 5.08
+SUPPLY_PRESSURE = "supply/pressure"
 PRESSURES = {"pressure_a": 3.5e5, "pressure_b": 3.6e5, "supply_pressure": 6.2e5}
 
 # What the node is given at its start, to the PID and to another law.
@@ -173,6 +175,31 @@ def test_what_is_refused_changes_nothing(
     assert (bench.parameters, bench.topics) == (before, topics)
     assert bench.controller._loop.law is law
     assert len(bench.commands) == 1
+
+
+def test_a_law_whose_pressures_cannot_be_had_is_refused(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As by a security policy: the law before goes on, and answers positions alone."""
+    node = bench.controller.node
+    create, before = node.create_subscription, bench.parameters
+    topics = bench.topics, {one.topic_name for one in node.subscriptions}
+
+    def without_supply(kind: Any, topic: str, *others: Any, **options: Any) -> Any:
+        if topic == SUPPLY_PRESSURE:
+            raise rclpy_implementation.RCLError("not permitted")
+        return create(kind, topic, *others, **options)
+
+    monkeypatch.setattr(node, "create_subscription", without_supply)
+    refused = bench.change({LAW: "state_feedback"})
+    assert refused == f"{SUPPLY_PRESSURE} cannot be subscribed to: not permitted"
+    assert bench.parameters == before
+    assert (bench.topics, {one.topic_name for one in node.subscriptions}) == topics
+    assert isinstance(bench.controller._loop.law, law_class("pid"))
+    bench.controller._loop.setpoints.receive(0.09)
+    bench.take_position(1_000_000, 0.05)
+    assert bench.controller._answers.by_law
+    assert bench.change({LAW: "adrc"}) is None
 
 
 def test_until_pressures_come_positions_are_answered_by_a_closed_valve(bench: Bench) -> None:
