@@ -9,14 +9,15 @@
 """The parameters that a node is given when it starts."""
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import pairwise
 
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from rodless_base.one_line import shown
-from rodless_base.parameter_file import is_of_rclpy, read_parameter_file, sections_for
+from rodless_base.parameter_file import is_of_rclpy, parameters_for, sections_for
 from rodless_base.parameters import ParameterError
 from rodless_base.start import split_ros_arguments
 
@@ -38,19 +39,22 @@ def given_parameters(node: Node, kind: str) -> dict[str, object]:
     before all of them. Raises ParameterError for a ``use_sim_time`` that is neither true nor false,
     of which rclpy only logs that it is left out.
     """
-    simulated = node.get_parameter_or(USE_SIM_TIME).value
-    if not isinstance(simulated, bool | None):
+    found = {name: one.value for name, one in node.get_parameters_by_prefix("").items()}
+    _check_time_base(found)
+    if node.get_name() != kind:
+        one_by_one = set(parameter_options(sys.argv, node.get_name()))
+        of_files = _values_of_files(node, kind)
+        found |= {name: of_files[name] for name in of_files.keys() - one_by_one}
+        _check_time_base(found)
+        # The one parameter of rclpy's own that the nodes look at.
+        node.set_parameters([Parameter(USE_SIM_TIME, value=found[USE_SIM_TIME])])
+    return {name: value for name, value in found.items() if not is_of_rclpy(name)}
+
+
+def _check_time_base(given: Mapping[str, object]) -> None:
+    simulated = given[USE_SIM_TIME]
+    if not isinstance(simulated, bool):
         raise ParameterError(f"{USE_SIM_TIME}: {shown(simulated)} refused, must be true or false")
-    found = {
-        name: parameter.value
-        for name, parameter in node.get_parameters_by_prefix("").items()
-        if not is_of_rclpy(name)
-    }
-    if node.get_name() == kind:
-        return found
-    one_by_one = set(parameter_options(sys.argv, node.get_name()))
-    of_files = _values_of_files(node, kind)
-    return found | {name: of_files[name] for name in of_files.keys() - one_by_one}
 
 
 def _values_of_files(node: Node, kind: str) -> dict[str, object]:
@@ -60,7 +64,7 @@ def _values_of_files(node: Node, kind: str) -> dict[str, object]:
         with suppress(OSError, ValueError):  # what ROS has read all the same stays as found
             sections = sections_for(file, kind, namespace)
             renamed = sections and not sections_for(file, name, namespace)
-            values |= read_parameter_file(file, kind if renamed else name, namespace=namespace)
+            values |= _of_file(file, kind if renamed else name, namespace)
             if renamed:
                 node.get_logger().info(f"{file} has no section {name}: taking {sections[-1]}")
     return values
@@ -89,16 +93,39 @@ def asked_for(arguments: Sequence[str], kind: str, name: str) -> object:
     >>> asked_for(["--ros-args", "-p", "time.mode:=lockstep"], "plant", "time.mode")
     'lockstep'
     """
+    value = _asked(arguments, kind).get(name)
+    return value.strip("\"' ") if isinstance(value, str) else value
+
+
+def empty_lists(arguments: Sequence[str], kind: str) -> list[str]:
+    """Return what ``arguments`` give an empty list to, of which ROS cannot tell the type.
+
+    Examples
+    --------
+    >>> empty_lists(["--ros-args", "-p", "supply.pressure:=[]", "-p", "a:=1"], "plant")
+    ['supply.pressure']
+    """
+    asked = _asked(arguments, kind)
+    return [name for name, value in asked.items() if str(value).replace(" ", "") == "[]"]
+
+
+def _asked(arguments: Sequence[str], kind: str) -> dict[str, object]:
+    """Return all that :func:`asked_for` can: values of files, and texts of the command line."""
     names = [kind, *_renamed(arguments, "__node")]
     namespace = "".join(_renamed(arguments, "__ns")[-1:])
-    value = None
+    asked: dict[str, object] = {}
     for file in parameter_files(arguments):
         for node in names:
             with suppress(OSError, ValueError):
-                value = read_parameter_file(file, node, namespace=namespace).get(name, value)
+                asked |= _of_file(file, node, namespace)
     for node in names:
-        value = dict(_options(arguments, node)).get(name, value)
-    return value.strip("\"' ") if isinstance(value, str) else value
+        asked |= _options(arguments, node)
+    return asked
+
+
+def _of_file(path: str, node: str, namespace: str) -> dict[str, object]:
+    """Return what a file gives to ``node``; raises OSError or ValueError."""
+    return parameters_for(path, node, lambda _name: False, namespace)
 
 
 def _renamed(arguments: Sequence[str], what: str) -> list[str]:

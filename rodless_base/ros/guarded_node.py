@@ -8,6 +8,7 @@
 
 """Nodes that go on when a callback fails, whatever message or request it was given."""
 
+import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
 from traceback import walk_tb
@@ -21,7 +22,9 @@ from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 
-from rodless_base.one_line import in_one_line, traced
+from rodless_base.one_line import described, in_one_line, listed, traced
+from rodless_base.parameters import ParameterError
+from rodless_base.ros.given import empty_lists
 
 # What /diagnostics calls them.
 CALLBACK_ERRORS = "errors in callbacks"
@@ -43,13 +46,18 @@ class GuardedNode(Node):  # type: ignore[misc]
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        """Make the node as rclpy's."""
+        """Make the node as rclpy's; raises ParameterError for what it is given and cannot have."""
         # First: rclpy creates the parameter services in its own __init__.
         self.callback_errors = 0
         self.make_safe: Callable[[str], None] = lambda _reason: None
         # Until when (s, monotonic) it may wait for its readers as it ends.
         self.end_by = 0.0
-        super().__init__(*arguments, **options)
+        try:
+            super().__init__(*arguments, **options)
+        except ValueError as error:  # which names no parameter
+            names = listed(empty_lists(sys.argv, arguments[0]))
+            cause = "[] refused, of what type an empty list is ROS cannot tell; leave it out"
+            raise ParameterError(f"{names}: {cause}" if names else described(error)) from error
 
     def take_error(self, error: BaseException) -> str:
         """Take what a callback, or the executor on its way there, has raised; return its text."""

@@ -69,6 +69,25 @@ def test_a_section_of_the_new_name_counts_alone(
 
 
 @pytest.mark.parametrize(
+    ("arguments", "simulated"), [([], True), (["-p", "use_sim_time:=false"], False)]
+)
+def test_a_renamed_node_takes_the_time_base_of_its_kind(
+    start_process: StartProcess,
+    observer: Observer,
+    tmp_path: Path,
+    arguments: list[str],
+    simulated: bool,
+) -> None:
+    """Of its kind's section, as all else there; what the command line says counts most."""
+    file = tmp_path / "controller.yaml"
+    file.write_text("controller: {ros__parameters: {use_sim_time: true, controller.kp: 321.0}}\n")
+    command = [*node_command("controller", [file]), "-r", "__node:=ctl1", *arguments]
+    with start_process(command, "ctl1"):
+        found = observer.get_parameters("/ctl1", ["use_sim_time", "controller.kp"])
+    assert found == {"use_sim_time": simulated, "controller.kp": 321.0}
+
+
+@pytest.mark.parametrize(
     ("files", "pressure"),
     [
         # The more specific section after the one for all, as ROS has it within a file.

@@ -132,6 +132,24 @@ REFUSED = {
         ["-r", "/clock:=valve/voltage"],
         ["/clock and valve/voltage are one name, /valve/voltage,", "Clock and Float64"],
     ),
+    "an empty list in a file": (
+        "controller",
+        file_for("controller", "controller.kp: []") + file_for("plant", "supply.pressure: []"),
+        [],
+        ["refused to start: controller.kp: [] refused, of what type an empty list is"],
+    ),
+    "an empty list on the command line": (
+        "plant",
+        None,
+        ["-p", "supply.pressure:=[]"],
+        ["refused to start: supply.pressure: [] refused, "],
+    ),
+    "an empty list for rclpy": (
+        "plant",
+        file_for("plant", "use_sim_time: []"),
+        [],
+        ["refused to start: use_sim_time: [] refused, "],
+    ),
     "an unknown ROS argument": ("controller", None, ["--parameters", "x"], ["--parameters"]),
 }
 
