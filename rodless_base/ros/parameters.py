@@ -120,6 +120,7 @@ class RosParameters(Generic[Set]):
         apply: Callable[[Set], None],
         given: Mapping[str, object] | None = None,
         successor: Successor[Set] = lambda _values, _changes: None,
+        refresh: Callable[[], None] = lambda: None,
     ) -> None:
         """Declare all of ``kind``; call ``apply`` with the new values at each change.
 
@@ -130,10 +131,14 @@ class RosParameters(Generic[Set]):
 
         Where ``successor`` returns a set of another kind, or refuses by :class:`ParameterError`,
         the node has that set's parameters from then on in place of its own.
+
+        ``refresh`` is called before each request is looked at: a node that chooses values itself
+        calls :meth:`follow` there, for what is asked is held against what is shown.
         """
         self._node = node
         self._apply = apply
         self._successor = successor
+        self._refresh = refresh
         self._next: Set | None = None
         self._follows = False
         # Names that follow from those of the request in hand.
@@ -199,6 +204,7 @@ class RosParameters(Generic[Set]):
         self._next = None
         if self._follows:
             return parameters
+        self._refresh()
         for parameter in parameters:
             if is_of_rclpy(parameter.name) and not self._node.has_parameter(parameter.name):
                 raise Refusal(self.values.unknown(parameter.name))

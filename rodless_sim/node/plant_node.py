@@ -63,7 +63,9 @@ class PlantNode:
         )
         check_topic_types(self.node)
         self._clock = without_clock_topic(self.node)
-        self._parameters = RosParameters(self.node, RigParameters, self._configure)
+        self._parameters = RosParameters(
+            self.node, RigParameters, self._configure, refresh=self._follow_scenario
+        )
         values = self._parameters.values
         self._publishers = SamplePublishers(self.node, values)
         scenario = as_scenario(values.text("time.scenario") or None)

@@ -10,6 +10,7 @@
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from paused_plant import PausedPlant, positions
@@ -27,6 +28,7 @@ from rodless_lab.session.errors import RefusedError
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.observer import Observer
 from rodless_sim import Rig, RigParameters
+from rodless_sim.node.plant_node import PlantNode
 
 SETS: dict[str, type[ParameterSet]] = {
     "/plant": RigParameters,
@@ -345,3 +347,27 @@ def test_what_follows_from_a_change_is_shown_by_the_node_too(
     assert values["air.isentropic_index"] == 1.3
     assert values["air.critical_ratio"] == pytest.approx(0.5457, abs=1e-4)
     until_it_says(plant, "air.isentropic_index: changes also air.critical_ratio 0.545")
+
+
+def test_a_change_right_after_an_entry_of_a_scenario_is_made(
+    observer: Observer, tmp_path: Path
+) -> None:
+    """Back to what the plant still shows, which has not looked at the scenario since."""
+    name = "fault.piston.leak"
+    scenario = tmp_path / "leak.yaml"
+    scenario.write_text(f"- at: 0.01\n  {name}: 1.0e-9\n")
+    given = {"time.mode": "lockstep", "time.period": PERIOD, "time.scenario": str(scenario)}
+    overrides = [Parameter(one, value=value) for one, value in given.items()]
+    plant = PlantNode(context=observer.context, namespace="/leaking", parameter_overrides=overrides)
+    try:
+        for _ in range(2):
+            plant._engine.step()
+        assert plant._engine.rig.parameters[name] == 1e-9
+        assert plant.node.get_parameter(name).value == 0.0
+        assert plant.node.set_parameters_atomically([Parameter(name, value=0.0)]).successful
+        assert plant._engine.rig.parameters[name] == 0.0
+        assert plant.node.get_parameter(name).value == 0.0
+        plant._poll()
+        assert plant.node.get_parameter(name).value == 0.0
+    finally:
+        plant.close()
