@@ -94,6 +94,7 @@ class Realtime(TimeKeeper):
     def reset(self) -> str:
         """Return to the start; say when."""
         self._engine.reset()
+        self._failure = None
         return RESET_DONE
 
     def poll(self) -> None:

@@ -170,6 +170,25 @@ def test_a_plant_whose_step_breaks_off_fails_until_a_reset() -> None:
     assert steps[1].startswith("ArithmeticError: of the test's own (test_plant_services.py, line")
 
 
+def test_a_reset_forgets_a_step_that_broke_off_before_it() -> None:
+    """The node has not looked yet: it would stop the new run for what the old one had."""
+    again = threading.Event()
+
+    def step() -> None:
+        if engine.failure is not None:
+            again.set()
+            return
+        raise ArithmeticError("of the run before")
+
+    engine = Steps(step)
+    engine.reset = lambda: None  # type: ignore[attr-defined]
+    realtime = Realtime(cast(Engine, engine), 1_000_000, lambda: True, Outgoing())
+    assert again.wait(TIMEOUT)
+    realtime.close()
+    realtime.reset()
+    realtime.poll()
+
+
 def test_a_step_is_one_period(observer: Observer, samples: list[JointState]) -> None:
     """Each ~/step of a paused plant gives one sample, a period later, and its clock."""
     clocks = observer.collect(Clock, "/clock")
