@@ -98,7 +98,13 @@ class PlantNode:
             self._commands.topic_name,
             clock,
         )
-        PlantServices(self.node, self._time, self._diagnostics.clear, self._diagnostics.announce)
+        PlantServices(
+            self.node,
+            self._time,
+            self._diagnostics.clear,
+            self._diagnostics.announce,
+            lambda: stop is not None and stop.requested,
+        )
         self.node.make_safe = self._engine.fail
         self.node.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
         line = ready_line(values, self._publishers.topic, self._commands.topic_name)

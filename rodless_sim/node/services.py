@@ -26,15 +26,19 @@ class PlantServices:
         time: TimeKeeper,
         was_reset: Callable[[], None],
         was_paused: Callable[[], None],
+        ending: Callable[[], bool],
     ) -> None:
-        """Steer ``time``; call ``was_reset`` and ``was_paused`` (or resumed) before answering."""
+        """Steer ``time``; call ``was_reset`` and ``was_paused`` (or resumed) before answering.
+
+        ``ending`` tells whether the node has been asked to end.
+        """
         self._time = time
         self._was_reset = was_reset
         self._was_paused = was_paused
         node.create_service(Trigger, "~/reset", self._reset)
         node.create_service(SetBool, "~/pause", self._pause)
         node.create_service(Trigger, "~/step", self._step)
-        offer_standard_services(node, time, self._begin_anew, self._set_paused)
+        offer_standard_services(node, time, self._begin_anew, self._set_paused, ending)
 
     def _begin_anew(self) -> str:
         when = self._time.reset()

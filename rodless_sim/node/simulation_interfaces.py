@@ -46,14 +46,16 @@ def offer_standard_services(
     simulation: Simulation,
     reset: Callable[[], object],
     pause: Callable[[bool], object],
+    ending: Callable[[], bool],
 ) -> bool:
     """Offer the services below ``node``'s name; return whether the package is there.
 
-    ``reset`` returns the plant to its start, ``pause`` stops its time or lets it run on.
+    ``reset`` returns the plant to its start, ``pause`` stops its time or lets it run on; ``ending``
+    tells whether the node has been asked to end, which many steps would hold up.
     """
     if find_spec("simulation_interfaces") is None:
         return False
-    StandardServices(node, simulation, reset, pause)
+    StandardServices(node, simulation, reset, pause, ending)
     return True
 
 
@@ -66,6 +68,7 @@ class StandardServices:
         simulation: Simulation,
         reset: Callable[[], object],
         pause: Callable[[bool], object],
+        ending: Callable[[], bool],
     ) -> None:
         """Create the services."""
         from simulation_interfaces import msg, srv  # noqa: PLC0415  optional
@@ -73,6 +76,7 @@ class StandardServices:
         self._simulation = simulation
         self._begin_anew = reset
         self._pause = pause
+        self._ending = ending
         self._msg = msg
         self._srv = srv
         for kind, name, answer in (
@@ -139,8 +143,9 @@ class StandardServices:
             text = f"steps: {request.steps} refused, must be at most {MOST_STEPS} at a time"
             response.result = self._result(result.RESULT_OPERATION_FAILED, text)
             return response
-        for _ in range(request.steps):
-            obstacle = self._simulation.step()
+        for made in range(request.steps):
+            end = f"the plant ends, after {made} of {request.steps} steps"
+            obstacle = end if self._ending() else self._simulation.step()
             if obstacle is not None:
                 response.result = self._result(result.RESULT_OPERATION_FAILED, obstacle)
                 break

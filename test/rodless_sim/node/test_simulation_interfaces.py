@@ -12,6 +12,7 @@ The numbers are those of its .msg and .srv files (version 1.5); over ROS and wit
 the same is tested where it is installed.
 """
 
+import math
 import sys
 from collections.abc import Callable
 from types import ModuleType, SimpleNamespace
@@ -80,11 +81,13 @@ class Services:
         )
         self.plant.poll()
         self.told: list[str] = []
+        self.ends_after = math.inf  # samples; then the node is asked to end
         StandardServices(
             self,
             self.plant,
             lambda: (self.plant.reset(), self.told.append("reset")),
             lambda paused: (self.plant.pause(paused), self.told.append("paused or not")),
+            lambda: len(self.samples) >= self.ends_after,
         )
 
     def create_service(self, _kind: object, name: str, answer: Callable[[Any, Any], Any]) -> None:
@@ -119,7 +122,7 @@ def services(monkeypatch: pytest.MonkeyPatch) -> Services:
 def test_without_the_package_nothing_is_offered(monkeypatch: pytest.MonkeyPatch) -> None:
     """No service, no word, no error."""
     monkeypatch.setattr("rodless_sim.node.simulation_interfaces.find_spec", lambda _: None)
-    assert offer_standard_services(None, None, None, None) is False
+    assert offer_standard_services(None, None, None, None, None) is False
 
 
 def test_features_are_those_that_work(services: Services) -> None:
@@ -206,6 +209,20 @@ def test_steps_that_would_take_minutes_are_refused(
     assert result.result == FAILED
     assert result.error_message == f"steps: {2**64 - 1} refused, must be at most 10000 at a time"
     assert services.samples == [0]
+
+
+def test_many_steps_end_where_the_node_is_asked_to(
+    services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It promises to end within 2 s, and says how far it has come."""
+    monkeypatch.setattr(Lockstep, "steps_by_itself", True)
+    services.set_state(PAUSED)
+    monkeypatch.setattr(services.plant, "step", lambda: services.samples.append(0))
+    services.ends_after = 4
+    result = services.call("step_simulation", steps=10_000).result
+    assert result.result == FAILED
+    assert result.error_message == "the plant ends, after 3 of 10000 steps"
+    assert len(services.samples) == 4
 
 
 @pytest.mark.parametrize("scope", [0, TIME | STATE, ALL])
