@@ -21,6 +21,7 @@ import os
 import pickle
 import stat
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -50,6 +51,7 @@ CHECKSUM_BYTES = hashlib.sha256().digest_size
 
 # In the folder of compiled code, locked by whoever writes there.
 LOCK = "being_written.lock"
+LOCK_TIMEOUT = 5.0  # s; to write takes some ms
 
 
 def private_folder(path: Path) -> Path | None:
@@ -102,17 +104,31 @@ class _CompileResults(CompileResultCacheImpl):  # type: ignore[misc]
 def _locked(folder: Path) -> Iterator[None]:
     """Keep others from writing to ``folder``; raises OSError for one that cannot be written.
 
-    On shared file systems without locks nobody is kept out.
+    On shared file systems without locks nobody is kept out, nor for long by a process that stands.
     """
     descriptor = open_file(folder / LOCK, os.O_RDWR | os.O_CREAT)
     try:
         with suppress(OSError):
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            _lock(descriptor)
         yield
     finally:
         with suppress(OSError):  # closing alone keeps it, where a process was forked meanwhile
             fcntl.flock(descriptor, fcntl.LOCK_UN)
         os.close(descriptor)
+
+
+def _lock(descriptor: int) -> None:
+    """Lock a file, or raise OSError: where there are no locks, or it stays another's."""
+    until = time.monotonic() + LOCK_TIMEOUT
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > until:
+                raise
+            time.sleep(0.01)
+        else:
+            return
 
 
 def _key(dumped: bytes) -> object:

@@ -258,6 +258,16 @@ def test_a_folder_that_cannot_be_locked_costs_the_cache_and_nothing_else(
     assert "the next start compiles anew: not a file but a pipe or device: " in line
 
 
+def test_who_stands_while_it_writes_holds_nobody_for_good(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a process that was stopped: the others go on without the lock."""
+    monkeypatch.setattr(kernel_cache, "LOCK_TIMEOUT", 0.05)
+    _, cache = kept(tmp_path)
+    with kernel_cache._locked(Path(cache.cache_path)):
+        assert (use(tmp_path), use(tmp_path)) == (0, 1)
+
+
 def test_a_file_system_without_locks_keeps_compiled_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
