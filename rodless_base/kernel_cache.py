@@ -51,7 +51,8 @@ CHECKSUM_BYTES = hashlib.sha256().digest_size
 
 # In the folder of compiled code, locked by whoever writes there.
 LOCK = "being_written.lock"
-LOCK_TIMEOUT = 5.0  # s; to write takes some ms
+# How long to wait for that, in s; to write takes some ms. Once in vain, then no more.
+PATIENCE = [5.0]
 
 
 def private_folder(path: Path) -> Path | None:
@@ -119,12 +120,13 @@ def _locked(folder: Path) -> Iterator[None]:
 
 def _lock(descriptor: int) -> None:
     """Lock a file, or raise OSError: where there are no locks, or it stays another's."""
-    until = time.monotonic() + LOCK_TIMEOUT
+    until = time.monotonic() + PATIENCE[0]
     while True:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             if time.monotonic() > until:
+                PATIENCE[0] = 0.0
                 raise
             time.sleep(0.01)
         else:

@@ -55,6 +55,8 @@ class Stop:
         self.requested = False
         # What takes back what a process would leave that ends on the spot.
         self.undo: Callable[[], object] = lambda: None
+        # What is to happen at the first request, once the program ends itself.
+        self.asked: Callable[[], object] = lambda: None
         self._running = self._impatient = False
         self._asked_at = 0.0
         self._code, self._line = 0, ""
@@ -81,6 +83,8 @@ class Stop:
         first, self.requested = not self.requested, True
         if not self._running:
             self._end()
+        if first:
+            self.asked()
         if not self._impatient:
             return
         if first:

@@ -17,6 +17,7 @@ from rodless_base.measurement import Measurement
 from rodless_base.one_line import described, traced
 from rodless_control.controller import LawError, checked_answer, law_name, output_limits
 from rodless_control.controller_parameters import ControllerParameters
+from rodless_control.law_calls import LawCalls
 from rodless_control.laws import make_law
 from rodless_control.setpoint import SetpointFollower
 
@@ -139,6 +140,7 @@ class ControlLoop:
     def _attempt(self, action: Callable[[], Result]) -> Result | None:
         """Let the law act; whatever it raises is its failure and not the node's end."""
         try:
+            LawCalls.under_way = True
             return action()
         except LawError as error:
             self._fail(described(error))
@@ -146,6 +148,8 @@ class ControlLoop:
             raise
         except BaseException as error:
             self._fail(f"{law_name(self.law)} failed: {traced(error)}")
+        finally:
+            LawCalls.under_way = False
         return None
 
     def _fail(self, failure: str) -> None:

@@ -12,7 +12,7 @@ import errno
 import fcntl
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rodless_base.atomic_write import make_folder, removal_of_new
@@ -28,11 +28,14 @@ def results_folder(folder: Path) -> Iterator[Callable[[], None]]:
     """
     remove_what_is_empty = removal_of_new(folder)
     make_folder(folder)
-    claim = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    claim, owner = os.open(folder, os.O_RDONLY | os.O_DIRECTORY), os.getpid()
     try:
         lock_or_refuse(claim, folder)
         yield remove_what_is_empty
     finally:
+        if os.getpid() == owner:
+            with suppress(OSError):  # closing alone keeps it, where a process was forked meanwhile
+                fcntl.flock(claim, fcntl.LOCK_UN)
         os.close(claim)
         remove_what_is_empty()
 

@@ -41,6 +41,7 @@ HOLDING_FORCES = {
 }
 BORES = tuple(HOLDING_FORCES)  # mm
 PAPERS_BORE = 0.025  # m
+MODEL = "cylinder.model"
 OTHER = "other"
 
 # Of the default dead volume: 5 cm³ are the end cavity of a CY3R25.
@@ -64,7 +65,7 @@ _MODEL = re.compile(r"CY3R(\d{1,3})-(\d{1,4})", re.ASCII)
 
 PARAMETERS = declare(
     Parameter(
-        "cylinder.model",
+        MODEL,
         "CY3R25-200",
         "",
         "model number, bore and stroke in mm: sets cylinder.bore, .stroke, .moving_mass, "
@@ -142,18 +143,18 @@ def derived(
     parameters: ParameterSet, named: Collection[str], changed: Collection[str]
 ) -> dict[str, float | str]:
     """Return what follows from a new model; a new bore or stroke makes it another cylinder."""
-    model = parameters.text("cylinder.model")
+    model = parameters.text(MODEL)
     if model == OTHER:
         return {}
     values = values_of(model)
-    if "cylinder.model" in changed:
+    if MODEL in changed:
         return {name: value for name, value in values.items() if name not in named}
-    return {} if _fits(parameters, values) else {"cylinder.model": OTHER}
+    return {} if _fits(parameters, values) else {MODEL: OTHER}
 
 
 def check(parameters: ParameterSet) -> None:
     """Refuse a bore or a stroke that is not the model's."""
-    model = parameters.text("cylinder.model")
+    model = parameters.text(MODEL)
     if model == OTHER:
         return
     values = values_of(model)

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 from rodless_base.parameters import ParameterError
+from rodless_sim.cylinder_series import GIVEN, MODEL, OTHER, values_of
 from rodless_sim.parameters import RigParameters
 from rodless_sim.physics.faults import SimulationError
 from rodless_sim.scenario import Entry, Scenario, ScenarioStateError
@@ -26,7 +27,14 @@ class ScenarioPlayer:
         changed = {name for entry in scenario.entries for name in entry.changes}
         for stage in scenario.stages(parameters):
             changed.update(stage.differences(parameters))
+        model = parameters.text(MODEL)
+        if MODEL in changed:
+            changed.update(GIVEN)
         self._before = {name: parameters[name] for name in changed}
+        # What a model that a user has named meanwhile takes with it as this one comes back.
+        self._of_model = (
+            {} if model == OTHER else {one: parameters[one] for one in values_of(model)}
+        )
         self._scenario = scenario
         self._at_start = [entry for entry in scenario.entries if entry.stamp == 0]
         self.restart()
@@ -39,7 +47,9 @@ class ScenarioPlayer:
     def at_start(self, parameters: RigParameters) -> RigParameters:
         """Return ``parameters`` as before the scenario, with what is due at 0."""
         # With all named, nothing follows from a model that comes back: the rest stays as it is.
-        parameters = parameters.with_values({**parameters, **self._before})
+        named_anew = parameters[MODEL] not in (OTHER, self._before.get(MODEL, parameters[MODEL]))
+        others = self._of_model if named_anew else {}
+        parameters = parameters.with_values({**parameters, **others, **self._before})
         for entry in self._at_start:
             parameters = parameters.with_values(entry.changes)
         return parameters

@@ -32,6 +32,7 @@ from rodless_base.ros.topic_types import check_topic_types
 from rodless_base.ros.topics import ANSWERS_DEPTH, LOSSLESS
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
+from rodless_control.law_calls import LawCalls
 from rodless_control.loop import ControlLoop
 from rodless_control.node.answers import DISABLED, Answers
 from rodless_control.node.controller_diagnostics import ControllerDiagnostics
@@ -155,9 +156,8 @@ class ControllerNode:
             telemetry.keep_only(self._loop.law.TERMS)
             self._inputs.use_pressures(self._loop.law.USES_PRESSURES)
         before = self._parameters.values.text(LAW)
-        self.node.get_logger().info(
-            f"law {values.text(LAW)} in place of {before}: {resumes(values)}"
-        )
+        now = resumes(values) if self._answers.enabled else DISABLED
+        self.node.get_logger().info(f"law {values.text(LAW)} in place of {before}: {now}")
 
     def _close_valve_at_once(self) -> None:
         """Close it by a command that no sample asks for; in lock-step each answers one."""
@@ -231,4 +231,5 @@ def main(stop: Stop) -> int:
     check_arguments("controller")
     settle_transports(sys.argv)
     load()
+    LawCalls.break_off_once_asked(stop)
     return run_node(ControllerNode, stop)

@@ -84,15 +84,16 @@ class Inputs:
 
     def subscribe(self) -> None:
         """Subscribe, to positions last: a plant that starts with them has then seen the others."""
-        self.subscribed = True
         self._subscribe_to_pressures()
         self._node.create_subscription(
             JointState, JOINT_STATES, with_info(self._take_joint), QUEUE_DEPTH, raw=True
         )
+        self.subscribed = True
 
     def _subscribe_to_pressures(self) -> None:
-        for field in self._pressures:
-            self._pressures[field] = self._subscription(PRESSURES[field], field)
+        for field, subscription in self._pressures.items():
+            if subscription is None:
+                self._pressures[field] = self._subscription(PRESSURES[field], field)
 
     def _subscription(self, topic: str, field: str) -> Subscription:
         taker = self._pressure_taker(field)
@@ -137,6 +138,8 @@ class Inputs:
         if self._awaited:
             self._awaited = False
             self._incomplete -= self._synchronizer.incomplete  # those were answered
-        if field == "position" or stamp not in self._answered:
-            self._answered.clear()  # of those before it, none completes any more
-            self._take(measurement, info)
+        if field != "position" and stamp in self._answered:
+            self._answered.remove(stamp)  # offered again, it is to be answered again
+            return
+        self._answered.clear()  # of those before it, none completes any more
+        self._take(measurement, info)

@@ -80,14 +80,14 @@ class PositionWatch:
         self.report: PlantReport | None = None
 
     @property
-    def is_reported(self) -> bool:
-        """Whether reports come, or may still come for the first time."""
-        return self._reports_silent <= REPORT_TIMEOUT
+    def reports_come(self) -> bool:
+        """Whether one has come lately, or there was no time for the first."""
+        return self._reports_silent <= 1.5 * PERIOD
 
     def arrive(self) -> None:
         """Take note of a position."""
         self._positions_silent = 0.0
-        if not self.is_reported:
+        if self._reports_silent > REPORT_TIMEOUT:
             # Whoever sends these now is not the plant that has reported.
             self.report = None
 

@@ -9,6 +9,7 @@
 """Internal signals of the controller as topics, for plotting."""
 
 from collections.abc import Iterable, Mapping
+from time import monotonic
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -26,6 +27,9 @@ from rodless_control.loop import Output
 
 REFERENCE = "reference"
 
+# How long a signal that is left out waits for its readers, in wall-clock s.
+LEAVING = 5.0
+
 
 class Telemetry:
     """The reference (m) and each of the law's terms, in units of its own, below the node's name.
@@ -41,6 +45,8 @@ class Telemetry:
         self._throttled_outbox = Outbox(node)
         self._publishers: dict[str, OnDemand] = {}
         self._throttled: dict[str, OnDemand] = {}
+        # Of a law before, and until when (s, monotonic): readers may be behind.
+        self._leaving: dict[str, tuple[OnDemand, OnDemand, float]] = {}
         self._output = Throttled[Output](self._throttled_outbox)
         self.offer((REFERENCE, *law.TERMS))
 
@@ -48,6 +54,9 @@ class Telemetry:
         """Make the publishers that are missing; raises ParameterError where one cannot be."""
         for name in names:
             if name in self._publishers:
+                continue
+            if name in self._leaving:
+                self._publishers[name], self._throttled[name], _ = self._leaving.pop(name)
                 continue
             throttled = f"{THROTTLED}{self._node.get_name()}/{name}"
             self._throttled[name] = self._publisher(throttled, LAST_ONE, self._throttled_outbox)
@@ -63,13 +72,24 @@ class Telemetry:
     def keep_only(self, terms: Iterable[str]) -> None:
         """Leave out all but the reference and these ``terms``."""
         self._output.last = None  # has those of the law before
-        for publishers in (self._publishers, self._throttled):
-            for name in publishers.keys() - {REFERENCE, *terms}:
-                publishers.pop(name).close(self._node)
+        until = monotonic() + LEAVING
+        for name in self._publishers.keys() - {REFERENCE, *terms}:
+            self._leaving[name] = self._publishers.pop(name), self._throttled.pop(name), until
+        self._let_go()
+
+    def _let_go(self) -> None:
+        """End the publishers of a law before, once their readers have all or do not take it."""
+        for name, (publisher, throttled, until) in list(self._leaving.items()):
+            now = monotonic()
+            if now > until or wait_for_readers(self._outbox, [publisher.publisher], now):
+                del self._leaving[name]
+                publisher.close(self._node)
+                throttled.close(self._node)
 
     def poll(self) -> None:
         """Look up which signals have subscribers, and send what was held back, and the last."""
         self._outbox.flush()
+        self._let_go()
         for publisher in self._publishers.values():
             publisher.poll()
         due = self._output.due(self._throttled.values())
@@ -78,7 +98,9 @@ class Telemetry:
 
     def wait_for_readers(self, deadline: float) -> bool:
         """Give whoever reads the signals time, to ``deadline``; return whether they have them."""
-        heard = [one.publisher for one in self._publishers.values() if one.subscribers]
+        leaving = [publisher for publisher, _, _ in self._leaving.values()]
+        offered = [*self._publishers.values(), *leaving]
+        heard = [one.publisher for one in offered if one.subscribers]
         return wait_for_readers(self._outbox, heard, deadline)
 
     @property

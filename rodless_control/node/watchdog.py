@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 from rodless_base.ros.diagnostics import DIAGNOSTICS
 from rodless_control.loop import ControlLoop
-from rodless_control.node.position_watch import PlantReport, PositionWatch, plant_report
+from rodless_control.node.position_watch import STALL, PlantReport, PositionWatch, plant_report
 
 
 class Watchdog:
@@ -37,10 +37,10 @@ class Watchdog:
         self._node = node
         self._loop = loop
         self._timeout = timeout
-        self._close_valve = close_valve
+        self._command_closed = close_valve
         self._hold = hold
         self._watch = PositionWatch()
-        self._arrived = self._following = self._lost = False
+        self._arrived = self._following = self._lost = self._closed = False
         node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, 10)
 
     def begin(self) -> None:
@@ -67,13 +67,17 @@ class Watchdog:
 
         A simulated plant that has not begun waits for nobody's command, and where one has gone, its
         reports too, the next may be in lock-step. So may one that has not said yet what it is: it
-        is given the time in which a real one must send positions.
+        is given a moment to send its first position.
         """
         if self._timeout() <= 0.0 or self.in_lockstep:
             return False
         if self.simulated:
-            return self._lost and self._watch.is_reported
-        return self._lost or self._watch.missing(self._timeout(), simulated=False)
+            return self._lost and self._watch.reports_come
+        return self._lost or self._watch.missing(min(self._timeout(), STALL), simulated=False)
+
+    def _close_valve(self) -> None:
+        self._closed = True
+        self._command_closed()
 
     @property
     def problem(self) -> str | None:
@@ -81,8 +85,9 @@ class Watchdog:
         if self._following or self._arrived:
             return None
         stands = self.in_lockstep and (self._lost or self.report is not None)
-        safe = "plant stands still" if stands else "valve closed"
-        return f"no position{self._with_pressures}: {safe}"
+        # That of a simulated plant is closed before its first command.
+        closed = "valve closed" if self._closed or self.simulated else "valve not commanded"
+        return f"no position{self._with_pressures}: {'plant stands still' if stands else closed}"
 
     def poll(self) -> None:
         """Let time pass; to be called every ``WATCH_PERIOD``."""
@@ -112,7 +117,7 @@ class Watchdog:
                 self._watch.hear(report)
 
     def _follow(self) -> None:
-        self._arrived, self._following = False, True
+        self._arrived, self._following, self._closed = False, True, False
         self._watch.arrive()
         if self._lost:
             self._lost = False

@@ -56,6 +56,7 @@ class BagWriter(Closing):
         """Create the folder; raises :class:`BagError`."""
         self.path = file_path(path, BagError)
         self._channels: dict[str, int] = {}
+        self._was_in_place = False  # as it was closed
         self.failure: BagError | None = None
         file = f"{Path(os.path.realpath(self.path)).name}_0.mcap"
         self._remove_folders = removal_of_new(self.path)
@@ -139,6 +140,7 @@ class BagWriter(Closing):
             return
         with suppress(BagError):
             self.flush()
+        self._was_in_place = self._file.is_in_place
         with self._file:
             try:
                 given_up = _finish(self.path, self._file, Profiles())
@@ -154,8 +156,10 @@ class BagWriter(Closing):
     def remove(self) -> None:
         """Remove a closed bag that never began, so that it is not in the way of the next try.
 
-        Nothing is removed but what was made for it.
+        Nothing is removed but what was made for it, nor what has come in its place.
         """
+        if not self._was_in_place:
+            return
         for file in (self._file.name, METADATA_FILE):
             with suppress(OSError):
                 (self.path / file).unlink()

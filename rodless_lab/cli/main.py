@@ -66,7 +66,7 @@ VERBS = {
 
 # Verbs that find a user's law in the folder where they are run, as the nodes of `rodless rig` do:
 # there last, so that nothing takes the place of a library.
-WITH_LAWS = ("laws", "sweep", "tune")
+WITH_LAWS = ("laws", "set", "sweep", "tune")
 
 # Verbs that run until Ctrl-C, and leave nothing undone if it comes before they do.
 UNTIL_INTERRUPTED = ("rig", "view")

@@ -69,6 +69,7 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
         timeout = STOP_TIMEOUT if plan.record is None else CLOSE_TIMEOUT
         with run_rig(plan, stop_timeout=timeout) as processes:
             _watch(processes, plan, stop)
+        return _told_of_its_end(processes, plan)
     except InterruptedRunError:
         return 0
     except NodeDiedError as error:
@@ -77,7 +78,18 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     except (ParameterError, HarnessError) as error:
         print(error, file=sys.stderr)
         return 2
-    return 0
+
+
+def _told_of_its_end(processes: "SessionProcesses", plan: "ProcessPlan") -> int:
+    """Return 1, and say so, where a bag was not closed."""
+    if plan.record is None or not processes["rig"].had_to_be_killed:
+        return 0
+    print(
+        f"the rig did not end within {CLOSE_TIMEOUT:g} s and was killed; `rodless recover "
+        f"{plan.record}` ends its bag",
+        file=sys.stderr,
+    )
+    return 1
 
 
 def _check_free(plan: "ProcessPlan", stop: Stop) -> None:

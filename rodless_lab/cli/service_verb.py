@@ -8,6 +8,7 @@
 
 """Verbs that ask the nodes of a running rig for one thing each."""
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -18,6 +19,9 @@ from rodless_lab.cli.running_rig import add_namespace, add_timeout, with_rig
 
 if TYPE_CHECKING:
     from rodless_lab.session.running_rig import RunningRig
+
+
+ENABLE = "controller/enable"
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class ServiceVerb:
     services: Mapping[str, bool | None]
 
     def __call__(self, arguments: Sequence[str], stop: Stop) -> int:
-        """Return 0 once it is done, 2 where it cannot be."""
+        """Return 0 once it is done, 1 where the controller's law fails with it, 2 if it cannot."""
         options = self._parser().parse_args(arguments)
         timeout = options.timeout
         return with_rig(options.namespace, stop, lambda rig: self._ask(rig, timeout), timeout)
@@ -43,15 +47,23 @@ class ServiceVerb:
         parser = Parser(
             prog=f"rodless {self.name}",
             description=self.description,
-            epilog="Exit code: 0 done; 1 Ctrl-C; 2 no such rig, refused or no answer.",
+            epilog="Exit code: 0 done; 1 Ctrl-C, or a law that fails again; 2 no such rig, refused "
+            "or no answer.",
         )
         add_namespace(parser)
         add_timeout(parser, "for a node to be found, and for its answer")
         return parser
 
     def _ask(self, rig: "RunningRig", timeout: float) -> int:
-        from rodless_lab.session.services import ask_each  # noqa: PLC0415  imports ROS
+        # They import ROS.
+        from rodless_lab.session.running_rig import CONTROLLER  # noqa: PLC0415
+        from rodless_lab.session.services import ask_each  # noqa: PLC0415
+        from rodless_lab.session.set_parameters import failed_law  # noqa: PLC0415
 
         for service, answer in ask_each(rig, self.services, timeout):
             print(f"{service}: {answer or 'done'}")
-        return 0
+        # With the next sample, which an answer does not wait for.
+        failure = failed_law(rig) if self.services.get(ENABLE) else None
+        if failure is not None:
+            print(f"{CONTROLLER}: {failure}", file=sys.stderr)
+        return int(failure is not None)

@@ -389,7 +389,8 @@ def _refuse_backwards(messages: TopicMessages, time: Array) -> None:
         place = int(back[0]) + 1
         raise RunError(
             f"{messages.topic.name}: time goes backwards at message {place}, from "
-            f"{time[place - 1]:.6f} s to {time[place]:.6f} s; was the plant reset?"
+            f"{time[place - 1]:.6f} s to {time[place]:.6f} s; was the plant reset? A run is read "
+            "from its start on: record each by itself (read_bag reads this one as it is)"
         )
 
 

@@ -19,6 +19,7 @@ from rodless_base.ros.process import run_nodes
 from rodless_base.ros.profiles import leave_out_own_endpoints, settle_transports
 from rodless_base.start import Stop, split_ros_arguments
 from rodless_base.topics import OPTIONAL_TOPICS, RIG_TOPICS, ROS_CLOCK
+from rodless_control.law_calls import LawCalls
 from rodless_control.node import controller_node
 from rodless_lab.bags.default_bag import default_bag
 from rodless_sim.node import plant_node
@@ -31,6 +32,7 @@ def main(stop: Stop) -> int:
     settle_transports(sys.argv)
     plant_node.load()
     controller_node.load()
+    LawCalls.break_off_once_asked(stop)
     make_plant = partial(plant_node.PlantNode, stop)
     if folder is None:
         return run_nodes([make_plant, controller_node.ControllerNode], stop)

@@ -8,13 +8,19 @@
 
 """What a test gives as the value of a parameter, as files and messages take it."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from rodless_base.one_line import shown
 
+KINDS = {bool, int, float, str}
+
 
 def without_numpy(value: object) -> object:
-    """Return what numpy holds, alone or in a list, as Python has it; anything else as it is."""
+    """Return what numpy holds, alone, in a list or by name, as Python has it; else as it is."""
+    if isinstance(value, Mapping):
+        return {name: without_numpy(one) for name, one in value.items()}
     if isinstance(value, list | tuple):
         return [_without_numpy(one) for one in value]
     return _without_numpy(value)
@@ -22,6 +28,18 @@ def without_numpy(value: object) -> object:
 
 def _without_numpy(value: object) -> object:
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def check_value(name: object, value: object) -> None:
+    """Raise TypeError for what no parameter of a file can be; of nested ones, for the first."""
+    if isinstance(value, Mapping):
+        for below, one in value.items():
+            check_value(f"{name}.{below}", one)
+        return
+    plain = without_numpy(value)
+    kinds = set(map(type, plain if isinstance(plain, list) else [plain]))
+    if len(kinds) != 1 or not kinds <= KINDS:
+        raise TypeError(is_no_value(name, value))
 
 
 def is_no_value(name: object, value: object) -> str:

@@ -25,7 +25,7 @@ from rodless_base.parameter_file import preset_file, read_parameter_file
 from rodless_base.topics import RIG_CLOCK, ROS_CLOCK, VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
-from rodless_lab.session.parameter_value import is_no_value, without_numpy
+from rodless_lab.session.parameter_value import check_value, without_numpy
 
 MODULES = {
     "plant": "rodless_sim.node.plant_node",
@@ -87,10 +87,7 @@ def _check_values(parameters: Mapping[str, Mapping[str, object]]) -> None:
     """Raise TypeError for a value that no parameter file can hold."""
     for values in parameters.values():
         for name, value in values.items():
-            try:
-                yaml.safe_dump(_as_written({name: value}))
-            except (yaml.YAMLError, ValueError) as error:
-                raise TypeError(is_no_value(name, value)) from error
+            check_value(name, value)
 
 
 def clock_of_its_own(namespace: str, plant: Mapping[str, object]) -> list[str]:

@@ -47,6 +47,8 @@ from rodless_lab.session.running_rig import (
 LAW_FAILURES = "failures of the law"
 REPORT_TIMEOUT = 5.0
 
+SILENT = "does not answer any more; its law may not return"
+
 # For a controller to load another law, in wall-clock s.
 LAW_TIMEOUT = 30.0
 
@@ -137,17 +139,22 @@ def parameter_values(rig: RunningRig, wanted: Sequence[str], timeout: float) -> 
 def failed_law(rig: RunningRig) -> str | None:
     """Return what the controller says where its law has failed, as by a change of parameters.
 
-    Laws of this package do not fail by one; for another law this waits for the next report.
+    Laws of this package do not fail by one; for another law this waits for the next report. A
+    controller that says nothing any more does not come back from its law.
     """
     try:
         law = rig.observer.get_parameters(CONTROLLER, ["controller.law"])["controller.law"]
     except RefusedError:  # of another controller
         return None
+    except WaitTimeoutError:
+        return SILENT
     if law in LAWS:
         return None
     said = rig.next_diagnostic(CONTROLLER, REPORT_TIMEOUT)
-    failed = said is not None and said.level == DiagnosticStatus.ERROR
-    return said.message if said and failed and said.values.get(LAW_FAILURES, "0") != "0" else None
+    if said is None:
+        return SILENT
+    failed = said.level == DiagnosticStatus.ERROR
+    return said.message if failed and said.values.get(LAW_FAILURES, "0") != "0" else None
 
 
 def _found(rig: RunningRig, timeout: float) -> list[str]:

@@ -252,7 +252,8 @@ def search(
     except _StoppedError:
         complete = False
         if not asked:
-            kept.forget()
+            if not kept.known:
+                kept.forget()
             raise NothingKnownError(
                 f"{folder}: interrupted before the first candidate was known"
             ) from None

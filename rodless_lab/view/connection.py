@@ -27,11 +27,12 @@ class Connection(H11Protocol):
 
     def on_response_complete(self) -> None:
         """Begin to wait for the next."""
-        super().on_response_complete()
-        self._await_request(self.transport)
+        last = self.cycle
+        super().on_response_complete()  # which begins with the next where that is there
+        self._await_request(self.transport, last)
 
-    def _await_request(self, transport: asyncio.Transport) -> None:
-        self.loop.call_later(REQUEST_TIMEOUT, self._end_unless_asked, transport, self.cycle)
+    def _await_request(self, transport: asyncio.Transport, last: object = None) -> None:
+        self.loop.call_later(REQUEST_TIMEOUT, self._end_unless_asked, transport, last)
 
     def _end_unless_asked(self, transport: asyncio.Transport, last: object) -> None:
         """End it; one that has become a WebSocket has a protocol of its own."""

@@ -45,6 +45,8 @@ class Realtime(TimeKeeper):
         self._outgoing = outgoing
         self._pacer = Pacer(wall_period, now)
         self._stepping = threading.Lock()
+        # Of a failure and of a reset, each of which is told in two places.
+        self._failing = threading.Lock()
         self._failure: Exception | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="plant", daemon=True)
@@ -93,8 +95,9 @@ class Realtime(TimeKeeper):
 
     def reset(self) -> str:
         """Return to the start; say when."""
-        self._engine.reset()
-        self._failure = None
+        with self._failing:
+            self._engine.reset()
+            self._failure = None
         return RESET_DONE
 
     def poll(self) -> None:
@@ -113,8 +116,9 @@ class Realtime(TimeKeeper):
             try:
                 self._keep_time()
             except Exception as failure:
-                self._engine.fail(traced(failure))
-                self._failure = failure
+                with self._failing:
+                    self._engine.fail(traced(failure))
+                    self._failure = failure
                 self._closing.wait(POLL_PERIOD)
 
     def _keep_time(self) -> None:

@@ -262,7 +262,7 @@ def test_who_stands_while_it_writes_holds_nobody_for_good(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As a process that was stopped: the others go on without the lock."""
-    monkeypatch.setattr(kernel_cache, "LOCK_TIMEOUT", 0.05)
+    monkeypatch.setattr(kernel_cache, "PATIENCE", [0.05])
     _, cache = kept(tmp_path)
     with kernel_cache._locked(Path(cache.cache_path)):
         assert (use(tmp_path), use(tmp_path)) == (0, 1)

@@ -10,6 +10,7 @@
 
 import errno
 import fcntl
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from rodless_lab.results_folder import results_folder
 VERBS: tuple[tuple[Callable[[Sequence[str], Stop], int], list[str], str, int], ...] = (
     (laws.main, ["--law", "pid", "--rigs", "1"], "laws", 2),
     (experiment.main, ["step"], "experiment", 2),
-    (bench.main, ["--only", "solvers"], "bench", 1),
+    (bench.main, ["--only", "solvers"], "bench", 2),
 )
 
 
@@ -78,3 +79,19 @@ def test_a_file_system_without_locks_keeps_nobody_out(
     number = errno.EIO
     with pytest.raises(OSError, match="no locks"), results_folder(tmp_path):
         pass
+
+
+def test_a_process_forked_meanwhile_does_not_keep_the_folder(tmp_path: Path) -> None:
+    """As a pool of a test's, which outlives it: its copy of the claim is no claim."""
+    read, write = os.pipe()
+    with results_folder(tmp_path):
+        child = os.fork()
+        if child == 0:
+            os.close(write)
+            os.read(read, 1)
+            os._exit(0)
+    with results_folder(tmp_path):
+        pass
+    os.close(write)
+    os.waitpid(child, 0)
+    os.close(read)

@@ -273,6 +273,16 @@ def test_a_reset_takes_back_what_the_scenario_has_changed_and_nothing_else() -> 
             assert rig.parameters.differences(expected.with_values(live)) == {}
 
 
+@pytest.mark.parametrize("live", [{"cylinder.bore": 0.02}, {"cylinder.model": "CY3R15-200"}])
+def test_a_reset_takes_back_a_cylinder_that_its_model_contradicts(live: dict[str, object]) -> None:
+    """With the model comes what it has, and what it was given; a change of the user's is taken."""
+    own = RigParameters({"cylinder.moving_mass": 2.0, "friction.forward.static": 20.0})
+    rig = Rig(own, Scenario([(0.01, {"cylinder.stroke": 0.15})]))
+    rig.configure(rig.parameters.with_values(live))
+    rig.reset()
+    assert rig.parameters.differences(own) == {}
+
+
 def test_a_name_that_is_no_text_is_shown_in_a_short_line() -> None:
     """Python refuses to write a number of thousands of digits."""
     with pytest.raises(ScenarioError, match=r"^<list that cannot be shown>: entry 1") as refusal:

@@ -7,6 +7,7 @@
 # language governing permissions and limitations under the License.
 """Another law for a controller that runs: it starts anew, and what is refused changes nothing."""
 
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -26,6 +27,7 @@ from rodless_base.ros.message_info import delivered_now
 from rodless_base.ros.topics import set_stamp
 from rodless_control import ControllerParameters, ReferencePoint
 from rodless_control.laws import law_class
+from rodless_control.node import telemetry
 from rodless_control.node.controller_node import ControllerNode
 from rodless_control.node.law_parameters import LawChoice
 from rodless_lab.session.observer import Observer
@@ -268,6 +270,38 @@ def test_stamps_of_before_a_reset_are_samples_like_any_other(bench: Bench) -> No
         bench.commands.clear()
         bench.take_position(sample, 0.05)
         assert len(bench.commands) == 1, sample
+
+
+def test_a_sample_that_is_offered_again_is_answered_again(bench: Bench) -> None:
+    """By a lock-step plant whose answer was lost: without an answer it would stand for good."""
+    assert bench.change({LAW: "state_feedback"}) is None
+    for offer in range(4):
+        bench.commands.clear()
+        bench.take_position(0, 0.05)
+        bench.take_pressures(0)
+        assert len(bench.commands) == 1, offer
+    assert bench.controller._loop.law.memory is not None, "the law was asked"
+
+
+def test_signals_of_the_law_before_wait_for_their_readers(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A reader that is behind would lose what it has not read; one that has stopped waits 5 s."""
+    of_pid, reader = set(law_class("pid").TERMS), {"has all": False}
+    monkeypatch.setattr(telemetry, "wait_for_readers", lambda *_: reader["has all"])
+    assert bench.change({LAW: "adrc"}) is None
+    bench.controller._poll()
+    assert of_pid < bench.topics
+    assert bench.change({LAW: "pid"}) is None
+    assert bench.change({LAW: "adrc"}) is None
+    reader["has all"] = True
+    bench.controller._poll()
+    assert bench.topics == {"reference", *law_class("adrc").TERMS}
+    reader["has all"] = False
+    assert bench.change({LAW: "pid"}) is None
+    monkeypatch.setattr(telemetry, "monotonic", lambda: time.monotonic() + telemetry.LEAVING)
+    bench.controller._poll()
+    assert bench.topics == {"reference", *of_pid}
 
 
 def test_a_law_that_fails_again_is_reported_again_and_not_enabled(

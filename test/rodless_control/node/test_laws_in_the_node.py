@@ -13,6 +13,7 @@ import math
 import os
 import re
 import runpy
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -121,6 +122,34 @@ class Interrupting(Law):
 
     def update(self, measurement, reference, interval):
         raise KeyboardInterrupt
+
+
+def stay(seconds):
+    import os
+    import time
+
+    open(os.environ["MARK"], "w").close()
+    while True:
+        time.sleep(seconds)
+
+
+class Spinning(Interrupting):
+    def update(self, measurement, reference, interval):
+        stay(0.0)
+
+
+class Sleeping(Interrupting):
+    def update(self, measurement, reference, interval):
+        stay(1e6)
+
+
+class Stubborn(Interrupting):
+    def update(self, measurement, reference, interval):
+        while True:
+            try:
+                stay(0.01)
+            except Exception:
+                pass
 """
 
 
@@ -391,6 +420,35 @@ def test_a_law_that_raises_keyboard_interrupt_ends_its_node_cleanly(
         samples.publish(JointState(name=["carriage"], position=[0.05]))
         assert controller.wait() == 0
         assert "Traceback" not in controller.output
+
+
+@pytest.mark.parametrize("law", ["Spinning", "Sleeping", "Stubborn"])
+def test_a_law_that_does_not_return_does_not_keep_its_node(
+    own_laws: dict[str, str],
+    observer: Observer,
+    start_process: StartProcess,
+    tmp_path: Path,
+    law: str,
+) -> None:
+    """Asked to end, it breaks the law off, closes the valve and ends, with code 0."""
+    from sensor_msgs.msg import JointState  # noqa: PLC0415
+    from std_msgs.msg import Float64  # noqa: PLC0415
+
+    mark = tmp_path / "busy"
+    parameters = {"controller": {"controller.law": f"own_laws:{law}"}}
+    file = write_parameters(tmp_path / "law.yaml", parameters)
+    command = node_command("controller", [file], "busy")
+    with start_process(command, environment={**own_laws, "MARK": str(mark)}) as controller:
+        commands = observer.collect(Float64, "/busy/valve/voltage")
+        samples = observer.publisher(JointState, "/busy/joint_states")
+        samples.publish(JointState(name=["carriage"], position=[0.05]))
+        observer.wait(mark.exists, "the law to be called")
+        controller.signal(signal.SIGINT)
+        assert controller.wait() == 0
+        assert "failed: LawBrokenOffError: it does not return" in controller.output
+        assert "Traceback" not in controller.output
+    observer.wait(lambda: bool(commands), "the valve to be closed")
+    assert commands[-1].data == 5.08
 
 
 def test_a_law_that_there_is_not_stops_the_node_with_one_line(

@@ -192,7 +192,7 @@ def test_the_preset_it_tells_of_is_the_plants(report: PlantReport, words: str) -
 class Watched:
     """The watchdog of a controller, polled as its node does, and when it commanded unprompted."""
 
-    def __init__(self, simulated: bool) -> None:
+    def __init__(self, simulated: bool, timeout: float = TIMEOUT) -> None:
         self.time = 0
         self.commands: list[float] = []  # s
         node = SimpleNamespace(
@@ -204,7 +204,7 @@ class Watched:
         self.dog = Watchdog(
             cast(Node, node),
             cast(ControlLoop, loop),
-            lambda: TIMEOUT,
+            lambda: timeout,
             lambda: self.commands.append(self.time * 1e-9),
             lambda: None,
         )
@@ -219,10 +219,15 @@ class Watched:
 
 
 def test_a_plant_that_begins_is_sent_no_command_before_its_first_position() -> None:
-    """A lock-step plant would take one for the answer to that; a real one is given its timeout."""
+    """A lock-step plant would take one for the answer to that; a real one is given its timeout.
+
+    What is said is what has been done.
+    """
     rig = Watched(simulated=False)
+    assert rig.dog.problem == "no position: valve not commanded"
     rig.poll(1.0)
     assert rig.commands, "the valve of who listens already is closed"
+    assert rig.dog.problem == "no position: valve closed"
     rig.commands.clear()
     rig.dog.begin()
     rig.poll(0.8 * TIMEOUT)
@@ -235,6 +240,19 @@ def test_a_plant_that_begins_is_sent_no_command_before_its_first_position() -> N
     assert rig.commands == []
 
 
+@pytest.mark.parametrize(("timeout", "closed"), [(60.0, STALL), (0.2, 0.2), (0.0, None)])
+def test_the_valve_of_a_real_rig_is_closed_soon_after_a_start(
+    timeout: float, closed: float | None
+) -> None:
+    """However long its timeout: in mid-motion it may stand as a dead controller has left it."""
+    rig = Watched(simulated=False, timeout=timeout)
+    rig.dog.begin()
+    rig.poll(2.0)
+    assert rig.commands[:1] == ([] if closed is None else [soon(closed)])
+    said = "not commanded" if closed is None else "closed"
+    assert rig.dog.problem == f"no position: valve {said}"
+
+
 @pytest.mark.parametrize("simulated", [True, False])
 def test_where_a_simulated_plant_has_gone_the_next_is_sent_no_command(simulated: bool) -> None:
     """It may count commands. A real rig, which reports nothing, is sent them for as long."""
@@ -243,7 +261,7 @@ def test_where_a_simulated_plant_has_gone_the_next_is_sent_no_command(simulated:
     rig.dog.arrive()
     rig.poll(10.0)
     assert rig.commands[0] == soon(STALL)
-    end = REPORT_TIMEOUT if simulated else 10.0
+    end = 1.5 if simulated else 10.0
     assert rig.commands[-1] == pytest.approx(end, abs=2.0 * WATCH_PERIOD)
     assert rig.dog.problem == "no position: valve closed"
     rig.commands.clear()

@@ -176,6 +176,17 @@ def test_a_bag_is_removed_with_what_was_made_for_it_alone(tmp_path: Path) -> Non
     assert list((tmp_path / "shared" / "bag").iterdir()) == [tmp_path / "shared/bag/mine.txt"]
 
 
+def test_what_has_come_in_the_place_of_a_bag_is_not_removed(tmp_path: Path) -> None:
+    """It was moved while it was recorded, and another one has begun under its name."""
+    first = BagWriter(tmp_path / "bag")
+    first.path.rename(tmp_path / "moved")
+    with BagWriter(tmp_path / "bag"):
+        first.close()
+        first.remove()
+    assert (tmp_path / "bag" / "bag_0.mcap").is_file()
+    assert (tmp_path / "bag" / "metadata.yaml").is_file()
+
+
 def test_a_bag_that_cannot_be_begun_is_not_in_the_way_of_the_next_try(tmp_path: Path) -> None:
     """A folder can be made on a full disk, its first bytes cannot: both are gone again.
 

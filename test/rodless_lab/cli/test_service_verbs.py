@@ -11,6 +11,7 @@
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from typing import cast
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -22,9 +23,12 @@ from std_srvs.srv import SetBool, Trigger
 
 from rodless_base.ros.diagnostics import NAMESAKES
 from rodless_base.ros.topics import stamp_nanoseconds
+from rodless_lab.cli import disable, enable
+from rodless_lab.session import services, set_parameters
 from rodless_lab.session.diagnostic import Diagnostic
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import SessionProcesses
+from rodless_lab.session.running_rig import RunningRig
 
 PERIOD = 5e-3
 HOLDS = "holds where it is until a new set-point comes"
@@ -181,6 +185,20 @@ def test_a_drive_that_somebody_joins_ends(
             finally:
                 observer.node.destroy_publisher(stranger)
     assert "valve/voltage: /observer has come to command the valve too: what was" in drive.output
+
+
+def test_a_law_that_fails_again_once_it_is_enabled_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With its next sample, after the answer: code 1, and what it says."""
+    monkeypatch.setattr(services, "ask_each", lambda *_: [("controller/enable", "enabled")])
+    monkeypatch.setattr(set_parameters, "failed_law", lambda _: "no more")
+    rig = cast(RunningRig, None)
+    assert enable.main._ask(rig, 1.0) == 1
+    assert disable.main._ask(rig, 1.0) == 0
+    said = capsys.readouterr()
+    assert said.out == "controller/enable: enabled\n" * 2
+    assert said.err == "controller: no more\n"
 
 
 def test_a_second_node_that_commands_is_reported(rodless: StartProcess, observer: Observer) -> None:

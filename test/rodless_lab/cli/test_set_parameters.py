@@ -10,14 +10,19 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from extent import extensive
 from running import StartProcess, StartRig, until_it_says
 from std_msgs.msg import Float64
 
+from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.processes import node_command, write_parameters
+from rodless_lab.session.running_rig import RunningRig
+from rodless_lab.session.set_parameters import failed_law
 
 PLANT = (
     "supply.pressure",
@@ -204,6 +209,19 @@ def test_a_law_that_fails_with_the_new_values_is_reported(
     assert "controller brittle.gain: 20.0 → 90.0\n" in fails.output
     assert "Brittle failed: ValueError: too much for me" in fails.output
     assert "; the new values are in force\n" in fails.output
+
+
+def test_a_controller_that_says_nothing_after_a_change_is_told_of() -> None:
+    """The change is in force: that its law may not return is no reason to say that none is made."""
+
+    def silent(*_: object) -> None:
+        raise WaitTimeoutError("timed out")
+
+    for answer in (silent, lambda *_: {"controller.law": "mine:Law"}):
+        observer = SimpleNamespace(get_parameters=answer)
+        rig = SimpleNamespace(observer=observer, next_diagnostic=lambda *_: None)
+        said = failed_law(cast(RunningRig, rig))
+        assert said == "does not answer any more; its law may not return"
 
 
 BRITTLE = """

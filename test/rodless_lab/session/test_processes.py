@@ -211,7 +211,9 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("node", ["plant", "controller"])
 @pytest.mark.parametrize(
-    "value", [Path("x"), object(), 1j, [Path("x")]], ids=["path", "object", "complex", "paths"]
+    "value",
+    [Path("x"), object(), 1j, [Path("x")], None, b"x", {1}, [1, "a"], [1, 2.0], [[1.0]], []],
+    ids=lambda value: type(value).__name__,
 )
 def test_what_no_parameter_can_be_is_refused_by_its_name(node: str, value: object) -> None:
     """Before anything starts, in one line."""
