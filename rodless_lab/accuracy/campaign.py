@@ -14,6 +14,7 @@ import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from io import StringIO
 from itertools import islice
 from multiprocessing import get_context, parent_process
@@ -46,14 +47,19 @@ _JUDGES = (
     Path(bare_rigs.__file__),
 )
 
+# What a terminal sends to all of its processes.
+_REQUESTS = (signal.SIGINT, signal.SIGHUP)
+
 
 def leave_requests_to_parent() -> None:
     """Ignore what a terminal sends to the workers, too: it is their parent that ends them.
 
     Where that has been killed they end by themselves.
     """
-    for number in (signal.SIGINT, signal.SIGHUP):
+    for number in _REQUESTS:
         signal.signal(number, signal.SIG_IGN)
+    # Blocked since they were started, while they imported what they need.
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _REQUESTS)
     Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -62,6 +68,16 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+@contextmanager
+def _requests_blocked() -> Iterator[None]:
+    """Block what a terminal sends; processes that are started meanwhile inherit that."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _REQUESTS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def campaign(
@@ -133,14 +149,13 @@ def judged(numbers: Iterable[int], stopped: Callable[[], bool]) -> Iterator[Verd
     """Yield the verdicts on ``numbers`` as they come, from one process for each core."""
     left = iter(numbers)
     cores = len(os.sched_getaffinity(0))
-    # The process that keeps track of what the workers share inherits what is blocked.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
-    executor = ProcessPoolExecutor(cores, get_context("spawn"), leave_requests_to_parent)
-    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with _requests_blocked():  # for the process that keeps track of what the workers share
+        executor = ProcessPoolExecutor(cores, get_context("spawn"), leave_requests_to_parent)
     with executor as pool:
         running: set[Future[Verdict]] = set()
         while not stopped():
-            running |= {pool.submit(judge, n) for n in islice(left, 4 * cores - len(running))}
+            with _requests_blocked():  # for the workers
+                running |= {pool.submit(judge, n) for n in islice(left, 4 * cores - len(running))}
             if not running:
                 return
             done, running = wait(running, timeout=1.0, return_when=FIRST_COMPLETED)

@@ -54,9 +54,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:
     try:
         check_files_writable((chosen.output, tables))
         verdicts = campaign(chosen.output, chosen.count, progress, lambda: stop.requested)
-        text = summary(verdicts)
-        print(text)
-        atomic_write(tables, text)
+        if verdicts:  # tables of an earlier campaign say more than those of none
+            text = summary(verdicts)
+            print(text)
+            atomic_write(tables, text)
     except OSError as error:
         print(named_or_as_it_is(error), file=sys.stderr)
         return 2

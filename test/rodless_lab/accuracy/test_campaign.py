@@ -16,7 +16,9 @@ import sys
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
+from typing import cast
 
 import pytest
 from no_room import no_room
@@ -100,6 +102,30 @@ def test_what_a_terminal_sends_to_all_ends_it_in_words(tmp_path: Path, number: i
     assert said.splitlines()[-1] == "interrupted; the same command goes on"
     assert "Traceback" not in said
     assert read_verdicts(path)
+
+
+def masks_in_workers(monkeypatch: pytest.MonkeyPatch) -> set[int]:
+    """Return what a worker of a campaign has blocked where it would judge a rig."""
+    look = partial(signal.pthread_sigmask, signal.SIG_BLOCK)
+    monkeypatch.setattr(module, "judge", look)
+    (found,) = module.judged([()], lambda: False)  # type: ignore[list-item]
+    return set(cast(set[int], found))
+
+
+def test_workers_begin_with_what_a_terminal_sends_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C while they still import what they need would end them in tracebacks.
+
+    Where nothing has been done about signals yet, they wait; the parent, which listens, has them.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    monkeypatch.setattr(module, "leave_requests_to_parent", os.getpid)
+    assert masks_in_workers(monkeypatch) >= {signal.SIGINT, signal.SIGHUP}
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
+
+
+def test_workers_that_have_begun_block_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They ignore it instead, and what they start hears it again."""
+    assert masks_in_workers(monkeypatch).isdisjoint({signal.SIGINT, signal.SIGHUP})
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
@@ -220,6 +246,18 @@ def test_a_worker_that_is_killed_is_told_of(
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err == "one of its processes was killed; the same command goes on\n"
+
+
+def test_a_campaign_that_knows_nothing_leaves_its_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Interrupted before its first rig: tables of none do not replace those there are."""
+    page = tmp_path / "rigs.md"
+    page.write_text("10000 rigs")
+    monkeypatch.setattr("rodless_lab.accuracy.campaign.judged", lambda *_: iter(()))
+    assert main(["--count", "2", "--output", str(tmp_path / "rigs.csv")], Quiet()) == 1
+    assert capsys.readouterr() == ("", "interrupted; the same command goes on\n")
+    assert page.read_text() == "10000 rigs"
 
 
 def test_more_rigs_than_have_a_number_are_refused_at_once(
