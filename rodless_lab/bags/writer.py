@@ -234,7 +234,8 @@ def _check_ours(bag: Path, file: Path) -> None:
 
 def _check_within(bag: Path, file: Path) -> None:
     if not is_within(bag, file):
-        raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}")
+        way = "; remove that link" if file.name == METADATA_FILE else ""  # it holds no message
+        raise BagError(f"{bag}: {file.name} leads out of the bag, to {file.resolve()}{way}")
 
 
 def _lock(file: Path, locks: ExitStack) -> None:

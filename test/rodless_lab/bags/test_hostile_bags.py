@@ -599,7 +599,10 @@ def test_recovery_follows_no_link_out_of_the_bag(
 def test_recovery_writes_no_description_out_of_the_bag(
     sample_bag, tmp_path: Path, capsys: pytest.CaptureFixture[str], exists: bool
 ) -> None:
-    """A link in place of metadata.yaml, to that of another bag or to what is not there."""
+    """A link in place of metadata.yaml, to that of another bag or to what is not there.
+
+    The line says that the link is to be removed; then the bag is recovered.
+    """
     cut = sample_bag.path / "sample_0.mcap"
     cut.write_bytes(cut.read_bytes()[:30_000])
     description = sample_bag.path / METADATA_FILE
@@ -609,9 +612,13 @@ def test_recovery_writes_no_description_out_of_the_bag(
         stranger.write_bytes(before)
     description.unlink()
     description.symlink_to(stranger)
-    assert "metadata.yaml leads out of the bag, to" in refusal(sample_bag.path, capsys, recover)
+    said = refusal(sample_bag.path, capsys, recover)
+    assert f"metadata.yaml leads out of the bag, to {stranger}; remove that link\n" in said
     assert stranger.exists() == exists
     assert not exists or stranger.read_bytes() == before
+    description.unlink()
+    assert recover.main([str(sample_bag.path)], Quiet()) == 0
+    assert read_bag(sample_bag.path).complete
 
 
 def test_recovery_of_a_bag_behind_a_link_works(sample_bag, tmp_path: Path) -> None:
