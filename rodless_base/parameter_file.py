@@ -8,7 +8,7 @@
 
 """ROS parameter files (YAML): find the presets, read one node's section."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -16,7 +16,8 @@ from typing import TypeGuard
 
 import yaml
 
-from rodless_base.one_line import shown
+from rodless_base.one_line import listed, shown
+from rodless_base.owners import GROUPS
 from rodless_base.yaml_file import RosLoader, read_yaml
 
 
@@ -61,18 +62,55 @@ def read_parameter_file(
     ``namespace`` says which; later sections win. Namespaces may be nested, too, as in
     ``rig: {plant: {ros__parameters: {...}}}``. Parameters that every node has are left out, and so
     are those of a section for all nodes that are ``foreign``: another node's. Raises ValueError
-    for a file that is not a ROS parameter file, and OSError for one that cannot be read.
+    for a file that is not a ROS parameter file, that has no section for plant or controller in
+    ``namespace``, or, where none is given, has sections for ``node`` in several; and OSError for
+    one that cannot be read.
     """
-    found = parameters_for(path, node, foreign, namespace)
+    sections = _sections(path)
+    _check_for_one_rig([section for section, _ in sections], node, namespace)
+    found = _parameters_of(sections, node, foreign, namespace)
     return {name: value for name, value in found.items() if not is_of_rclpy(name)}
 
 
 def parameters_for(
     path: str | Path, node: str, foreign: Callable[[str], bool], namespace: str | None
 ) -> dict[str, object]:
-    """Return what :func:`read_parameter_file` does, and what is rclpy's too; raises as it."""
+    """Return what :func:`read_parameter_file` does, and what is rclpy's too, of any file.
+
+    It may be for other nodes alone, or for those of several rigs.
+    """
+    return _parameters_of(_sections(path), node, foreign, namespace)
+
+
+def nothing_for_rig(sections: Sequence[str], namespace: str | None) -> str:
+    """Say that none of a file's sections is for a node of the rig in ``namespace``."""
+    where = "" if namespace is None else f" of namespace {namespace or '/'}"
+    return f"no section is for the plant or controller{where}; it has {listed(sections) or 'none'}"
+
+
+def _check_for_one_rig(sections: Sequence[str], node: str, namespace: str | None) -> None:
+    """Raise ValueError for a file that has nothing for a rig, or for ``node`` of several."""
+    for_rig = [section for section in sections if _is_for(section, GROUPS)]
+    if not any(_is_in(section, namespace) for section in for_rig):
+        raise ValueError(nothing_for_rig(sections, namespace))
+    own = [section for section in for_rig if _is_for(section, (node,))]
+    of_one = next((section for section in own if _names_one_rig(section)), None)
+    if namespace is None and of_one is not None:
+        others = [section for section in own if not _is_in(section, _namespace(of_one))]
+        if others:
+            raise ValueError(
+                f"{of_one} and {listed(others)} are for different rigs; keep the sections of one"
+            )
+
+
+def _parameters_of(
+    sections: Sequence[tuple[str, object]],
+    node: str,
+    foreign: Callable[[str], bool],
+    namespace: str | None,
+) -> dict[str, object]:
     found: dict[str, object] = {}
-    for section, tree in _sections(path):
+    for section, tree in sections:
         addressee = _addressee(section)
         if not _is_in(section, namespace):
             continue
@@ -90,10 +128,25 @@ def section_names(path: str | Path) -> list[str]:
 
 def _is_in(section: str, namespace: str | None) -> bool:
     """Whether a section is for nodes in ``namespace``; one that names none is for all."""
-    named = section.strip("/").rpartition("/")[0]
+    named = _namespace(section)
     if namespace is None or not named:
         return True
     return fnmatchcase(namespace.strip("/"), named.replace("**", "*"))
+
+
+def _is_for(section: str, nodes: Collection[str]) -> bool:
+    """Whether a section is for one of ``nodes``, whatever its namespace."""
+    return _addressee(section) in (*nodes, *EVERY_NODE)
+
+
+def _namespace(section: str) -> str:
+    """Return the namespace that a section names, without the slashes about it; may be none."""
+    return section.strip("/").rpartition("/")[0]
+
+
+def _names_one_rig(section: str) -> bool:
+    """Whether a section names a namespace, and no pattern of several."""
+    return bool(_namespace(section)) and set("*?[").isdisjoint(_namespace(section))
 
 
 def _sections(path: str | Path) -> list[tuple[str, object]]:

@@ -62,7 +62,10 @@ def main(arguments: Sequence[str], stop: Stop) -> int:  # noqa: ARG001
         check_files_writable(files)
         check_none_is_read(files, {Path(options.base): "--base"})
         return _identify(options)
-    except (RunError, ParameterError) as error:
+    except ParameterError as error:  # of the base or an option: no bag is at fault
+        print(error, file=sys.stderr)
+        return 2
+    except RunError as error:
         text = str(error)
         named = any(str(bag) in text for bag in (options.bag, options.validate) if bag)
         print(text if named else f"{options.bag}: {text}", file=sys.stderr)
@@ -78,7 +81,7 @@ def _picture(output: Path) -> Path:
 
 
 def _identify(options: argparse.Namespace) -> int:
-    parameters = assumed_parameters(options.base, options.sensors)
+    parameters = assumed_parameters(options.base, options.sensors, options.namespace)
     run = read_run(options.bag, options.namespace)
     second = _second_run(options, run, parameters)
     found = SUBJECTS[options.subject](run, parameters)
@@ -210,7 +213,7 @@ def _parser() -> Parser:
         metavar="BAG",
         help="a second bag of the same rig: which model, fitted to the first, predicts it",
     )
-    parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
+    parser.add_argument("--namespace", default="", help="of the rig, such as /rig1")
     parser.add_argument(
         "--base",
         default=DEFAULT_BASE,

@@ -73,7 +73,7 @@ def _parser() -> Parser:
     parser.add_argument(
         "-o", "--output", type=named_path, default=Path("results/replay"), help="folder"
     )
-    parser.add_argument("--namespace", default="", help="of the rig's topics, such as /rig1")
+    parser.add_argument("--namespace", default="", help="of the rig, such as /rig1")
     return parser
 
 
@@ -83,7 +83,7 @@ def _parameters(options: argparse.Namespace) -> RigParameters:
         return preset
     with errors_of_file(file):
         found = preset.with_values(
-            read_parameter_file(file, RigParameters.NODE, RigParameters.foreign)
+            read_parameter_file(file, RigParameters.NODE, RigParameters.foreign, options.namespace)
         )
     if scenario := found.text("time.scenario"):
         raise RunError(

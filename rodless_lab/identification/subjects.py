@@ -14,7 +14,8 @@ from functools import cache
 
 from matplotlib.figure import Figure
 
-from rodless_base.parameter_file import preset_names
+from rodless_base.parameter_file import preset_names, read_parameter_file
+from rodless_base.parameters import errors_of_file
 from rodless_lab.figures.identification import draw_bristles, draw_friction, draw_pressures
 from rodless_lab.identification.bristles.fit import bristle_findings, identify_bristles
 from rodless_lab.identification.friction.causes import with_form
@@ -108,24 +109,30 @@ UNVALIDATED = {
 }
 
 
-def assumed_parameters(base: str, sensors: str) -> RigParameters:
+def assumed_parameters(base: str, sensors: str, namespace: str = "") -> RigParameters:
     """Return what is taken as known: a preset or file, and how accurate the sensors are.
 
-    ``sensors`` is ``data-sheet``, ``base`` (as ``base`` says) or ``ideal``. Raises
-    :class:`ParameterError` that names the file or the value.
+    Of a file it is what is for the rig in ``namespace``. ``sensors`` is ``data-sheet``, ``base``
+    (as ``base`` says) or ``ideal``. Raises :class:`ParameterError` that names the file or the
+    value.
     """
     if base in preset_names():
         parameters = RigParameters.preset(base)
     else:
-        try:
-            parameters = RigParameters.from_file(base)
-        except OSError as error:
-            raise ParameterError(
-                f"{base}: neither a preset ({', '.join(preset_names())}) nor a file that can be "
-                f"read: {error.strerror or error}"
-            ) from error
+        with errors_of_file(base):
+            parameters = RigParameters(_plant_of_file(base, namespace))
     try:
         values = sensors_of(sensors)
     except ValueError as error:
         raise ParameterError(f"sensors: {error}") from error
     return parameters.with_values(values)
+
+
+def _plant_of_file(base: str, namespace: str) -> dict[str, object]:
+    try:
+        return read_parameter_file(base, RigParameters.NODE, RigParameters.foreign, namespace)
+    except OSError as error:
+        raise ValueError(
+            f"neither a preset ({', '.join(preset_names())}) nor a file that can be read: "
+            f"{error.strerror}"
+        ) from error

@@ -50,7 +50,9 @@ left: {plant: {ros__parameters: {supply.pressure: 500000.0}}}   # so too; the la
 
 ROS itself takes `plant:` for the root namespace alone: write `/**/plant:` where nodes get the file
 by `--params-file`. A file that has nothing for the plant or controller of a rig is refused, as is a
-name that stands twice, and an alias (`*name`).
+name that stands twice, and an alias (`*name`). `rodless replay` and `identify` take what is for the
+rig in `--namespace`; studies and Python, which have none, refuse a file with sections for the same
+node of several rigs.
 """
 
 HEADER = """| name | default | unit | range | meaning | source | calibrated |

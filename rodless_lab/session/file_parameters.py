@@ -14,6 +14,7 @@ from pathlib import Path
 
 from rodless_base.parameter_file import (
     is_of_rclpy,
+    nothing_for_rig,
     parameters_for,
     read_parameter_file,
     section_names,
@@ -38,10 +39,7 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
             for kind in (RigParameters, ControllerParameters)
         }
         if not any(found.values()):
-            raise ValueError(
-                f"no section is for the plant or controller of namespace {namespace or '/'}; it "
-                f"has {', '.join(section_names(path)) or 'none'}"
-            )
+            raise ValueError(nothing_for_rig(section_names(path), namespace))
     return found
 
 

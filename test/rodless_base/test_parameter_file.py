@@ -79,10 +79,66 @@ def test_namespaces_nest_as_deep_as_they_are(written: Write) -> None:
     assert read_parameter_file(path, "plant", namespace="/lab/right/rig") == {"a": 3}
 
 
-@pytest.mark.parametrize("name", ["controller", "/rig/controller", "/plant/controller", "plants"])
+@pytest.mark.parametrize("name", ["controller", "/rig/controller", "/plant/controller"])
 def test_sections_of_other_nodes_are_ignored(written: Write, name: str) -> None:
     """What belongs to another node is not this one's, even if it is nonsense here."""
     assert read_parameter_file(written(section(name)), "plant") == {}
+
+
+@pytest.mark.parametrize("name", ["Plant", "plants", "/plant/arm", "/left/rig_plant"])
+def test_a_file_without_a_section_for_the_rig_is_refused(written: Write, name: str) -> None:
+    """Nodes of others or a name misspelt: its values would be left out without a word."""
+    path = written(section(name, "friction.forward.viscous: 9000.0"))
+    expected = f"{path}: no section is for the plant or controller; it has {name}"
+    for kind in (RigParameters, ControllerParameters):
+        with pytest.raises(ParameterError) as refusal:
+            kind.from_file(path)
+        assert str(refusal.value) == expected
+    beside = written(section(name) + section("plant", "b: 2"))
+    assert read_parameter_file(beside, "plant") == {"b": 2}
+
+
+def test_a_file_for_another_namespace_is_refused(written: Write) -> None:
+    """Where one is given; the line says which, and what the file has."""
+    path = written(section("/left/plant") + section("/right/*", "b: 2"))
+    said = "controller of namespace /middle; it has /left/plant, /right/"
+    with pytest.raises(ValueError, match=said):
+        read_parameter_file(path, "plant", namespace="/middle")
+    with pytest.raises(ValueError, match="controller of namespace /; it has"):
+        read_parameter_file(path, "plant", namespace="")
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("/left/plant", "/right/plant"), "/left/plant and /right/plant"),
+        (("/left/plant", "/right/*"), "/left/plant and /right/*"),
+        (("/right*/plant", "/left/plant"), "/left/plant and /right*/plant"),
+        (("/a/b/plant", "/a/plant", "a/c/plant"), "/a/b/plant and /a/plant, a/c/plant"),
+    ],
+)
+def test_sections_of_different_rigs_are_not_mixed(
+    written: Write, names: tuple[str, ...], said: str
+) -> None:
+    """Nothing says which rig is meant: refused in one line that names the sections."""
+    path = written("".join(section(f"'{name}'", "supply.pressure: 5e5") for name in names))
+    with pytest.raises(ParameterError) as refusal:
+        RigParameters.from_file(path)
+    assert str(refusal.value) == (
+        f"{path}: {said} are for different rigs; keep the sections of one"
+    )
+
+
+def test_all_sections_that_one_rig_has_are_joined(written: Write) -> None:
+    """Those that name it, however it is spelt, and patterns; another rig's controller is none."""
+    path = written(
+        section("/left/plant", "a: 1")
+        + "left: {plant: {ros__parameters: {b: 2}}}\n"
+        + section("'/*/plant'", "c: 3")
+        + section("/**", "d: 4")
+        + section("/right/controller", "e: 5")
+    )
+    assert read_parameter_file(path, "plant") == {"a": 1, "b": 2, "c": 3, "d": 4}
 
 
 def test_what_every_ros_node_has_is_no_parameter_of_the_rig(written: Write) -> None:

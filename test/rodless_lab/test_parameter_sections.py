@@ -64,6 +64,18 @@ def test_identification_takes_what_is_the_plants(tmp_path: Path) -> None:
     assert assumed_parameters(str(path), "base")["supply.pressure"] == 6e5
 
 
+def test_identification_takes_what_is_for_the_rig_of_the_bag(tmp_path: Path) -> None:
+    """Of a file for two rigs; one that has nothing for the bag's is refused by name."""
+    text = "/left/plant: {ros__parameters: {supply.pressure: 6.0e+5}}\n"
+    path = written(tmp_path, text + "/right/plant: {ros__parameters: {supply.pressure: 5.0e+5}}\n")
+    assert assumed_parameters(str(path), "base", "/left")["supply.pressure"] == 6e5
+    assert assumed_parameters(str(path), "base", "/right")["supply.pressure"] == 5e5
+    with pytest.raises(
+        ParameterError, match=r"some\.yaml: no section is for .* namespace /; it has"
+    ):
+        assumed_parameters(str(path), "base")
+
+
 @pytest.mark.parametrize("text", ["- 1", "/**: 3", "{"])
 def test_what_is_no_parameter_file_is_refused_by_name(tmp_path: Path, text: str) -> None:
     """The path comes first."""

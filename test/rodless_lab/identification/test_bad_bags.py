@@ -437,12 +437,28 @@ def test_a_run_on_another_clock(identify_it: Callable[..., object], unit: float)
 
 
 def test_unknown_base(tmp_path: Path, write_bag, capsys) -> None:
-    """A base that is neither preset nor file is refused by name, before anything is written."""
+    """A base that is neither preset nor file is refused by name, once, and the bag is not."""
     bag, output = write_bag(tmp_path / "bag", a_run()), tmp_path / "found.yaml"
     arguments = ["valve", str(bag), "-o", str(output), "--base", "papre"]
     assert identify.main(arguments, Quiet()) == 2
-    assert "papre: neither a preset (calibrated, paper) nor a file" in capsys.readouterr().err
+    assert capsys.readouterr().err == (
+        "papre: neither a preset (calibrated, paper) nor a file that can be read: "
+        "No such file or directory\n"
+    )
     assert not output.exists()
+
+
+def test_a_base_of_another_rig(tmp_path: Path, write_bag, capsys) -> None:
+    """What a file has for rigs of other namespaces is not taken as known for the bag's."""
+    bag, base = write_bag(tmp_path / "bag", a_run()), tmp_path / "base.yaml"
+    base.write_text("/left/plant: {ros__parameters: {supply.pressure: 600000.0}}\n")
+    arguments = ["valve", str(bag), "-o", str(tmp_path / "found.yaml"), "--base", str(base)]
+    for more, where in (([], "/"), (["--namespace", "/right"], "/right")):
+        assert identify.main([*arguments, *more], Quiet()) == 2
+        assert capsys.readouterr().err == (
+            f"{base}: no section is for the plant or controller of namespace {where}; "
+            "it has /left/plant\n"
+        )
 
 
 def sliding_run() -> MeasuredRun:

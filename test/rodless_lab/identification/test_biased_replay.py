@@ -125,6 +125,31 @@ def test_replay_with_a_file_that_is_not_there(
     assert not (tmp_path / "out").exists()
 
 
+def test_replay_takes_what_is_for_the_rig_of_the_bag(
+    tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file for other rigs is refused by name, and their sections count for none but theirs."""
+    bag, file = (
+        write_bag(tmp_path / "bag", biased(steps((5.4, 0.1)), 0.0, 0.0, 0.06)),
+        tmp_path / "two.yaml",
+    )
+    others = (
+        "/left/plant: {ros__parameters: {cylinder.mas: 3.0}}\n/right/plant: {ros__parameters: {}}\n"
+    )
+    file.write_text(others)
+    arguments = [str(bag), "--parameters", str(file), "--output", str(tmp_path / "out")]
+    assert command.main(arguments, Quiet()) == 2
+    assert capsys.readouterr().err == (
+        f"{file}: no section is for the plant or controller of namespace /; "
+        "it has /left/plant, /right/plant\n"
+    )
+    file.write_text(f"{others}plant: {{ros__parameters: {{cylinder.moving_mass: 3.0}}}}\n")
+    assert command.main(arguments, Quiet()) == 0
+    capsys.readouterr()
+    assert command.main([*arguments, "--namespace", "/left"], Quiet()) == 2
+    assert f"{file}: cylinder.mas: no such parameter" in capsys.readouterr().err
+
+
 @extensive
 def test_replay_lays_a_file_on_the_preset(
     tmp_path: Path, write_bag, capsys: pytest.CaptureFixture[str]

@@ -209,6 +209,8 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
             "row 0 of 2: friction.form: 'saturating' times 1.0 refused: no numbers",
         ),
         ("base: papr", "base: papr: neither a preset (calibrated, paper) nor a parameter file"),
+        ("base: arm.yaml", "arm.yaml: no section is for the plant or controller; it has Plant"),
+        ("base: two.yaml", "two.yaml: /left/plant and /right/plant are for different rigs; keep"),
         ("set: {supply.pressure: -1.0}", "set: supply.pressure: -1.0 refused"),
         ("set: {sensors.seed: 3}", "set: sensors.seed refused: each row has a seed of its own"),
         ("vary: {sensors.seed: [1, 2]}", "vary: sensors.seed: sensors.seed refused: each row has"),
@@ -257,6 +259,11 @@ def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
     tmp_path: Path, text: str, expected: str
 ) -> None:
     """In one line that begins with the file and names key, value and the way out."""
+    (tmp_path / "arm.yaml").write_text("Plant: {ros__parameters: {supply.pressure: 6.0e+5}}")
+    (tmp_path / "two.yaml").write_text(
+        "/left/plant: {ros__parameters: {supply.pressure: 6.0e+5}}\n"
+        "/right/plant: {ros__parameters: {supply.pressure: 5.0e+5}}\n"
+    )
     path = written(tmp_path, text)
     with pytest.raises(StudyError) as refusal:
         read_study(path)
