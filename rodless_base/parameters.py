@@ -252,8 +252,8 @@ class ParameterSet(Mapping[str, Value]):
         Raises
         ------
         ParameterError
-            For a file that is none, and for names and values as for a set; the text begins with the
-            path.
+            For a file that is none, has nothing for plant or controller, or sections for this node
+            of different rigs, and for names and values as for a set; the text begins with the path.
         ParameterFileError
             Where the file cannot be read; it is a ParameterError and an OSError.
 
