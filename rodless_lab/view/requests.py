@@ -214,8 +214,9 @@ class Requests:
         """Show one bag of the folder, or two on one time, in place of the rig."""
         if not isinstance(names, list) or not 1 <= len(names) <= 2:
             raise ViewError("choose one bag, or two")
-        listed = self.bags
-        paths = [self._folder / (n if n in listed else inputs.bag_name(n)) for n in names]
+        listed = set(self.bags)
+        chosen = (n if isinstance(n, str) and n in listed else inputs.bag_name(n) for n in names)
+        paths = [self._folder / name for name in chosen]
         self.state.playback = await asyncio.to_thread(open_playback, paths)
 
     def close_bags(self) -> None:

@@ -190,7 +190,7 @@ def test_bags_are_those_of_the_folder(requests: Requests, tmp_path: Path) -> Non
     assert requests.bags == ["run1"]
     with pytest.raises(ViewError, match="exists already"):
         asyncio.run(requests.record("run1"))
-    for names in (["../run1"], ["a", "b", "c"], [], "run1", None, [5]):
+    for names in (["../run1"], ["a", "b", "c"], [], "run1", None, [5], [np.array([])]):
         with pytest.raises(ViewError):
             asyncio.run(requests.open_bags(names))
     with pytest.raises(ViewError, match="nothing is being recorded"):
