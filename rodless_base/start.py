@@ -105,7 +105,7 @@ class Stop:
     def _ignore_from_now_on() -> None:
         # A request that comes in the midst of this would be printed as an error nobody can catch.
         sys.unraisablehook = lambda _unraisable: None
-        for number in SIGNALS:
+        for number in (*SIGNALS, signal.SIGALRM):  # as of a timer that still runs
             signal.signal(number, signal.SIG_IGN)
 
 

@@ -9,8 +9,10 @@
 """A law that does not return is broken off where its process is asked to end."""
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from rodless_base.start import Stop
+from rodless_base.start import Stop, StoppedError
 
 # How long a law may go on once its node is asked to end, in wall-clock s.
 LONGEST = 1.0
@@ -32,6 +34,18 @@ class LawCalls:
         The node then closes the valve and ends. Compiled code hears no signal until it returns.
         """
         stop.asked = cls._watch
+
+    @classmethod
+    @contextmanager
+    def making(cls) -> Iterator[None]:
+        """Make a law in the block; raises StoppedError where that is broken off."""
+        cls.under_way = True
+        try:
+            yield
+        except LawBrokenOffError as error:
+            raise StoppedError(str(error)) from error
+        finally:
+            cls.under_way = False
 
     @classmethod
     def _watch(cls) -> None:

@@ -80,7 +80,7 @@ NODE_PARAMETERS = declare(
         0,
         "",
         "recorders to wait for: the node subscribes to positions once valve/voltage has this many "
-        "subscribers and one more, and none of them loses a command or a term",
+        "subscribers and one more, and none of them misses the first command or term",
         "interface",
         0,
         100,

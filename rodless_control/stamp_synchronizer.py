@@ -67,12 +67,20 @@ class StampSynchronizer:
         if alone and stamp > topic.before[1]:
             run, _ = topic.before
             self._drop(key for key in list(self._waiting) if key[0] > run)
+        elif stamp < last and self._is_the_first(topic):
+            # The others come from somewhere in this run on, which is the first for them.
+            self._drop(list(self._waiting))
         elif stamp < last:
             if not alone:
                 topic.before = topic.latest
             run += 1
         topic.latest = run, stamp
         return topic.latest
+
+    def _is_the_first(self, topic: _Topic) -> bool:
+        return all(
+            other.latest == NONE_YET for other in self._topics.values() if other is not topic
+        )
 
     def _drop(self, keys: Iterable[Key]) -> None:
         for key in keys:

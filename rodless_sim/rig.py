@@ -37,6 +37,7 @@ from rodless_sim.physics.settled import settled_motion
 from rodless_sim.physics.spool import (
     AnySpool,
     Memory,
+    holding_voltage,
     place_of,
     spool_in,
     starting_spool,
@@ -444,7 +445,8 @@ class Rig:
         """Stop the spool where it is: what is under way to it moves it no more."""
         place = place_of(self._spool)
         if place is not None:
-            self._voltage, self._commands = place, Commands(place)
+            held = applied_voltage(holding_voltage(self._plant.drive, self._spool))
+            self._voltage, self._commands = held, Commands(held)
             self._spool = with_spool(self._spool, starting_spool(self._plant.drive, place))
 
     def _check_way_back(self, parameters: RigParameters) -> None:

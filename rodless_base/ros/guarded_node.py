@@ -164,6 +164,10 @@ def _failed_answer(text: str, request: Any, response: Any) -> Any:
         response.result = refused
     elif hasattr(response, "success"):
         response.success, response.message = False, text
+    elif hasattr(response, "result") and hasattr(response.result, "error_message"):
+        # As those of simulation_interfaces.
+        response.result.result = response.result.RESULT_OPERATION_FAILED
+        response.result.error_message = text
     return response
 
 

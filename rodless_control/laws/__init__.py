@@ -16,7 +16,9 @@ from operator import attrgetter
 
 from rodless_base.one_line import described, in_one_line, shown, traced
 from rodless_base.parameters import ParameterError, ParameterSet
+from rodless_base.start import StoppedError
 from rodless_control.controller import Law, checked_base
+from rodless_control.law_calls import LawCalls
 from rodless_control.parameters import LawParameters
 
 LAWS = {
@@ -41,7 +43,10 @@ def law_class(name: str) -> type[Law]:
     if not (module_name and colon and class_name):
         raise _refused(name, f"must be {', '.join(LAWS)} or package.module:Class")
     try:
-        module = importlib.import_module(module_name)
+        with LawCalls.making():
+            module = importlib.import_module(module_name)
+    except StoppedError:
+        raise
     except ModuleNotFoundError as error:
         if not f"{module_name}.".startswith(f"{error.name}."):
             raise _refused(name, f"importing {module_name} failed: {traced(error)}") from error
@@ -65,7 +70,10 @@ def law_class(name: str) -> type[Law]:
 def make_law(law: type[Law], parameters: ParameterSet) -> Law:
     """Return a law with ``parameters``; raises ParameterError where the law cannot be made."""
     try:
-        made = checked_base(law(parameters))
+        with LawCalls.making():
+            made = checked_base(law(parameters))
+    except StoppedError:
+        raise
     except ParameterError as error:
         raise ParameterError(described(error)) from error
     except (Exception, SystemExit) as error:

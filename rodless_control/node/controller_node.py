@@ -29,7 +29,7 @@ from rodless_base.ros.profiles import settle_transports
 from rodless_base.ros.publish import NOT_RECEIVED
 from rodless_base.ros.readings import PositionReader
 from rodless_base.ros.topic_types import check_topic_types
-from rodless_base.ros.topics import ANSWERS_DEPTH, LOSSLESS
+from rodless_base.ros.topics import ANSWERS_DEPTH
 from rodless_base.start import Stop
 from rodless_control.controller_parameters import ControllerParameters
 from rodless_control.law_calls import LawCalls
@@ -79,9 +79,8 @@ class ControllerNode:
         # The name, and the parameters that it is from: it is asked for with every sample.
         self._joint_name = ""
         self._joint_of: ControllerParameters | None = None
-        qos = LOSSLESS if self._number("controller.recorders") > 0 else ANSWERS_DEPTH
         self._answers = Answers(
-            self.node, self._loop, qos, lambda: self._number("controller.neutral_voltage")
+            self.node, self._loop, ANSWERS_DEPTH, lambda: self._number("controller.neutral_voltage")
         )
         self._inputs = Inputs(
             self.node,

@@ -58,9 +58,11 @@ class Telemetry:
             if name in self._leaving:
                 self._publishers[name], self._throttled[name], _ = self._leaving.pop(name)
                 continue
-            throttled = f"{THROTTLED}{self._node.get_name()}/{name}"
-            self._throttled[name] = self._publisher(throttled, LAST_ONE, self._throttled_outbox)
+            topic = f"{THROTTLED}{self._node.get_name()}/{name}"
+            throttled = self._publisher(topic, LAST_ONE, self._throttled_outbox)
+            # Both or none.
             self._publishers[name] = self._publisher(f"~/{name}", self._qos, self._outbox)
+            self._throttled[name] = throttled
 
     def _publisher(self, topic: str, qos: QoSProfile | int, outbox: Outbox) -> OnDemand:
         try:

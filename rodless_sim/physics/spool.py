@@ -192,6 +192,17 @@ def with_spool(memory: AnySpool, spool: Spool | tuple[()]) -> AnySpool:
     return memory._replace(spool=spool) if isinstance(memory, Memory) else spool
 
 
+def holding_voltage(drive: Drive, memory: AnySpool) -> float:
+    """Return a command in V that stops the spool where it is, on its way to where it was sent.
+
+    With a play others hold it, too; this one also sends there who comes from the same side.
+    """
+    spool = spool_in(memory)
+    assert isinstance(spool, Spool)
+    on = spool.target - spool.place
+    return spool.place - math.copysign(drive.play, on) if on else spool.place
+
+
 def place_of(memory: AnySpool) -> float | None:
     """Return the :func:`spool_voltage` of what is remembered; None for one that follows at once."""
     spool = spool_in(memory)

@@ -250,3 +250,24 @@ def test_a_node_loads_nothing_that_only_the_lab_needs(module: str) -> None:
         timeout=TIMEOUT,
     )
     assert done.stdout.split() == ["."], done.stdout + done.stderr
+
+
+LEAVING = """
+import signal
+import time
+from rodless_base.start import Stop
+
+class Slow:
+    def __del__(self, sleep=time.sleep):
+        sleep(0.3)
+
+stop, slow = Stop(), Slow()
+signal.signal(signal.SIGALRM, lambda *_: None)
+signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)
+"""
+
+
+def test_a_timer_that_still_runs_kills_nobody_on_its_way_out() -> None:
+    """Python gives the signal back its deadly default before it takes its modules down."""
+    done = subprocess.run([sys.executable, "-c", LEAVING], check=False, timeout=60)
+    assert done.returncode == 0

@@ -95,6 +95,16 @@ def test_a_reset_of_the_plant_starts_a_new_run(first: str) -> None:
     assert samples.incomplete == 1
 
 
+def test_a_reset_before_any_other_topic_has_come_is_its_first_run_too() -> None:
+    """Pressures that are subscribed to late are first heard in the run after it, from 5 on."""
+    samples = StampSynchronizer(FIELDS, CAPACITY)
+    for stamp in (600, 610, 620, 0):
+        assert sample(samples, stamp, FIELDS[:1]) == []
+    for stamp in (5, 10):
+        assert sample(samples, stamp) == [expected(stamp)]
+    assert samples.incomplete == 4
+
+
 def test_readings_of_two_runs_are_never_combined() -> None:
     """An old run's reading at the same stamp does not complete a sample of the new run."""
     samples = StampSynchronizer(["position", "pressure_a"], CAPACITY)

@@ -11,6 +11,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -21,6 +22,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
+from rodless_base.ros import guarded_node
 from rodless_base.ros.diagnostics import Diagnostics, steady_clock
 from rodless_base.ros.guarded_node import CALLBACK_ERRORS, GuardedNode
 from rodless_base.ros.in_process import DirectDelivery, DirectNode, _deliveries
@@ -198,6 +200,13 @@ def test_a_timer_and_a_service_that_fail_go_on(
         assert not answer.success
         assert "no such parameter" in answer.message
     assert capfd.readouterr().err.count("error in a callback") == 1
+
+
+def test_a_service_of_the_simulation_that_fails_says_so() -> None:
+    """Its result was good before it began, as simulation_interfaces have it."""
+    result = SimpleNamespace(result=1, error_message="", RESULT_OPERATION_FAILED=4)
+    response = guarded_node._failed_answer("no more", None, SimpleNamespace(result=result))
+    assert (response.result.result, response.result.error_message) == (4, "no more")
 
 
 def test_a_message_that_cannot_be_read_is_left_out(running: Running) -> None:

@@ -51,6 +51,22 @@ def test_the_command_is_continuous(change: dict[str, float]) -> None:
     assert pid.update(*sample, 0.0).voltage == pytest.approx(before, abs=1e-13)
 
 
+@pytest.mark.parametrize("gains", [(800.0, 5000.0), (5000.0, 800.0)])
+def test_what_does_not_show_at_a_limit_is_not_taken_up(gains: tuple[float, float]) -> None:
+    """80 mm away the valve is full open with either gain: the offset would outlast the way there.
+
+    At the target it would still have the valve full open, in the one direction or the other.
+    """
+    before, after = gains
+    pid = Pid(PidParameters({"controller.kp": before, "controller.ki": 0.0}))
+    away, there = (Measurement(0, 0.1 - error) for error in (0.08, 0.0))
+    target = ReferencePoint(0.1, 0.0)
+    assert pid.update(away, target, INTERVAL).voltage == 10.0
+    pid.configure(PidParameters({"controller.kp": after, "controller.ki": 0.0}))
+    assert pid.update(away, target, 0.0).voltage == 10.0
+    assert pid.update(there, target, 0.0).i == 0.0
+
+
 @pytest.mark.parametrize("change", CHANGES, ids=" ".join)
 def test_the_new_gains_act_from_the_next_sample_on(change: dict[str, float]) -> None:
     """The terms are those of the new gains; the jump they make fades with the tracking time."""

@@ -304,6 +304,23 @@ def test_signals_of_the_law_before_wait_for_their_readers(
     assert bench.topics == {"reference", *of_pid}
 
 
+def test_a_term_has_both_its_topics_or_none(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A policy permits the throttled one alone: what nobody publishes is not to be sent later."""
+    create = bench.controller.node.create_publisher
+
+    def permitted(kind: Any, topic: str, *options: Any) -> Any:
+        if topic.startswith("~/"):
+            raise rclpy_implementation.RCLError("not permitted")
+        return create(kind, topic, *options)
+
+    monkeypatch.setattr(bench.controller.node, "create_publisher", permitted)
+    refusal = bench.change({LAW: "adrc"})
+    assert refusal is not None
+    assert "cannot be published" in refusal
+    own = bench.controller._answers.telemetry
+    assert own._throttled.keys() == own._publishers.keys()
+
+
 def test_a_law_that_fails_again_is_reported_again_and_not_enabled(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:

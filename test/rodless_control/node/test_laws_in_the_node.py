@@ -143,6 +143,11 @@ class Sleeping(Interrupting):
         stay(1e6)
 
 
+class Unmade(Interrupting):
+    def __init__(self, parameters):
+        stay(0.01)
+
+
 class Stubborn(Interrupting):
     def update(self, measurement, reference, interval):
         while True:
@@ -449,6 +454,21 @@ def test_a_law_that_does_not_return_does_not_keep_its_node(
         assert "Traceback" not in controller.output
     observer.wait(lambda: bool(commands), "the valve to be closed")
     assert commands[-1].data == 5.08
+
+
+def test_a_law_that_is_never_made_does_not_keep_its_node(
+    own_laws: dict[str, str], observer: Observer, start_process: StartProcess, tmp_path: Path
+) -> None:
+    """It waits for something as it is made: asked to end, the node ends with code 0."""
+    mark = tmp_path / "busy"
+    parameters = {"controller": {"controller.law": "own_laws:Unmade"}}
+    file = write_parameters(tmp_path / "law.yaml", parameters)
+    command = node_command("controller", [file], "unmade")
+    with start_process(command, environment={**own_laws, "MARK": str(mark)}) as controller:
+        observer.wait(mark.exists, "the law to be made")
+        controller.signal(signal.SIGINT)
+        assert controller.wait() == 0
+        assert "Traceback" not in controller.output
 
 
 def test_a_law_that_there_is_not_stops_the_node_with_one_line(

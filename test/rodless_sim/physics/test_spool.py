@@ -272,3 +272,28 @@ def test_what_arrives_as_a_run_ends_is_in_its_last_sample(periods: int) -> None:
     assert whole.keys() == stepped.keys()
     for name, column in whole.items():
         assert np.array_equal(column, stepped[name]), name
+
+
+@pytest.mark.parametrize("hysteresis", [0.0, 0.004, 0.05])
+def test_the_voltage_of_a_spool_that_has_stuck_on_its_way_sends_another_one_there(
+    hysteresis: float,
+) -> None:
+    """A replay without the fault gives it as the command: with a play, too, the spool stands there.
+
+    Elsewhere within the play it would let air in for as long as the fault lasted.
+    """
+    swinging = {"valve.dynamics": "second_order", "valve.hysteresis": hysteresis}
+    stuck, again = (Rig(RigParameters(swinging)) for _ in range(2))
+    voltages = (5.08 + 1.2 * np.sin(2.0 * math.pi * 2.0 * 1e-3 * np.arange(40))).tolist()
+    for voltage in voltages:
+        stuck.advance(voltage, 1e-3)
+        again.advance(voltage, 1e-3)
+    stuck.configure(stuck.parameters.with_values({"fault.valve.spool": "stuck"}))
+    place = stuck.state.spool_voltage
+    assert abs(place - 5.08) > 0.25
+    for _ in range(500):
+        found = stuck.advance(9.0, 1e-3)
+        replayed = again.advance(found.voltage, 1e-3)
+    assert found.spool_voltage == pytest.approx(place, abs=1e-12)
+    assert replayed.spool_voltage == pytest.approx(place, abs=1e-9)
+    assert replayed.position == pytest.approx(found.position, abs=1e-5)
