@@ -10,7 +10,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from std_srvs.srv import SetBool
 
@@ -21,7 +21,7 @@ from rodless_lab.session.deprecated import timeout_was_patience
 from rodless_lab.session.errors import HarnessError, RefusedError
 from rodless_lab.session.live_session import LiveSession
 from rodless_lab.session.running_rig import CONTROLLER
-from rodless_lab.session.samples import Cursor, Sample, Samples, instant
+from rodless_lab.session.samples import Cursor, Sample, Samples, Unstamped, instant
 from rodless_sim.node.time_keeper import NO_COMMAND_YET, RESET_DONE
 
 
@@ -115,11 +115,19 @@ class PlantTime(LiveSession):
             self._wait(lambda: bag.has(commands), "the bag to have every command")
 
     def _wait_for_the_last_telemetry(self, since: float) -> None:
-        """Wait for the last answer's, or for word that it has none; ``since`` (s) it has come."""
-        answers, terms = self._received.answers, self._received.terms.values()
+        """Wait for the last answer's, or for word that it has none; ``since`` (s) it has come.
+
+        Terms that nobody publishes any more are those of a law before.
+        """
+        answers, node = self._received.answers, self._observer.node
+
+        def has_come(name: str, term: Sequence[Unstamped]) -> bool:
+            there = bool(term) and term[-1].sent > answers[-1].sent
+            return there or not node.count_publishers(f"controller/{name}")
+
         self._wait(
             lambda: (
-                all(term and term[-1].sent > answers[-1].sent for term in terms)
+                all(has_come(*term) for term in self._received.terms.items())
                 or self._last_answer_is_a_closed_valve(since)
             ),
             "the telemetry of the last sample",

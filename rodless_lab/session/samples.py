@@ -67,7 +67,7 @@ class Samples(Columns):
     was none. ``reference``, ``error`` (m), ``p``, ``i``, ``d`` and ``feedforward`` (V) belong to
     that command, NaN where there was none, where its law has no such term, and in a session without
     telemetry. In lock-step it answers sample k; in real time, on a busy machine, it may answer one
-    before. ``terms`` holds the TERMS of its law, whichever it is, by name.
+    before. ``terms`` holds the TERMS of the law that its controller began with, by name.
     """
 
     time: Annotated[Array, "s"]

@@ -8,7 +8,7 @@
 
 """Whom the plant waits for, and what it says once it is ready."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Protocol
 
@@ -37,10 +37,11 @@ def all_listen(samples: Callable[[], int], others: Sequence[Polled], recorders: 
 def preset_text(values: RigParameters) -> str:
     """Name the preset that ``values`` are nearest to and what differs from it.
 
-    Time is left out, and so are faults, which have a report of their own.
+    Time is left out, and so are faults, which have a report of their own. Instruments, which are
+    chosen by themselves, do not tell which it is.
     """
     differing = {name: _differing(values, _preset(name)) for name in preset_names()}
-    name = min(differing, key=lambda one: len(differing[one]))
+    name = min(differing, key=lambda one: len(_without_sensors(differing[one])))
     changed = differing[name]
     if not changed:
         return name
@@ -51,6 +52,10 @@ def preset_text(values: RigParameters) -> str:
 @cache
 def _preset(name: str) -> RigParameters:
     return RigParameters.preset(name)
+
+
+def _without_sensors(names: Iterable[str]) -> list[str]:
+    return [name for name in names if not name.startswith("sensors.")]
 
 
 def _differing(values: RigParameters, preset: RigParameters) -> list[str]:

@@ -132,3 +132,15 @@ def test_the_telemetry_of_a_good_last_sample_is_waited_for() -> None:
     assert np.all(np.isfinite(first.error))
     assert np.all(np.isnan(second.error))
     assert np.isfinite(third.error[-1])
+
+
+def test_a_run_ends_under_a_law_whose_terms_are_others() -> None:
+    """Those of the law that it began with are NaN from the change on; none is waited for."""
+    with with_telemetry(STEP, paused=True) as rig:
+        rig.step(50)
+        rig.set_parameters("controller", {"controller.law": "adrc"})
+        rig.resume()
+        run = rig.run()
+    (there,) = np.nonzero(np.isfinite(run.p))
+    assert there.tolist() == list(range(51))
+    assert np.isfinite(run.voltage).all()
