@@ -39,13 +39,13 @@ class LawCalls:
     @contextmanager
     def making(cls) -> Iterator[None]:
         """Make a law in the block; raises StoppedError where that is broken off."""
-        cls.under_way = True
+        before, cls.under_way = cls.under_way, True  # a law may make another one
         try:
             yield
         except LawBrokenOffError as error:
             raise StoppedError(str(error)) from error
         finally:
-            cls.under_way = False
+            cls.under_way = before
 
     @classmethod
     def _watch(cls) -> None:

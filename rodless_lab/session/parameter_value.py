@@ -20,7 +20,7 @@ KINDS = {bool, int, float, str}
 def without_numpy(value: object) -> object:
     """Return what numpy holds, alone, in a list or by name, as Python has it; else as it is."""
     if isinstance(value, Mapping):
-        return {name: without_numpy(one) for name, one in value.items()}
+        return {_without_numpy(name): without_numpy(one) for name, one in value.items()}
     if isinstance(value, list | tuple):
         return [_without_numpy(one) for one in value]
     return _without_numpy(value)

@@ -68,7 +68,7 @@ def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]])
     HarnessError where it cannot be written.
     """
     sections = {
-        f"/**/{node}": {"ros__parameters": _as_written(values)}
+        f"/**/{node}": {"ros__parameters": without_numpy(values)}
         for node, values in parameters.items()
         if values
     }
@@ -77,10 +77,6 @@ def write_parameters(path: Path, parameters: Mapping[str, Mapping[str, object]])
     except OSError as error:
         raise HarnessError(cannot_be_written(path, error)) from error
     return path
-
-
-def _as_written(values: Mapping[str, object]) -> dict[object, object]:
-    return {without_numpy(name): without_numpy(value) for name, value in values.items()}
 
 
 def _check_values(parameters: Mapping[str, Mapping[str, object]]) -> None:

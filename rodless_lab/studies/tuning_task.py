@@ -22,6 +22,7 @@ from rodless_lab.simulation.design import LARGEST_SEED, Range
 from rodless_lab.simulation.ensemble import Ensemble
 from rodless_lab.simulation.quantile import mean_beyond, quantile
 from rodless_lab.simulation.run_metrics import RunMetrics
+from rodless_lab.studies.base import refuse_of_both
 from rodless_lab.studies.errors import StudyError
 from rodless_lab.studies.fields import Fields
 from rodless_lab.studies.shipped import find_file
@@ -225,6 +226,8 @@ def read_task(given: str | Path) -> TuningTask:
     )
     _check_trials(task, str(path))
     _check_ranges(task, str(path))
+    for name in ranges:
+        refuse_of_both(fields, "tune", name, task.study.base.by_law)
     # After hours of search they would be refused all the same.
     for others in (*task.finals(), task.other_rigs()):
         for trial in others.trials:
@@ -334,11 +337,6 @@ def _check_ranges(task: TuningTask, where: str) -> None:
             law = controller.text(LAW)
             raise StudyError(
                 f"{where}: tune: {in_one_line(name)}: no such parameter of the law {law}"
-            )
-        if name in task.study.base.rig:
-            raise StudyError(
-                f"{where}: tune: {name}: the rig has it, and {controller.text(LAW)} too; rename "
-                "the law's"
             )
         if not isinstance(declared.default, float):
             raise StudyError(f"{where}: tune: {name}: is no real number, and cannot be tuned")

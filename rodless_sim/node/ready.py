@@ -8,7 +8,7 @@
 
 """Whom the plant waits for, and what it says once it is ready."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Protocol
 
@@ -41,7 +41,7 @@ def preset_text(values: RigParameters) -> str:
     chosen by themselves, do not tell which it is.
     """
     differing = {name: _differing(values, _preset(name)) for name in preset_names()}
-    name = min(differing, key=lambda one: len(_without_sensors(differing[one])))
+    name = min(differing, key=lambda one: sum(not n.startswith("sensors.") for n in differing[one]))
     changed = differing[name]
     if not changed:
         return name
@@ -52,10 +52,6 @@ def preset_text(values: RigParameters) -> str:
 @cache
 def _preset(name: str) -> RigParameters:
     return RigParameters.preset(name)
-
-
-def _without_sensors(names: Iterable[str]) -> list[str]:
-    return [name for name in names if not name.startswith("sensors.")]
 
 
 def _differing(values: RigParameters, preset: RigParameters) -> list[str]:

@@ -322,6 +322,14 @@ class Pair(Law):
 
     def update(self, measurement, reference, interval):
         return 5.0
+
+
+class Weak(Named):
+    PARAMETERS = declare(Parameter("own.gain", 3.0, "V", "a gain", "own", 0.0, 99.0))
+
+
+class Strong(Named):
+    PARAMETERS = declare(Parameter("own.gain", 70.0, "V", "a gain", "own", 0.0, 99.0))
 """
 
 BOTH = "supply.pressure: the rig has it, and laws_of_study:Named too; rename the law's"
@@ -375,30 +383,13 @@ def test_a_law_that_cannot_be_studied_is_named(
     assert "\n" not in str(refusal.value)
 
 
-TWO_LAWS = """
-from rodless_base.parameters import Parameter, declare
-from rodless_control import Law
-
-
-class Weak(Law):
-    PARAMETERS = declare(Parameter("own.gain", 3.0, "V", "a gain", "own", 0.0, 99.0))
-
-    def update(self, measurement, reference, interval):
-        return 5.0
-
-
-class Strong(Weak):
-    PARAMETERS = declare(Parameter("own.gain", 70.0, "V", "a gain", "own", 0.0, 99.0))
-"""
-
-
 def test_a_factor_multiplies_what_the_law_of_its_row_has(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two laws name a gain alike, and each has a default of its own."""
-    (tmp_path / "two_laws_of_study.py").write_text(TWO_LAWS, encoding="utf-8")
+    (tmp_path / "laws_of_study.py").write_text(LAW_OF_ONES_OWN, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    weak, strong = (f"two_laws_of_study:{name}" for name in ("Weak", "Strong"))
+    weak, strong = (f"laws_of_study:{name}" for name in ("Weak", "Strong"))
     gain = "{from: 0.5, to: 1.0, count: 2, factor: true}"
     laws = f"['{weak}', '{strong}']"
     study = read_study(written(tmp_path, f"vary: {{controller.law: {laws}, own.gain: {gain}}}"))
