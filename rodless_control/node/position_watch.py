@@ -82,12 +82,12 @@ class PositionWatch:
     @property
     def reports_come(self) -> bool:
         """Whether one has come lately, or there was no time for the first."""
-        return self._reports_silent <= 1.5 * PERIOD
+        return self._reports_silent <= REPORT_TIMEOUT
 
     def arrive(self) -> None:
         """Take note of a position."""
         self._positions_silent = 0.0
-        if self._reports_silent > REPORT_TIMEOUT:
+        if not self.reports_come:
             # Whoever sends these now is not the plant that has reported.
             self.report = None
 

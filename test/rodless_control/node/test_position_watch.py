@@ -261,7 +261,7 @@ def test_where_a_simulated_plant_has_gone_the_next_is_sent_no_command(simulated:
     rig.dog.arrive()
     rig.poll(10.0)
     assert rig.commands[0] == soon(STALL)
-    end = 1.5 if simulated else 10.0
+    end = REPORT_TIMEOUT if simulated else 10.0
     assert rig.commands[-1] == pytest.approx(end, abs=2.0 * WATCH_PERIOD)
     assert rig.dog.problem == "no position: valve closed"
     rig.commands.clear()
