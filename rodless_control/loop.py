@@ -48,6 +48,7 @@ class ControlLoop:
         self.failure: str | None = None
         self._limits = output_limits(self._given)
         self._last: int | None = None
+        self._answered: tuple[Measurement, Output] | None = None
         self._attempt(self.law.reset)
 
     def configure(self, parameters: ControllerParameters) -> None:
@@ -55,6 +56,7 @@ class ControlLoop:
         self.setpoints.configure(parameters)
         self._given = parameters.of_law()
         self._limits = output_limits(self._given)
+        self._answered = None
         if self.failure is None:
             self._attempt(lambda: self.law.configure(self._given))
 
@@ -85,7 +87,7 @@ class ControlLoop:
         self.setpoints.reset()
         if self.failure is None:
             self._attempt(self.law.reset)
-        self._last = None
+        self._last = self._answered = None
 
     def hold(self) -> None:
         """Samples are missing: tell the law that the next one comes after a gap."""
@@ -93,6 +95,7 @@ class ControlLoop:
         self._hold_law()
 
     def _hold_law(self) -> None:
+        self._answered = None
         if self.failure is None:
             self._attempt(self.law.hold)
 
@@ -113,7 +116,18 @@ class ControlLoop:
         last = measurement.stamp if self._last is None else self._last
         interval = (measurement.stamp - last) * SECONDS_PER_NANOSECOND
         self._last = measurement.stamp
-        return self._answer(measurement, interval)
+        output = self._answer(measurement, interval)
+        self._answered = None if output is None else (measurement, output)
+        return output
+
+    def repeat(self, measurement: Measurement) -> Output | None:
+        """Return what the last sample was answered by if this is that one again, or else None.
+
+        The law does not hear of it: what it keeps would depend on how often a sample is offered.
+        """
+        if self._answered is None or self._answered[0] != measurement:
+            return None
+        return self._answered[1]
 
     def _used(self, measurement: Measurement) -> tuple[float, ...]:
         _, position, *pressures = measurement
@@ -159,3 +173,4 @@ class ControlLoop:
     def stop(self, reason: str) -> None:
         """Answer no sample any more until :meth:`reset`."""
         self.failure = reason
+        self._answered = None

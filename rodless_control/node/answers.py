@@ -44,11 +44,17 @@ class Answers:
         loop: ControlLoop,
         qos: QoSProfile | int,
         neutral_voltage: Callable[[], float],
+        plant_waits: Callable[[], bool],
     ) -> None:
-        """Answer by ``loop``; ``neutral_voltage`` (V) gives what closes the valve."""
+        """Answer by ``loop``; ``neutral_voltage`` (V) gives what closes the valve.
+
+        ``plant_waits`` tells whether the plant waits for the answer to each sample, and offers it
+        again where that takes long, as one in lock-step does.
+        """
         self._node = node
         self._loop = loop
         self._neutral_voltage = neutral_voltage
+        self._plant_waits = plant_waits
         self._voltage = node.create_publisher(Float64, VALVE_VOLTAGE, qos)
         self._outbox = Outbox(node)
         self.telemetry = Telemetry(node, loop.law, qos)
@@ -85,7 +91,7 @@ class Answers:
     def take(self, measurement: Measurement, info: Info) -> None:
         """Answer a sample, of whose message ``info`` is."""
         self.stamp = measurement.stamp
-        if self.enabled and self._must_skip(info):
+        if self.enabled and not self._plant_waits() and self._must_skip(info):
             return
         output = self._answer(measurement) if self.enabled else None
         self.refused = self.enabled and output is None
@@ -114,6 +120,8 @@ class Answers:
         )
 
     def _answer(self, measurement: Measurement) -> Output | None:
+        if self._plant_waits() and (output := self._loop.repeat(measurement)) is not None:
+            return output
         began = perf_counter()
         output = self._loop.sample(measurement)
         self.pace.took(perf_counter() - began)

@@ -80,7 +80,11 @@ class ControllerNode:
         self._joint_name = ""
         self._joint_of: ControllerParameters | None = None
         self._answers = Answers(
-            self.node, self._loop, ANSWERS_DEPTH, lambda: self._number("controller.neutral_voltage")
+            self.node,
+            self._loop,
+            ANSWERS_DEPTH,
+            lambda: self._number("controller.neutral_voltage"),
+            lambda: self._watchdog.plant_waits,
         )
         self._inputs = Inputs(
             self.node,

@@ -103,8 +103,12 @@ class Watchdog:
     @property
     def in_lockstep(self) -> bool:
         """Whether the plant may count commands: one that nobody has asked for is then too many."""
-        report = self.report
-        return self.simulated if report is None else report.mode == "lockstep"
+        return self.simulated if self.report is None else self.plant_waits
+
+    @property
+    def plant_waits(self) -> bool:
+        """Whether the plant has said that it waits for the answer to each sample."""
+        return self.report is not None and self.report.mode == "lockstep"
 
     @property
     def _with_pressures(self) -> str:

@@ -84,6 +84,7 @@ def rig(observer: Observer, start_rig: StartRig) -> Iterator[Rig]:
     with start_rig() as processes:
         samples = observer.collect(JointState, "/joint_states")
         commands = observer.collect(Float64, "/valve/voltage")
+        observer.more(samples, 1)
         # The controller speaks only when it is spoken to: from then on the loop is closed.
         observer.more(commands, 10)
         yield Rig(observer, samples, commands, processes)

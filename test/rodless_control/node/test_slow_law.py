@@ -25,6 +25,9 @@ PERIOD = 0.01
 TAKES = 0.05
 BEFORE = 3.0
 BACKLOG = BEFORE / PERIOD * TAKES
+
+# How long the plant waits for a command in lock-step, in s.
+PATIENCE = 0.2
 SLOW = """
 import time
 
@@ -40,8 +43,34 @@ class Slow(Law):
 """
 
 
+# Each call counts in what it answers, and every fifth one takes its time.
+COUNTING = """
+import time
+
+from rodless_control import Law
+
+
+class Counting(Law):
+    def reset(self):
+        self.calls = 0
+
+    def update(self, measurement, reference, interval):
+        self.calls += 1
+        if self.calls % 5 == 0:
+            time.sleep(WAITS)
+        return 5.0 + 0.01 * self.calls
+"""
+
+
 def slow(pressures: bool) -> str:
     return SLOW.replace("PRESSURES", str(pressures)).replace("TAKES", str(TAKES))
+
+
+def at(folder: Path, name: str, law: str) -> dict[str, str]:
+    """Write a module of laws; return the environment in which it is found."""
+    (folder / f"{name}.py").write_text(law, "utf-8")
+    others = os.environ.get("PYTHONPATH")
+    return {"PYTHONPATH": os.pathsep.join([str(folder), *([others] if others else [])])}
 
 
 @pytest.mark.parametrize("pressures", some_of([True, False], 2))
@@ -49,9 +78,7 @@ def test_a_law_that_is_too_slow_is_named_and_starves_nothing(
     tmp_path: Path, pressures: bool
 ) -> None:
     """After three seconds a service answers soon; commands still come."""
-    (tmp_path / "slow_laws.py").write_text(slow(pressures), "utf-8")
-    others = os.environ.get("PYTHONPATH")
-    environment = {"PYTHONPATH": os.pathsep.join([str(tmp_path), *([others] if others else [])])}
+    environment = at(tmp_path, "slow_laws", slow(pressures))
     controller = {"controller.law": "slow_laws:Slow"}
     plant = {"time.period": PERIOD}
     with RigSession(plant=plant, controller=controller, environment=environment) as rig:
@@ -72,3 +99,23 @@ def test_a_law_that_is_too_slow_is_named_and_starves_nothing(
         fresh = rig.samples().voltage[seen:]
         assert 5.2 in fresh[np.isfinite(fresh)]
     assert "law Slow takes " in rig.outputs["controller"]
+
+
+def test_a_sample_that_is_offered_again_is_answered_by_what_it_was(tmp_path: Path) -> None:
+    """In lock-step each call of a law is for one sample, however often the plant offers it.
+
+    Some samples take the law six times as long as the plant waits before it offers them again;
+    their answers, and those to what follows, count the calls.
+    """
+    environment = at(tmp_path, "counting_laws", COUNTING.replace("WAITS", str(6.0 * PATIENCE)))
+    with RigSession(
+        "lockstep",
+        plant={"time.command_timeout": PATIENCE},
+        controller={"controller.law": "counting_laws:Counting"},
+        environment=environment,
+        duration=0.02,
+    ) as rig:
+        voltage = rig.run().voltage
+        assert rig.counter("controller", "samples skipped") == 0.0
+    calls = np.arange(1, len(voltage))
+    assert voltage[:-1] == pytest.approx(5.0 + 0.01 * calls, abs=1e-12)
