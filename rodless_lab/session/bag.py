@@ -9,6 +9,7 @@
 """Records a session into a bag, from sample 0 on."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from rodless_base.topics import JOINT_STATES, OPTIONAL_TOPICS, RIG_TOPICS, VALVE_VOLTAGE
@@ -18,7 +19,8 @@ from rodless_lab.session.errors import WaitTimeoutError
 from rodless_lab.session.observer import Observer
 from rodless_lab.session.samples import LostSampleError
 
-# How long (wall-clock s) a session that ends waits for its bag, which has queues of its own.
+# How long (wall-clock s) a session that ends waits for the next command in its bag, which has
+# queues of its own.
 CATCH_UP_TIMEOUT = 5.0
 
 
@@ -54,8 +56,12 @@ class SessionBag:
 
     def has(self, commands: int) -> bool:
         """Whether so many commands have been recorded."""
+        return self._commands >= commands
+
+    @property
+    def _commands(self) -> int:
         topic = self._recorder.node.resolve_topic_name(VALVE_VOLTAGE)
-        return self._recorder.received[topic] >= commands
+        return self._recorder.received[topic]
 
     def catch_up(self, commands: int) -> None:
         """Wait until the bag has the commands that the session has heard.
@@ -63,7 +69,9 @@ class SessionBag:
         Raises LostSampleError where they do not come.
         """
         try:
-            self._observer.wait(lambda: self.has(commands), "the bag's commands", CATCH_UP_TIMEOUT)
+            while not self.has(commands):
+                more = self._commands + 1
+                self._observer.wait(partial(self.has, more), "the next", CATCH_UP_TIMEOUT)
         except WaitTimeoutError as error:
             self.check()
             raise LostSampleError(

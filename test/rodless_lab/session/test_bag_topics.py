@@ -15,6 +15,10 @@ from extent import extensive
 
 from rodless_lab.bags.reader import Bag
 from rodless_lab.harness import RigSession, WaitTimeoutError
+from rodless_lab.session import bag as session_bag
+from rodless_lab.session.bag import SessionBag
+from rodless_lab.session.observer import Observer
+from rodless_lab.session.samples import LostSampleError
 
 
 @extensive
@@ -41,6 +45,29 @@ def test_a_session_that_does_not_start_leaves_no_bag(tmp_path: Path) -> None:
     with pytest.raises(LookupError, match="enough"):
         session.__enter__()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_bag_that_is_behind_is_waited_for_as_long_as_it_goes_on(
+    tmp_path: Path, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten commands come later in all than one may; the eleventh does not come, and that is said."""
+    every = 0.1
+    monkeypatch.setattr(session_bag, "CATCH_UP_TIMEOUT", 5.0 * every)
+    with Observer(domain) as observer:
+        bag = SessionBag(tmp_path / "bag", [], observer)
+        commands = bag._recorder.received
+        topic = bag._recorder.node.resolve_topic_name("valve/voltage")
+
+        def come() -> None:
+            commands[topic] = min(commands[topic] + 1, 10)
+
+        observer.node.create_timer(every, come)
+        try:
+            bag.catch_up(10)
+            with pytest.raises(LostSampleError, match="the bag lacks commands"):
+                bag.catch_up(11)
+        finally:
+            bag.close(has_begun=False)
 
 
 def test_a_bag_says_where_it_is_and_what_it_holds() -> None:
