@@ -8,7 +8,6 @@
 
 """A session whose processes `launch` starts and ends; loads without launch."""
 
-import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -19,6 +18,7 @@ from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import NodeProcess
 from rodless_lab.session.processes import SessionProcesses
 from rodless_lab.session.session import RigSession
+from rodless_lab.session.temporary_folder import temporary_folder
 
 
 class LaunchedRig(RigSession):
@@ -37,7 +37,7 @@ class LaunchedRig(RigSession):
             **self._domain.enter_context(own_domain()),
             **self._extra_environment,
         }
-        self._folder = tempfile.TemporaryDirectory(prefix="rodless_sim-")
+        self._folder = temporary_folder()
         self._actions: list[Any] = []
         self._was_entered = False
 

@@ -11,7 +11,6 @@
 import contextlib
 import os
 import sys
-import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,6 +25,7 @@ from rodless_base.topics import RIG_CLOCK, ROS_CLOCK, VALVE_VOLTAGE
 from rodless_lab.session.errors import HarnessError, NodeDiedError
 from rodless_lab.session.node_process import STOP_TIMEOUT, Guard, NodeProcess
 from rodless_lab.session.parameter_value import check_value, without_numpy
+from rodless_lab.session.temporary_folder import temporary_folder
 
 MODULES = {
     "plant": "rodless_sim.node.plant_node",
@@ -323,7 +323,7 @@ def run_rig(
 ) -> Iterator[SessionProcesses]:
     """Run what ``plan`` says inside the block; for the options see :class:`SessionProcesses`."""
     with (
-        tempfile.TemporaryDirectory(prefix="rodless_sim-") as folder,
+        temporary_folder() as folder,
         SessionProcesses(
             plan.command_lines(Path(folder)), environment, output, stop_timeout
         ) as processes,

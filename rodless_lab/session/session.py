@@ -10,8 +10,6 @@
 
 import errno
 import math
-import shutil
-import tempfile
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -44,6 +42,7 @@ from rodless_lab.session.plant_hears import PlantHears
 from rodless_lab.session.plant_time import PlantTime
 from rodless_lab.session.processes import WANTED_VOLTAGE, ProcessPlan, SessionProcesses
 from rodless_lab.session.receiver import Receiver
+from rodless_lab.session.temporary_folder import temporary_folder
 from rodless_sim.scenario import scenario_parameter
 
 # For whatever must come, in wall-clock s: the first start compiles, and machines are crowded.
@@ -255,8 +254,7 @@ class RigSession(PlantTime, Controls, Faults):
     def _start(self, stack: ExitStack) -> None:
         """Start the processes; ``stack`` ends them."""
         self._environment = {**stack.enter_context(own_domain()), **self._extra_environment}
-        own = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
-        stack.callback(shutil.rmtree, own, ignore_errors=True)
+        own = Path(stack.enter_context(temporary_folder()))
         folder = self._output or own
         try:
             stack.enter_context(results_folder(folder))

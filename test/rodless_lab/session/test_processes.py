@@ -10,6 +10,7 @@
 
 import signal
 import subprocess
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -187,6 +188,19 @@ def test_plans_that_make_no_sense_are_refused_before_anything_runs(
         ProcessPlan(controller=None, one_process=True)
     with pytest.raises(ValueError, match="relay_commands"):
         ProcessPlan(controller=None, relay_commands=True)
+
+
+def test_a_place_without_temporary_folders_is_named(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """One line with the way out, of a rig of a verb and of a session; nothing has started."""
+    monkeypatch.setattr(subprocess, "Popen", None)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    refused = r"^folder for the nodes' parameters: cannot be written: No such file.*set TMPDIR to"
+    with pytest.raises(HarnessError, match=refused), run():
+        pass
+    with pytest.raises(HarnessError, match=refused), RigSession():
+        pass
 
 
 def test_numbers_of_numpy_are_written_as_numbers(tmp_path: Path) -> None:
