@@ -67,7 +67,7 @@ def read_parameter_file(
     one that cannot be read.
     """
     sections = _sections(path)
-    _check_for_one_rig([section for section, _ in sections], node, namespace)
+    _check_for_one_rig([section for section, _ in sections], (node,), namespace)
     found = _parameters_of(sections, node, foreign, namespace)
     return {name: value for name, value in found.items() if not is_of_rclpy(name)}
 
@@ -88,12 +88,19 @@ def nothing_for_rig(sections: Sequence[str], namespace: str | None) -> str:
     return f"no section is for the plant or controller{where}; it has {listed(sections) or 'none'}"
 
 
-def _check_for_one_rig(sections: Sequence[str], node: str, namespace: str | None) -> None:
-    """Raise ValueError for a file that has nothing for a rig, or for ``node`` of several."""
+def check_for_one_rig(path: str | Path) -> None:
+    """Raise ValueError for a file that has nothing for a rig, or for nodes of several."""
+    _check_for_one_rig(section_names(path), GROUPS, None)
+
+
+def _check_for_one_rig(
+    sections: Sequence[str], nodes: Collection[str], namespace: str | None
+) -> None:
+    """Raise ValueError for a file that has nothing for a rig, or for ``nodes`` of several."""
     for_rig = [section for section in sections if _is_for(section, GROUPS)]
     if not any(_is_in(section, namespace) for section in for_rig):
         raise ValueError(nothing_for_rig(sections, namespace))
-    own = [section for section in for_rig if _is_for(section, (node,))]
+    own = [section for section in for_rig if _is_for(section, nodes)]
     of_one = next((section for section in own if _names_one_rig(section)), None)
     if namespace is None and of_one is not None:
         others = [section for section in own if not _is_in(section, _namespace(of_one))]

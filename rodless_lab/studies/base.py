@@ -14,8 +14,8 @@ from pathlib import Path
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.one_line import described, in_one_line, shown
-from rodless_base.parameter_file import preset_names, read_parameter_file
-from rodless_base.parameters import ParameterError
+from rodless_base.parameter_file import check_for_one_rig, preset_names, read_parameter_file
+from rodless_base.parameters import ParameterError, errors_of_file
 from rodless_control import ControllerParameters
 from rodless_control.parameters import LAW
 from rodless_control.references import Reference
@@ -233,6 +233,8 @@ def _sets(
             f"{in_one_line(base)}: neither a preset ({', '.join(preset_names())}) nor a parameter "
             f"file in {folder}"
         )
+    with errors_of_file(path):
+        check_for_one_rig(path)
     return RigParameters.from_file(path), {law: kind.from_file(path) for law, kind in kinds.items()}
 
 

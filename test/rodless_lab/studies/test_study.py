@@ -211,6 +211,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("base: papr", "base: papr: neither a preset (calibrated, paper) nor a parameter file"),
         ("base: arm.yaml", "arm.yaml: no section is for the plant or controller; it has Plant"),
         ("base: two.yaml", "two.yaml: /left/plant and /right/plant are for different rigs; keep"),
+        ("base: each.yaml", "each.yaml: /left/plant and /right/controller are for different rigs"),
         ("set: {supply.pressure: -1.0}", "set: supply.pressure: -1.0 refused"),
         ("set: {sensors.seed: 3}", "set: sensors.seed refused: each row has a seed of its own"),
         ("vary: {sensors.seed: [1, 2]}", "vary: sensors.seed: sensors.seed refused: each row has"),
@@ -263,6 +264,10 @@ def test_a_study_that_cannot_be_done_is_refused_as_a_whole(
     (tmp_path / "two.yaml").write_text(
         "/left/plant: {ros__parameters: {supply.pressure: 6.0e+5}}\n"
         "/right/plant: {ros__parameters: {supply.pressure: 5.0e+5}}\n"
+    )
+    (tmp_path / "each.yaml").write_text(
+        "/left/plant: {ros__parameters: {supply.pressure: 6.0e+5}}\n"
+        "/right/controller: {ros__parameters: {controller.kp: 100.0}}\n"
     )
     path = written(tmp_path, text)
     with pytest.raises(StudyError) as refusal:
