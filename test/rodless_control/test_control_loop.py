@@ -15,6 +15,7 @@ from typing import NamedTuple
 import pytest
 
 from rodless_control import ControllerParameters, Law, Measurement, Pid, ReferencePoint
+from rodless_control.law_calls import LawCalls
 from rodless_control.loop import ControlLoop
 
 MILLISECOND = 1_000_000
@@ -64,6 +65,26 @@ def test_time_that_stands_still_integrates_nothing() -> None:
     assert again == [again[0]] * 20
     assert again[0].terms["i"] > integral
     assert loop.restarts == 0
+
+
+def test_a_sample_that_is_offered_again_is_answered_by_what_it_was() -> None:
+    """Until the loop has something else to answer by; another sample of its time is a new one."""
+    loop, now, _ = charged()
+    last = Measurement(now + MILLISECOND, 0.0501)
+    assert loop.repeat(last) is None
+    for change in (loop.hold, loop.reset, lambda: loop.configure(ControllerParameters())):
+        answer = loop.sample(last)
+        assert answer is not None
+        assert loop.repeat(last) is answer
+        assert loop.repeat(last._replace(position=0.0502)) is None
+        change()
+        assert loop.repeat(last) is None
+    loop.sample(last)
+    loop.sample(last._replace(position=math.nan))
+    assert loop.repeat(last) is None
+    loop.sample(last)
+    loop.stop("enough")
+    assert loop.repeat(last) is None
 
 
 def test_time_that_runs_backwards_starts_the_loop_anew() -> None:
@@ -179,6 +200,31 @@ def test_a_wild_position_is_answered_within_the_limits(position: float) -> None:
         output = loop.sample(Measurement(now + k * MILLISECOND, 0.051))
     assert output is not None
     assert output.terms["d"] == pytest.approx(0.0, abs=1e-9)
+
+
+class Looking(Law):
+    """Notes whether it could be broken off."""
+
+    USES_PRESSURES = False
+
+    def update(
+        self,
+        measurement: Measurement,  # noqa: ARG002
+        reference: ReferencePoint,  # noqa: ARG002
+        interval: float,  # noqa: ARG002
+    ) -> float:
+        """Look."""
+        self.seen = LawCalls.under_way
+        return 5.0
+
+
+def test_a_law_can_be_broken_off_while_it_is_asked_and_nothing_else_can() -> None:
+    """A request to stop ends a law that does not return, not what comes after it."""
+    loop = ControlLoop(ControllerParameters())
+    loop.law = law = Looking({})
+    assert loop.sample(Measurement(0, 0.05)) is not None
+    assert law.seen
+    assert not LawCalls.under_way
 
 
 class Moody(Law):

@@ -47,6 +47,23 @@ def test_conditional_integration_lets_the_error_out_of_saturation(bare: Make) ->
     assert [command.i for command in terms] == pytest.approx([0.0, -0.03, -0.06, -0.09], rel=1e-13)
 
 
+def test_all_terms_tell_whether_the_command_is_at_its_limit(bare: Make) -> None:
+    """4 V of p are 1 V with -3 V of d or feed-forward: the integral grows; with 3 V they are 7."""
+    values = {"kp": 40.0, "ki": 3.0, "anti_windup": "conditional_integration"}
+    for speed, grown in ((-1.0, 0.03), (1.0, 0.0)):
+        ahead = Pid(bare(feedforward=3.0, **values))
+        for k in range(2):
+            command = ahead.update(Measurement(0, 0.0), ReferencePoint(0.1, speed), 0.1 * k)
+        assert (command.p, command.feedforward) == pytest.approx((4.0, 3.0 * speed), rel=1e-12)
+        assert command.i == pytest.approx(grown, rel=1e-12)
+        damped = Pid(bare(kd=3.0, filter_bandwidth=1e5, **values))
+        for k in range(2):  # at rest, then as fast as the other way
+            at = Measurement(0, -0.1 * speed * k)
+            command = damped.update(at, ReferencePoint(0.1 + at.position), 0.1 * k)
+        assert (command.p, command.d) == pytest.approx((4.0, 3.0 * speed), rel=1e-12)
+        assert command.i == pytest.approx(grown, rel=1e-12)
+
+
 def test_conditional_integration_works_at_the_lower_limit(bare: Make) -> None:
     """The lower limit is the mirror image of the upper one."""
     pid = Pid(bare(kp=10.0, ki=3.0, anti_windup="conditional_integration"))

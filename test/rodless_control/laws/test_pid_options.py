@@ -71,6 +71,17 @@ def test_parked_the_integral_holds_and_a_hundredth_of_the_rest_acts(bare: Make) 
     assert command.voltage == pytest.approx(5.0 + command.p + command.i, rel=1e-12)
 
 
+def test_parked_a_hundredth_of_damping_acts(bare: Make) -> None:
+    """At 1 mm/s, slow enough to stay parked, 1 % of kd·v."""
+    pid = Pid(bare(kp=0.0, kd=200.0, parking_error=25e-6, filter_bandwidth=1e5))
+    for _ in range(400):
+        pid.update(Measurement(0, 0.1), ReferencePoint(0.1), INTERVAL)
+    step = 1e-3 * INTERVAL
+    command = pid.update(Measurement(0, 0.1 + step), ReferencePoint(0.1), INTERVAL)
+    assert command.d == pytest.approx(-0.01 * 200.0 * 1e-3, rel=1e-9)
+    assert command.voltage == pytest.approx(5.0 + command.d, rel=1e-12)
+
+
 def crept(make: Make, **options: float) -> Pid:
     """Return a PID without gains, parked at the target, whose carriage has crept 40 µm from it."""
     pid = Pid(make(kp=0.0, ki=0.0, parking_error=25e-6, parking_bandwidth=50.0, **options))
