@@ -9,6 +9,7 @@
 """What is odd about a bag that can be read all the same, one line each."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -70,9 +71,25 @@ def several_senders(bag: Path, recorded: Sequence[TopicMessages]) -> str:
 
 
 def _share_of_stamps_again(messages: TopicMessages) -> float:
-    """Return of how many messages the stamp is that of the one before; 0 without stamps."""
+    """Return of how many messages the stamp is that of the one before; 0 without stamps.
+
+    Not of those that are the one before, which a lock-step plant offers again.
+    """
     stamps = messages.stamp_time
-    return float(np.mean(np.diff(stamps) == 0)) if len(stamps) > 1 and stamps.any() else 0.0
+    if len(stamps) < 2 or not stamps.any():
+        return 0.0
+    return float(np.mean((np.diff(stamps) == 0) & ~repeated(messages)[1:]))
+
+
+def repeated(messages: TopicMessages) -> npt.NDArray[np.bool_]:
+    """Return which messages are the one before to the byte, as a lock-step plant repeats them.
+
+    None where there are no stamps: a reading may well be that of before.
+    """
+    if not messages.stamp_time.any():
+        return np.zeros(len(messages), dtype=np.bool_)
+    same = [one == before for before, one in pairwise(messages.payloads)]
+    return np.array([False, *same][: len(messages)], dtype=np.bool_)
 
 
 def far_apart(bag: Path, positions: TopicMessages, others: Sequence[TopicMessages]) -> str:

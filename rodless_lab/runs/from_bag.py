@@ -32,6 +32,7 @@ from rodless_lab.runs.bag_remarks import (
     far_apart,
     namespaces_with,
     other_rigs,
+    repeated,
     set_points_left_out,
     several_senders,
     two_clocks,
@@ -171,11 +172,12 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     for topic in PRESSURES.values():
         messages = _recorded(bag, namespace, topic)
         own = stamps_of(messages, origin)
-        pressures.append((own, _checked(messages, _field(messages, "fluid_pressure"), own)))
+        values = _checked(messages, _field(messages, "fluid_pressure"), own)
+        pressures.append(_once(messages, own, values))
     sent = SampleTimes(joint, time)
     held = _held(bag, namespace, origin)
     voltage, doubt = (held, "") if held is not None else _commanded(bag, namespace, sent)
-    run = _on_one_base((time, position), pressures, voltage)
+    run = _on_one_base(_once(joint, time, position), pressures, voltage)
     start = float(run.time[0])
     beside = _beside(bag, namespace)
     setpoint, refused = _setpoint(bag, namespace, sent, start)
@@ -313,11 +315,16 @@ def _held(bag: Bag, namespace: str, origin: int = 0) -> tuple[Array, Array] | No
     if name not in bag or not len(bag[name]):
         return None
     spool = joint_messages(bag[name], SPOOL)
-    if len(spool.messages) < 2:
-        return None
-    time = stamps_of(spool.messages, origin)
-    voltage = _checked(spool.messages, joint_values(spool, "effort"), time)
-    return time[:-1], voltage[1:]
+    stamps = stamps_of(spool.messages, origin)
+    effort = _checked(spool.messages, joint_values(spool, "effort"), stamps)
+    time, voltage = _once(spool.messages, stamps, effort)
+    return (time[:-1], voltage[1:]) if len(time) > 1 else None
+
+
+def _once(messages: TopicMessages, stamps: Array, values: Array) -> tuple[Array, Array]:
+    """Leave out what a lock-step plant has offered again: it is nothing new."""
+    new = ~repeated(messages)
+    return stamps[new], values[new]
 
 
 def _commanded(bag: Bag, namespace: str, sent: SampleTimes) -> tuple[tuple[Array, Array], str]:
@@ -453,7 +460,7 @@ def _period(time: Array) -> float:
     with what was lost here and there, is known from shorter ones.
     """
     steps = np.diff(time)
-    most = float(np.median(steps))
+    most = float(np.quantile(steps, 0.5, method="higher"))  # none between 0 and a period
     if most <= 0.0:
         return 0.0
     # Without the steps over a lost sample, which would lengthen the others' median.

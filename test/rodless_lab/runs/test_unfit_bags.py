@@ -379,18 +379,60 @@ def test_a_rig_beside_the_one_at_the_root_is_told(tmp_path: Path, run: MeasuredR
     assert read_run(tmp_path / "bag", "/left").remarks == ()
 
 
+# Where the stamp of a message in CDR ends: after 4 bytes of representation and 8 of its own.
+STAMP = 12
+
+
 @pytest.mark.parametrize("topic", ["/chamber_b/pressure", "/valve/state"])
 def test_two_messages_of_one_stamp_are_told(tmp_path: Path, run: MeasuredRun, topic: str) -> None:
-    """Two plants of one name, which send at the same instants."""
+    """Two plants of one name, which send at the same instants what the other one does later."""
     plain = read_bag(write(tmp_path / "plain", run, held=True))
     with BagWriter(tmp_path / "bag") as writer:
         for name in plain:
             writer.add_topic(plain[name].topic)
-            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
-                for _ in range(1 + (name == topic)):
-                    writer.write(name, data, int(when), int(when))
+            sent = plain[name].payloads
+            for k, when in enumerate(plain[name].log_time.tolist()):
+                writer.write(name, sent[k], when, when)
+                if name == topic:
+                    writer.write(name, sent[k][:STAMP] + sent[-1 - k][STAMP:], when, when)
     remarks = "".join(read_run(tmp_path / "bag").remarks)
     assert f"{topic}: several messages have one stamp" in remarks
+
+
+def test_every_other_stamp_may_be_anothers(tmp_path: Path, run: MeasuredRun) -> None:
+    """Two plants at the same instants are read by their even times, whatever those are worth."""
+    plain = read_bag(write(tmp_path / "plain", run, held=True))
+    with BagWriter(tmp_path / "bag") as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+            for k, when in enumerate(plain[name].log_time.tolist()):
+                writer.write(name, plain[name].payloads[k], when, when)
+                if name == "/joint_states" and k:
+                    other = plain[name].messages[k]
+                    other.position[0] += 1e-3
+                    writer.write(name, serialize_message(other), when, when)
+    again = read_run(tmp_path / "bag")
+    assert again.period == pytest.approx(read_run(tmp_path / "plain").period, rel=1e-12)
+    assert "several messages have one stamp" in "".join(again.remarks)
+
+
+def test_samples_that_were_offered_again_are_no_other_plants(
+    tmp_path: Path, run: MeasuredRun
+) -> None:
+    """A lock-step plant repeats what is not answered at once: the run is the one without."""
+    plain = read_bag(write(tmp_path / "plain", run, held=True))
+    with BagWriter(tmp_path / "bag") as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+        for k in range(len(plain["/joint_states"])):
+            for _ in range(1 + k % 3):
+                for name in plain:
+                    when = int(plain[name].log_time[k])
+                    writer.write(name, plain[name].payloads[k], when, when)
+    once, again = read_run(tmp_path / "plain"), read_run(tmp_path / "bag")
+    assert again.remarks == once.remarks == ()
+    assert np.array_equal(again.voltage, once.voltage)
+    assert np.array_equal(again.position, once.position)
 
 
 @pytest.mark.parametrize("times", [1, 2])
