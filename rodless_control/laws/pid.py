@@ -41,7 +41,7 @@ from rodless_base.measurement import Measurement
 from rodless_base.parameters import Parameter, ParameterSet, declare
 from rodless_control.controller import CompiledLaw, Kernels, ReferencePoint
 from rodless_control.laws.parts import dead_zone, fading_memory, parking
-from rodless_control.laws.parts.effort import VOLTAGE_REACH
+from rodless_control.laws.parts.effort import VOLTAGE_REACH, taken_up
 from rodless_control.laws.parts.fading_memory import Motion
 from rodless_control.laws.parts.numbers import numbers
 from rodless_control.laws.parts.parking import Parking, ParkingLimits
@@ -426,19 +426,16 @@ class Pid(CompiledLaw):
         """Let the offset take up the jump that new gains would make.
 
         Left in the integral, it would stay there wherever the integrator holds, and keep the
-        carriage off its target. Of a jump between efforts beyond ``VOLTAGE_REACH`` nothing shows:
-        taken up, it would outlast the move and drive the carriage past its target.
+        carriage off its target. Where the command is at a limit, what of the jump does not show is
+        left: taken up, it would outlast the move and drive the carriage past its target.
         """
         new: Gains = self.gains
         rest = memory.integral + memory.offset
-        after, before = (
-            within(self._reactions(gains, memory) + rest, -VOLTAGE_REACH, VOLTAGE_REACH)
-            for gains in (new, old)
-        )
+        before, after = (self._reactions(gains, memory) + rest for gains in (old, new))
         if new.options.fading_memory != old.options.fading_memory:
             # Where the low-pass has lagged to is no position to start from.
             memory = memory._replace(filtered_position=memory.position)
-        return memory._replace(offset=memory.offset - (after - before))
+        return memory._replace(offset=memory.offset + taken_up(before, after, VOLTAGE_REACH))
 
     @staticmethod
     def _reactions(gains: Gains, memory: Memory) -> float:

@@ -13,9 +13,9 @@
 
 New gains start without a jump of the effort: what stands behind it, the crossing of the dead zone
 and a law's model of the valve, acts at once. The offset takes up the difference that they make at
-the last sample and fades with ``tracking_time``, as the PID's does. Differences beyond ``REACH``,
-the effort of a command at its limit, do not count: there is no jump between two commands at one
-limit.
+the last sample and fades with ``tracking_time``, as the PID's does. What two efforts differ by
+beyond ``REACH``, where a command is at its limit, does not count: there is no jump between two
+commands at one limit.
 """
 
 import math
@@ -127,6 +127,24 @@ def commanded(valve: Valve, drive: Drive) -> tuple[Drive, float]:
     return at_limit(drive, wanted, voltage), voltage
 
 
+def taken_up(before: float, after: float, reach: float) -> float:
+    """Return what keeps the command of an effort as it was ``before`` new gains.
+
+    From ``reach`` on the command is at its limit, whatever the effort: only what is short of it
+    shows.
+
+    Examples
+    --------
+    >>> taken_up(3.0, 46.0, 10.0), taken_up(46.0, 3.0, 10.0), taken_up(46.0, 30.0, 10.0)
+    (-43.0, 7.0, 0.0)
+    """
+    if before >= reach:
+        return max(reach - after, 0.0)
+    if before <= -reach:
+        return min(-reach - after, 0.0)
+    return before - after
+
+
 class Bumpless:
     """For a law whose memory has ``known`` and ``drive``: what survives gaps and new gains."""
 
@@ -141,10 +159,11 @@ class Bumpless:
 
     def retuned(self, old: Any, memory: Any) -> Any:
         """Let the offset take up the jump that new gains would make at the last sample."""
-        jump = self._effort(self.gains, memory) - self._effort(old, memory)
-        return memory._replace(drive=memory.drive._replace(offset=memory.drive.offset - jump))
+        before, after = (self._effort(gains, memory) for gains in (old, self.gains))
+        offset = memory.drive.offset + taken_up(before, after, self.REACH)
+        return memory._replace(drive=memory.drive._replace(offset=offset))
 
     def _effort(self, gains: Any, memory: Any) -> float:
         sample = memory.known.measurement, memory.known.reference, 0.0
         effort: float = self._update(gains, memory, *sample)[0].drive.effort
-        return within(effort, -self.REACH, self.REACH)
+        return effort

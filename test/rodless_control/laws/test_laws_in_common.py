@@ -160,6 +160,25 @@ def test_new_gains_make_no_jump(name: str) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("state_feedback", {"state_feedback.position_gain": 5e4}),
+        ("adrc", {"adrc.input_gain": 1e-2}),
+    ],
+)
+def test_new_gains_that_reach_a_limit_make_no_jump(name: str, changes: dict[str, float]) -> None:
+    """What they ask for is beyond what the valve can do; the command stays that of before."""
+    law, last = running(name), sample(59)
+    before = law.update(*last, 0.0).voltage
+    fresh = made(name, **changes)
+    for k in range(60):
+        alone = fresh.update(*sample(k), INTERVAL)
+    assert alone.voltage in (0.0, 10.0)
+    law.configure(law.parameters.with_values(changes))
+    assert law.update(*last, 0.0).voltage == pytest.approx(before, abs=1e-6)
+
+
 @pytest.mark.parametrize("name", OTHERS)
 def test_the_same_gains_again_change_nothing_at_all(name: str) -> None:
     """Setting a parameter to the value it has keeps every bit; there and back leaves no trace."""

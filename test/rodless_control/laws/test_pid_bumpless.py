@@ -67,6 +67,31 @@ def test_what_does_not_show_at_a_limit_is_not_taken_up(gains: tuple[float, float
     assert pid.update(there, target, 0.0).i == 0.0
 
 
+@pytest.mark.parametrize("error", [0.05, -0.05])
+@pytest.mark.parametrize("gains", [(20.0, 800.0), (60.0, 5000.0), (5000.0, 20.0)])
+def test_new_gains_that_reach_a_limit_move_no_command(
+    gains: tuple[float, float], error: float
+) -> None:
+    """Half open with the old gain, full open with the new one, or back: it stays there."""
+    before, after = gains
+    pid = Pid(PidParameters({"controller.kp": before, "controller.ki": 0.0}))
+    sample = Measurement(0, 0.1 - error), ReferencePoint(0.1, 0.0)
+    command = pid.update(*sample, 0.0).voltage
+    pid.configure(PidParameters({"controller.kp": after, "controller.ki": 0.0}))
+    assert pid.update(*sample, 0.0).voltage == pytest.approx(command, abs=1e-12)
+
+
+def test_gains_that_push_the_other_way_move_no_command() -> None:
+    """Full open towards the target by the one gain, away from it by the other."""
+    pid = Pid(PidParameters({"controller.kp": 5000.0, "controller.kd": 0.0}))
+    for k in range(200):  # at 0.5 m/s, and 30 mm from its target
+        sample = Measurement(0, 5e-4 * k), ReferencePoint(5e-4 * k + 0.03, 0.0)
+        command = pid.update(*sample, 1e-3).voltage
+    assert command == 10.0
+    pid.configure(PidParameters({"controller.kp": 0.0, "controller.kd": 100.0}))
+    assert pid.update(*sample, 0.0).voltage == 10.0
+
+
 @pytest.mark.parametrize("change", CHANGES, ids=" ".join)
 def test_the_new_gains_act_from_the_next_sample_on(change: dict[str, float]) -> None:
     """The terms are those of the new gains; the jump they make fades with the tracking time."""
