@@ -33,7 +33,8 @@ class StampSynchronizer:
     Messages of one topic arrive in order. A stamp that runs backwards starts the plant's next run,
     unless the topic goes on where it was before any other has followed: then the stamp was wrong.
     Messages of different runs are never combined. When a later sample completes, earlier incomplete
-    ones are dropped and counted, in ``incomplete``.
+    ones are dropped and counted, in ``incomplete``. Before any has completed, topics may have been
+    heard from different runs on: then a stamp that runs backwards begins all of them anew.
     """
 
     def __init__(self, fields: Iterable[str], capacity: int) -> None:
@@ -43,19 +44,27 @@ class StampSynchronizer:
         hold.
         """
         self.incomplete = 0
+        self._has_completed = False
         self._capacity = capacity
         self._topics = {field: _Topic() for field in fields}
         self._waiting: dict[Key, dict[str, float]] = {}
 
     def put(self, field: str, stamp: int, value: float) -> Measurement | None:
         """Take one reading; return the measurement that it completes, if it does."""
+        if not self._has_completed and stamp < self._topics[field].latest[1]:
+            self._drop(list(self._waiting))
+            self._start_over_with(field, stamp, value)
+            return None
         key = self._key(field, stamp)
         readings = self._waiting.setdefault(key, {})
         readings[field] = value
         if len(readings) == len(self._topics):
+            self._has_completed = True
             self._drop(other for other in list(self._waiting) if other < key)
             return Measurement(stamp, **self._waiting.pop(key))
         if len(self._waiting) > self._capacity:
+            # Where a topic has missed a reset, its runs are miscounted.
+            self._drop(other for other in list(self._waiting) if other != key)
             self._start_over_with(field, stamp, value)
         return None
 
@@ -67,9 +76,6 @@ class StampSynchronizer:
         if alone and stamp > topic.before[1]:
             run, _ = topic.before
             self._drop(key for key in list(self._waiting) if key[0] > run)
-        elif stamp < last and self._is_the_first(topic):
-            # The others come from somewhere in this run on, which is the first for them.
-            self._drop(list(self._waiting))
         elif stamp < last:
             if not alone:
                 topic.before = topic.latest
@@ -77,20 +83,14 @@ class StampSynchronizer:
         topic.latest = run, stamp
         return topic.latest
 
-    def _is_the_first(self, topic: _Topic) -> bool:
-        return all(
-            other.latest == NONE_YET for other in self._topics.values() if other is not topic
-        )
-
     def _drop(self, keys: Iterable[Key]) -> None:
         for key in keys:
             del self._waiting[key]
             self.incomplete += 1
 
     def _start_over_with(self, field: str, stamp: int, value: float) -> None:
-        """Keep this reading alone: where a topic has missed a reset, its runs are miscounted."""
-        key = self._topics[field].latest
-        self._drop(other for other in list(self._waiting) if other != key)
+        """Keep this reading alone."""
+        self._has_completed = False
         self._topics = {other: _Topic() for other in self._topics}
         self._topics[field].latest = (0, stamp)
         self._waiting = {(0, stamp): {field: value}}

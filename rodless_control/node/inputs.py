@@ -132,7 +132,7 @@ class Inputs:
         measurement: Measurement | None = self._synchronizer.put(field, *reading)
         if measurement is None:
             if self._awaited and field == "position":
-                self._answered.append(stamp)
+                self._note_answered(stamp)
                 self._take_position(stamp)
             return
         if self._awaited:
@@ -143,3 +143,10 @@ class Inputs:
             return
         self._answered.clear()  # of those before it, none completes any more
         self._take(measurement, info)
+
+    def _note_answered(self, stamp: int) -> None:
+        """Take note of a position that is answered as it is; one offered again counts once."""
+        if self._answered and stamp < self._answered[-1]:
+            self._answered.clear()  # of a run before
+        if not self._answered or stamp != self._answered[-1]:
+            self._answered.append(stamp)

@@ -105,6 +105,22 @@ def test_a_reset_before_any_other_topic_has_come_is_its_first_run_too() -> None:
     assert samples.incomplete == 4
 
 
+@pytest.mark.parametrize("heard", [(), FIELDS[1:2], FIELDS[1:]], ids=len)
+def test_a_reset_while_topics_come_up_holds_none_of_them_in_the_run_before(
+    heard: tuple[str, ...],
+) -> None:
+    """Pressures, some of them heard already, come before the positions of the new run.
+
+    By the topics alone those heard first then would be of the old run, and complete its position.
+    """
+    samples = StampSynchronizer(FIELDS, CAPACITY)
+    whole = [expected(6)] if heard == FIELDS[1:] else []
+    assert sample(samples, 5, FIELDS[:1]) == []
+    assert sample(samples, 6, (*heard, FIELDS[0])) == whole
+    found = [sample(samples, stamp, (*FIELDS[1:], FIELDS[0])) for stamp in range(8)]
+    assert found[1:] == [[expected(stamp)] for stamp in range(1, 8)]
+
+
 def test_readings_of_two_runs_are_never_combined() -> None:
     """An old run's reading at the same stamp does not complete a sample of the new run."""
     samples = StampSynchronizer(["position", "pressure_a"], CAPACITY)

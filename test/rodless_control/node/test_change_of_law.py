@@ -283,6 +283,22 @@ def test_a_sample_that_is_offered_again_is_answered_again(bench: Bench) -> None:
     assert bench.controller._loop.law.memory is not None, "the law was asked"
 
 
+def test_a_reset_before_pressures_come_stops_no_lock_step_plant(bench: Bench) -> None:
+    """It was reset while the law was made; in the new run pressures come before each position.
+
+    One command to each position, or the plant stands for good; the law's from sample 1 on.
+    """
+    assert bench.change({LAW: "state_feedback"}) is None
+    for _ in range(3):  # the last of the run before, offered again meanwhile
+        bench.take_position(5, 0.05)
+    for sample in range(8):
+        bench.take_pressures(sample)
+        bench.commands.clear()
+        bench.take_position(sample, 0.05)
+        assert len(bench.commands) == 1, sample
+        assert bench.controller._answers.by_law == (sample > 0), sample
+
+
 def test_signals_of_the_law_before_wait_for_their_readers(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
