@@ -336,7 +336,8 @@ class RigSession(PlantTime, Controls, Faults):
     def _record(self, path: Path, stack: ExitStack) -> None:
         """Start the bag; the rig, which waits for the session as well, does not start yet."""
         bag = SessionBag(path, self._bag_topics, self._observer)
-        stack.callback(lambda: bag.close(has_begun=self._received.runs > 0))
+        # Any sample: whether one is complete cannot be told of a run that others have torn.
+        stack.callback(lambda: bag.close(has_begun=bool(self._received.joint.runs)))
         self._bag = bag
         try:
             self._wait(lambda: bag.ready, "the topics of the bag to appear")

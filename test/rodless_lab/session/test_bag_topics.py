@@ -6,19 +6,20 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""A session's bag of topics that nobody publishes."""
+"""A session's bag, also of topics that nobody publishes, and of a session that goes wrong."""
 
+import time
 from pathlib import Path
 
 import pytest
 from extent import extensive
 
-from rodless_lab.bags.reader import Bag
+from rodless_lab.bags.reader import Bag, read_bag
 from rodless_lab.harness import RigSession, WaitTimeoutError
 from rodless_lab.session import bag as session_bag
 from rodless_lab.session.bag import SessionBag
 from rodless_lab.session.observer import Observer
-from rodless_lab.session.samples import LostSampleError
+from rodless_lab.session.samples import LostSampleError, Stamped
 
 
 @extensive
@@ -68,6 +69,23 @@ def test_a_bag_that_is_behind_is_waited_for_as_long_as_it_goes_on(
                 bag.catch_up(11)
         finally:
             bag.close(has_begun=False)
+
+
+def test_a_session_that_loses_samples_ends_its_bag(tmp_path: Path) -> None:
+    """As where somebody else publishes a sample of the start: the run is torn, the bag opens."""
+    bag = tmp_path / "bag"
+
+    def run_and_tear() -> None:
+        with RigSession("lockstep", bag=bag) as rig:
+            rig.run_for(0.2)
+            rig._received.joint.put(Stamped(time.time_ns(), 0, (0.0, 0.0, 0.0)))
+            rig.run_for(1.0)
+
+    with pytest.raises(LostSampleError):
+        run_and_tear()
+    found = read_bag(bag)
+    assert found.complete
+    assert len(found["/joint_states"].log_time) > 200
 
 
 def test_a_bag_says_where_it_is_and_what_it_holds() -> None:
