@@ -29,7 +29,7 @@ from rodless_control.laws.parts.following import Known, position_error
 from rodless_control.laws.parts.integral import Integrator, integrated
 from rodless_control.laws.parts.saturation import Limits, within
 
-# A command at its limit has at least this effort (V).
+# With an effort (V) of this and more the command is at its limit, whatever the neutral voltage.
 VOLTAGE_REACH = 10.0
 
 
