@@ -10,7 +10,7 @@
 
 import struct
 from bisect import bisect_right
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable
 from enum import Enum, auto
 from typing import NamedTuple
@@ -39,6 +39,7 @@ class Arrival(NamedTuple):
     """A message as it came: ``sent`` and ``received`` by the wall clock, times in ns.
 
     ``stamp`` is the time in its header, ``clock`` the time it tells if it is a clock message.
+    ``clock_of`` names the clock of its rig, where that is another than the bag's.
     """
 
     topic: str
@@ -48,6 +49,7 @@ class Arrival(NamedTuple):
     sequence: int = 0
     stamp: int | None = None
     clock: int | None = None
+    clock_of: str = ""
 
 
 class Timed(NamedTuple):
@@ -66,6 +68,30 @@ class TimeBase(Enum):
     WALL = auto()
 
 
+class _Course:
+    """What a clock has told (ns), and when that was sent (ns, wall clock)."""
+
+    def __init__(self) -> None:
+        self.sent: list[int] = []
+        self.time: list[int] = []
+
+    def take(self, sent: int, clock: int) -> None:
+        self.sent.append(sent)
+        self.time.append(clock)
+        if len(self.sent) > 2 * _REMEMBERED:
+            del self.sent[:-_REMEMBERED]
+            del self.time[:-_REMEMBERED]
+
+    def leave_old_times(self) -> None:
+        """Keep the last time alone, for whatever is sent from now on."""
+        self.sent[:] = [0] * bool(self.sent)
+        del self.time[:-1]
+
+    def before(self, sent: int) -> int:
+        """Return what was told last before something was sent; of what is earlier, the first."""
+        return self.time[max(bisect_right(self.sent, sent) - 1, 0)]
+
+
 class BagClock:
     """Sorts out which time each message gets.
 
@@ -76,6 +102,9 @@ class BagClock:
     and everything waits; once ``WAITING`` messages of a topic do, all get wall time, and it
     ``gave_up``. Messages of one topic keep their order. Senders on several machines must agree on
     the wall clock.
+
+    Of several rigs in a bag in plant time each has a clock of its own, which dates its messages;
+    one that tells nothing for ``POLLS`` calls has none, and its rig's messages the bag's time.
     """
 
     def __init__(self, base: TimeBase = TimeBase.UNKNOWN) -> None:
@@ -84,8 +113,13 @@ class BagClock:
         self._polls = 0
         # By topic, with the poll in which each message came.
         self._waiting: dict[str, deque[tuple[int, Arrival]]] = {}
-        self._clock_sent: list[int] = []
-        self._clock_time: list[int] = []
+        # That of the bag stands under no name, those of further rigs under theirs.
+        self._courses: defaultdict[str, _Course] = defaultdict(_Course)
+        self._silent: set[str] = set()
+
+    @property
+    def _bags(self) -> _Course:
+        return self._courses[""]
 
     def waits_since(self, received: int) -> bool:
         """Whether a message received before then (ns, wall clock) still waits."""
@@ -93,14 +127,20 @@ class BagClock:
 
     def put(self, arrival: Arrival) -> list[Timed]:
         """Take the next message that has come; return all that can be dated now."""
-        long_ago = self._clock_sent[-1] - LONGEST_UNDER_WAY if self._clock_sent else 0
+        told = self._bags.sent
+        long_ago = told[-1] - LONGEST_UNDER_WAY if told else 0
         latest = max(arrival.sent, arrival.received)
         before = self._leave_old_times() if latest < long_ago else []
         return before + self._put(arrival)
 
     def _put(self, arrival: Arrival) -> list[Timed]:
+        told = []
         if arrival.clock is not None:
-            return [*self.tell(arrival.sent, arrival.clock), self._timed(arrival)]
+            told = self.tell(arrival.sent, arrival.clock, arrival.clock_of)
+        return told + self._date(arrival)
+
+    def _date(self, arrival: Arrival) -> list[Timed]:
+        """Return it with its time; or nothing, where it has to wait."""
         known = None if arrival.topic in self._waiting else self._known(arrival)
         if known is not None:
             return [known]
@@ -111,17 +151,15 @@ class BagClock:
             return self.finish()
         return []
 
-    def tell(self, sent: int, clock: int) -> list[Timed]:
+    def tell(self, sent: int, clock: int, clock_of: str = "") -> list[Timed]:
         """Take the time of a clock message; return the waiting messages it dates."""
         if self.base is TimeBase.WALL:
             return []
-        self.base = TimeBase.PLANT
-        before = self._leave_old_times() if self._clock_sent and sent < self._clock_sent[-1] else []
-        self._clock_sent.append(sent)
-        self._clock_time.append(clock)
-        if len(self._clock_sent) > 2 * _REMEMBERED:
-            del self._clock_sent[:-_REMEMBERED]
-            del self._clock_time[:-_REMEMBERED]
+        if not clock_of:
+            self.base = TimeBase.PLANT
+        course = self._courses[clock_of]
+        before = self._leave_old_times() if course.sent and sent < course.sent[-1] else []
+        course.take(sent, clock)
         return before + self._take(lambda _, arrival: self._known(arrival))
 
     def _leave_old_times(self) -> list[Timed]:
@@ -129,9 +167,9 @@ class BagClock:
 
         Their times say nothing any more of what is sent from now on, but that it follows the last.
         """
-        dated = self._take(lambda _, arrival: self._timed(arrival))
-        self._clock_sent[:] = [0]
-        del self._clock_time[:-1]
+        dated = [] if self.base is TimeBase.UNKNOWN else self._take(lambda _, one: self._timed(one))
+        for course in self._courses.values():
+            course.leave_old_times()
         return dated
 
     def poll(self) -> list[Timed]:
@@ -169,26 +207,37 @@ class BagClock:
         if self.base is TimeBase.UNKNOWN:
             return None
         time = arrival.clock
-        if time is None and self._own_time(arrival):
+        course = self._course(arrival)
+        if time is None and self._own_time(arrival, course or self._bags):
             time = arrival.stamp
-        if time is not None:
-            return Timed(arrival, time, time)
-        return self._told_before(arrival) if arrival.sent < self._clock_sent[-1] else None
+        if time is None and course is not None and arrival.sent < course.sent[-1]:
+            time = course.before(arrival.sent)
+        return None if time is None else Timed(arrival, time, time)
+
+    def _course(self, arrival: Arrival) -> _Course | None:
+        """Return what dates it; None where its rig's clock has told nothing yet and still may."""
+        own = self._courses[arrival.clock_of]
+        if own.sent:
+            return own
+        return self._bags if arrival.clock_of in self._silent else None
 
     def _timed(self, arrival: Arrival) -> Timed:
         """Return it with the best time known by now."""
-        return self._known(arrival) or self._told_before(arrival)
-
-    def _told_before(self, arrival: Arrival) -> Timed:
-        before = bisect_right(self._clock_sent, arrival.sent) - 1
-        time = self._clock_time[max(before, 0)]
+        known = self._known(arrival)
+        if known is not None:
+            return known
+        course = self._course(arrival)
+        if course is None:
+            self._silent.add(arrival.clock_of)
+            course = self._bags
+        time = course.before(arrival.sent)
         return Timed(arrival, time, time)
 
-    def _own_time(self, arrival: Arrival) -> bool:
+    def _own_time(self, arrival: Arrival, course: _Course) -> bool:
         """Whether the stamp is plant time: set, and nearer to it than to the wall clock's."""
         if not arrival.stamp:
             return False
-        to_plant = abs(arrival.stamp - self._clock_time[-1])
+        to_plant = abs(arrival.stamp - course.time[-1])
         return to_plant <= abs(arrival.stamp - arrival.received)
 
 

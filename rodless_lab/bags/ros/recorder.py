@@ -33,10 +33,12 @@ from rodless_lab.bags.ros.clock_watch import ClockWatch, silent_clock_text, torn
 from rodless_lab.bags.ros.expected_topic import ExpectedTopic
 from rodless_lab.bags.ros.publisher_counters import PublisherCounters
 from rodless_lab.bags.ros.qos import matching_profile, recorded_profile
+from rodless_lab.bags.ros.rig_clock import rig_clock
 from rodless_lab.bags.ros.topic_discovery import Offer, TopicDiscovery
 from rodless_lab.bags.writer import BagWriter
 
 CLOCK_TOPIC = "/clock"
+CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 # How often (s, wall clock) new topics are looked for and messages put out of a crash's reach.
 PERIOD = 0.1
@@ -54,9 +56,10 @@ class Recorder:
     It has a node rather than being one; whoever makes it spins :attr:`node`. Topics are taken up
     as they appear, with the quality of service their publishers offer; set-points, whose publisher
     may be gone the next moment, are listened to as soon as somebody else does. Where somebody
-    publishes ``/clock``, the times in the bag are plant time (see :class:`BagClock`); elsewhere, or
-    with ``wall_time``, they are those of the wall clock. :attr:`received` counts messages by topic,
-    and :attr:`lost` those that a publisher sent between two of them and that never came.
+    publishes ``/clock``, the times in the bag are plant time (see :class:`BagClock`), of a rig in a
+    namespace its own; elsewhere, or with ``wall_time``, they are those of the wall clock.
+    :attr:`received` counts messages by topic, and :attr:`lost` those that a publisher sent between
+    two of them and that never came.
     """
 
     def __init__(
@@ -91,9 +94,10 @@ class Recorder:
         self._optional = set(further) if names else set()
         # A launch file remaps it, in a namespace, to the clock of that rig.
         self._clock_topic = self.node.resolve_topic_name(CLOCK_TOPIC)
-        clock = [self._clock_topic] if names and not wall_time else []
+        clocks = [self._clock_topic, *filter(None, map(self._clock_of, names))]
+        clocks = clocks if names and not wall_time else []
         self._discovery = TopicDiscovery(
-            self.node, list(dict.fromkeys([*(further if names else ()), *names, *clock]))
+            self.node, list(dict.fromkeys([*(further if names else ()), *names, *clocks]))
         )
         self._clock = BagClock(TimeBase.WALL if wall_time else TimeBase.UNKNOWN)
         self._subscriptions: dict[str, Subscription] = {}
@@ -242,9 +246,16 @@ class Recorder:
     def _is_recorded(self, topic: str) -> bool:
         return not self._wanted or topic in self._wanted or topic in self._optional
 
+    def _clock_of(self, topic: str) -> str:
+        """Return the clock of a rig that has another one than the bag, else nothing."""
+        clock = rig_clock(topic)
+        return "" if clock == self._clock_topic else clock
+
     def _receiver(self, offer: Offer) -> Callable[[bytes, Info], None]:
         topic = offer.topic
-        is_clock = topic == self._clock_topic
+        clock_of = self._clock_of(topic)
+        is_bags_clock = topic == self._clock_topic
+        is_clock = is_bags_clock or (topic == clock_of and offer.type_name == CLOCK_TYPE)
         recorded = self._is_recorded(topic)
         first_field = next(iter(offer.message_type.get_fields_and_field_types().values()), "")
         has_stamp = first_field == "std_msgs/Header"
@@ -254,11 +265,12 @@ class Recorder:
             # A publisher may send what is no time: DDS has a negative one for that.
             sent = max(info["source_timestamp"], 0) or received
             clock = leading_time(data) if is_clock else None
-            if clock is not None:
+            if clock is not None and is_bags_clock:
                 self._watch.take(clock)
-                if not recorded:
-                    self._write(self._clock.tell(sent, clock))
-                    return
+            if not recorded:
+                if clock is not None:
+                    self._write(self._clock.tell(sent, clock, clock_of))
+                return
             sequence = info["publication_sequence_number"] or 0
             self._count_lost(topic, sequence)
             arrival = Arrival(
@@ -269,6 +281,7 @@ class Recorder:
                 sequence,
                 stamp=leading_time(data) if has_stamp else None,
                 clock=clock,
+                clock_of=clock_of,
             )
             dated = self._clock.put(arrival)
             if dated:

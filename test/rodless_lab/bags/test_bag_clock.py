@@ -198,7 +198,7 @@ def test_remembered_clock_messages_are_bounded(monkeypatch: pytest.MonkeyPatch) 
     for k in range(1000):
         clock.put(arrival("clock", 100 * k, clock=k))
     assert times(clock.put(arrival("command", 100 * 995 + 50))) == [("command", 995)]
-    assert len(clock._clock_sent) <= 20
+    assert len(clock._bags.sent) <= 20
 
 
 def test_the_leading_time_is_read_from_the_serialized_message() -> None:
@@ -216,3 +216,50 @@ def test_a_time_before_zero_counts_as_zero(time: Time) -> None:
     """A bag has no such time: of a stamp, and of a clock that dates all the others."""
     assert leading_time(serialize_message(Clock(clock=time))) == 0
     assert leading_time(serialize_message(FluidPressure(header=Header(stamp=time)))) == 0
+
+
+def test_each_of_two_rigs_has_its_own_time() -> None:
+    """The second rig began 7 s later: its commands are of its samples, not of the first rig's."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    assert clock.put(arrival("early", 5, clock_of="right")) == []
+    clock.put(arrival("right", 10, clock=0, clock_of="right"))
+    assert clock.put(arrival("command", 20, clock_of="right")) == []
+    clock.put(arrival("clock", 100, clock=8000))
+    dated = clock.put(arrival("right", 110, clock=1000, clock_of="right"))
+    assert times(dated) == [("command", 0), ("right", 1000)]
+    assert times(clock.put(arrival("other", 50))) == [("other", 7000)]
+
+
+def test_what_a_rig_says_before_its_clock_is_of_its_start() -> None:
+    """A controller that begins before its plant is not dated by another rig's time."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    assert clock.put(arrival("command", 5, clock_of="right")) == []
+    clock.put(arrival("clock", 100, clock=8000))
+    dated = clock.put(arrival("right", 110, clock=0, clock_of="right"))
+    assert times(dated) == [("command", 0), ("right", 0)]
+
+
+def test_a_rig_without_a_clock_has_the_bags_time() -> None:
+    """It is waited for once, as long as for any clock message, and then no more."""
+    clock = BagClock()
+    clock.put(arrival("clock", 0, clock=7000))
+    clock.put(arrival("command", 5, clock_of="right"))
+    clock.put(arrival("clock", 100, clock=8000))
+    dated = [one for _ in range(bag_clock.POLLS) for one in clock.poll()]
+    assert times(dated) == [("command", 7000)]
+    assert times(clock.put(arrival("command", 50, clock_of="right"))) == [("command", 7000)]
+    # Should one come in the end, it counts.
+    clock.put(arrival("right", 110, clock=0, clock_of="right"))
+    clock.put(arrival("right", 210, clock=1000, clock_of="right"))
+    assert times(clock.put(arrival("command", 150, clock_of="right"))) == [("command", 0)]
+
+
+def test_the_clock_of_one_of_several_rigs_makes_no_plant_time_of_a_bag() -> None:
+    """Without /clock nothing dates what is of no rig: all of the bag is in wall time."""
+    clock = BagClock()
+    assert clock.put(arrival("right", 10, clock=5, clock_of="right")) == []
+    assert clock.put(arrival("command", 20, clock_of="right")) == []
+    dated = clock.finish()
+    assert [one.publish_time - WALL for one in dated] == [10, 20]

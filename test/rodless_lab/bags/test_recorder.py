@@ -661,6 +661,41 @@ def test_plant_time_is_taken_from_a_clock_that_is_not_recorded(
     assert list(bag["/valve/voltage"].log_time) == [1_000_000 * k for k in range(100)]
 
 
+@pytest.mark.parametrize(
+    "topics", [[], ["right/joint_states", "right/valve/voltage", "right/setpoint"]]
+)
+def test_two_rigs_in_a_bag_have_each_their_own_time(
+    plant: Plant, recording: Recording, topics: list[str]
+) -> None:
+    """The second rig's commands are dated by its own clock, recorded or not, not by /clock.
+
+    Its time is a minute behind that of the first one, which /clock tells.
+    """
+    clock = plant.publisher(Clock, "right/clock")
+    states = plant.publisher(JointState, "right/joint_states")
+    voltage = plant.publisher(Float64, "right/valve/voltage")
+    setpoint = plant.publisher(Float64, "right/setpoint")
+    recorder = recording.start(*topics)
+    recording.until(lambda: recorder.ready and "/right/setpoint" in recorder.topics)
+    plant.until_heard_by(plant.clock, clock, states, voltage, setpoint)
+    voltage.publish(Float64(data=-1.0))  # before its plant says anything
+    for k in range(100):
+        plant.clock.publish(Clock(clock=stamp(60_000 + k)))
+        clock.publish(Clock(clock=stamp(k)))
+        states.publish(sample(k))
+        voltage.publish(Float64(data=float(k)))
+        if k == 40:
+            setpoint.publish(Float64(data=0.05))
+    timeout = Duration(seconds=TIMEOUT)
+    assert all(one.wait_for_all_acked(timeout) for one in (plant.clock, clock, voltage, setpoint))
+    bag = recording.end()
+    assert ("/right/clock" in bag) == (not topics)
+    milliseconds = bag["/right/valve/voltage"].log_time / 1_000_000
+    assert milliseconds.tolist() == [0, *range(100)]
+    assert bag["/right/setpoint"].log_time.tolist() == [40_000_000]
+    assert bag["/right/joint_states"].log_time.tolist() == [1_000_000 * k for k in range(100)]
+
+
 @pytest.mark.parametrize("asked", [True, False])
 def test_without_a_clock_times_are_those_of_the_wall(
     plant: Plant, recording: Recording, asked: bool
