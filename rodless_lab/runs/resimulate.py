@@ -27,6 +27,10 @@ from rodless_sim.timing import step_nanoseconds
 # m, which instruments may place a carriage beyond the end of its stroke without a remark.
 FARTHEST_OFF = 1e-3
 
+# Pa, by which chambers may start apart without a remark: the sensors' biases and a valve that is
+# closed a little elsewhere make some of it, a carriage that moves or was pushed far more.
+FARTHEST_APART = 2e4
+
 
 def start_of(rig: RigParameters, recorded: MeasuredRun) -> float:
     """Return where the carriage starts (m): as recorded, on the stroke of the rig."""
@@ -53,8 +57,10 @@ def resimulate(
         voltages, period = recorded.voltage[:-1], recorded.period
         trace = simulate(drive.rig, voltages, period, start, pressures, scenario=drive.scenario)
     run = run_of_trace(trace, drive.supply)
+    apart = _pressures_remark(recorded, run) if pressures is None else ""
+    remarks = _remarks(recorded, start, drive, apart)
     # The last voltage acts on nothing in the run, and is the recorded one all the same.
-    return replace(run, voltage=recorded.voltage, remarks=_remarks(recorded, start, drive))
+    return replace(run, voltage=recorded.voltage, remarks=remarks)
 
 
 def replay(parameters: RigParameters, recorded: MeasuredRun) -> MeasuredRun:
@@ -84,7 +90,7 @@ def follow(preset: str, recorded: MeasuredRun, setpoint: Setpoint) -> MeasuredRu
             scenario=drive.scenario,
         )
     run = run_of_trace(trace, drive.supply)
-    return replace(run, remarks=_remarks(recorded, start, drive))
+    return replace(run, remarks=_remarks(recorded, start, drive, _pressures_remark(recorded, run)))
 
 
 @contextmanager
@@ -96,9 +102,11 @@ def _refusing() -> Iterator[None]:
         raise RunError(f"no simulated rig can repeat it: {described(error)}") from error
 
 
-def _remarks(recorded: MeasuredRun, start: float, drive: RecordedDrive) -> tuple[str, ...]:
+def _remarks(
+    recorded: MeasuredRun, start: float, drive: RecordedDrive, apart: str
+) -> tuple[str, ...]:
     """Say what of the simulated rig is not as its parameters, or as the recording, have it."""
-    return tuple(filter(None, (drive.remark, _start_remark(recorded, start))))
+    return tuple(filter(None, (drive.remark, _start_remark(recorded, start), apart)))
 
 
 def _start_remark(recorded: MeasuredRun, start: float) -> str:
@@ -111,6 +119,21 @@ def _start_remark(recorded: MeasuredRun, start: float) -> str:
         f"the simulated carriage starts at {1e3 * start:g} mm, the end of its stroke, the recorded "
         f"one at {1e3 * first:g} mm: "
         f"{longer if first > start else 'positions count from the end of chamber A'}"
+    )
+
+
+def _pressures_remark(recorded: MeasuredRun, simulated: MeasuredRun) -> str:
+    """Say where the recorded chambers start otherwise than those of the simulated rig."""
+    (a, b), (own_a, own_b) = (
+        (float(run.pressure_a[0]), float(run.pressure_b[0])) for run in (recorded, simulated)
+    )
+    if max(abs(a - own_a), abs(b - own_b)) <= FARTHEST_APART or off_any_rig(recorded):
+        return ""
+    return (
+        f"the simulated rig starts at rest with {1e-3 * own_a:.0f} kPa in A and "
+        f"{1e-3 * own_b:.0f} kPa in B, the recorded one with {1e-3 * a:.0f} and {1e-3 * b:.0f} "
+        "kPa: what they differ by has that in it; record from before the first move on, or use "
+        "`rodless replay`, which starts with the recorded pressures"
     )
 
 

@@ -299,3 +299,27 @@ def test_a_replay_follows_no_scenario(tmp_path: Path, capsys) -> None:
     assert replay.main(arguments, Quiet()) == 2
     refusal = "time.scenario: 'leak' refused, a replay does what the bag says; leave it out"
     assert capsys.readouterr().err == f"{file}: {refusal}\n"
+
+
+@pytest.mark.parametrize("drive", ["voltage", "setpoint"])
+def test_a_recording_that_begins_amid_a_move_says_what_it_is_compared_with(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], drive: str
+) -> None:
+    """The preset starts at rest: with the very rig that was recorded it is millimetres apart.
+
+    From the start on it is not, nor is a replay, which starts with the recorded pressures.
+    """
+    whole = step_run("paper")
+    begun = 210  # 10 ms after the step
+    rest = Trace(**{name: getattr(whole, name)[begun:] for name in (*FIELDS, "time")})
+    for name, run in (("whole", whole), ("rest", rest)):
+        bag = record(tmp_path / name, run, target=0.058)
+        out = tmp_path / f"out_{name}"
+        found = compared("paper", bag, "--drive", drive, output=out)["position"]["largest"]
+        said = capsys.readouterr().err
+        a, b = 1e-3 * run.pressure_a[0], 1e-3 * run.pressure_b[0]
+        line = f"445 kPa in A and 445 kPa in B, the recorded one with {a:.0f} and {b:.0f} kPa"
+        assert (line in said) == (name == "rest")
+        assert (found > 1e-4) == (name == "rest")
+        assert replay.main([str(bag), "--output", str(out)], Quiet()) == 0
+        assert "in B, the recorded one" not in capsys.readouterr().err
