@@ -21,7 +21,7 @@ from rodless_sim.physics.cylinder import volume_a, volume_b
 from rodless_sim.physics.equations import inflows
 from rodless_sim.physics.faults import SimulationError
 from rodless_sim.physics.heat import wall_area
-from rodless_sim.physics.lands import Lands
+from rodless_sim.physics.lands import Arriving, Lands
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import openings
 from rodless_sim.physics.settled_chamber import (
@@ -35,14 +35,17 @@ from rodless_sim.physics.state import AnyMotion, HeatedMotion, Motion
 # What counts as balanced: heat that would warm a chamber by some microkelvins in a second.
 SMALLEST_POWER = 1e-6  # W
 
+# Of heat to a wall: that which the least of leaks carries away is more.
+SMALLEST_LOSS = 1e-9  # W/K
+
 
 def load_for(plant: Plant) -> None:
-    """Load what it takes to settle a plant whose chambers leak into each other.
+    """Load what it takes to settle a plant whose chambers depend on each other, or have tubes.
 
     It takes half as long as to load all else of a node: others do without, and what keeps time does
     it beforehand.
     """
-    if plant.leak.across != 0.0:
+    if plant.leak.across != 0.0 or (plant.heat and plant.tubes):
         import scipy.optimize  # noqa: F401, PLC0415
 
 
@@ -93,7 +96,7 @@ def settled_air(plant: Plant, voltage: float, position: float) -> HeatedMotion:
         plant.heat.coefficient * wall_area(plant.heat, volume)
         for volume in (volume_a(plant.cylinder, position), volume_b(plant.cylinder, position))
     ]
-    if plant.leak.across == 0.0:
+    if plant.leak.across == 0.0 and not plant.tubes:
         a, b = (_chamber(plant, lands, voltage, chamber, losses[chamber]) for chamber in (0, 1))
     else:
         a, b = _both(plant, lands, voltage, losses)
@@ -123,20 +126,23 @@ def _chamber(
 def _both(
     plant: Plant, lands: Lands, voltage: float, losses: list[float]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return P and T (Pa, K) of chambers that leak into each other.
+    """Return P and T (Pa, K) of chambers that leak into each other, or are behind tubes.
 
     Looked for from the pressures they settle at with one temperature, which are near.
     """
     from scipy.optimize import root  # noqa: PLC0415  see load_for
 
     pressures = settled_pressures(plant, voltage)
+    if plant.tubes:
+        # Air that neither flows nor feels its wall may have any temperature: it takes the wall's.
+        losses = [max(loss, SMALLEST_LOSS) for loss in losses]
     warmth = plant.air.temperature
     scale = np.array([*pressures, warmth, warmth])
 
     def powers(unknown: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         pressure_a, pressure_b, warm_a, warm_b = (scale * unknown).tolist()
         state = HeatedMotion(0.0, 0.0, pressure_a, pressure_b, warm_a, warm_b)
-        flows: Any = inflows(plant, lands, state)
+        flows: Any = inflows(plant, _let_in(plant, lands, pressure_a, pressure_b), state)
         a, b = flows
         capacity = a.enthalpy_flow, b.enthalpy_flow
         heat = [
@@ -157,6 +163,19 @@ def _both(
         )
     pressure_a, pressure_b, warm_a, warm_b = (scale * found.x).tolist()
     return (pressure_a, warm_a), (pressure_b, warm_b)
+
+
+def _let_in(plant: Plant, lands: Lands, pressure_a: float, pressure_b: float) -> Lands | Arriving:
+    """Return what lets air into chambers at these pressures (Pa): the valve, or what tubes bring.
+
+    The valve passes air of the supply's temperature where there are tubes. The few pascals that
+    what leaks loses in them are left out.
+    """
+    if not plant.tubes:
+        return lands
+    tight = plant._replace(leak=plant.leak._replace(open=False, across=0.0, a=0.0, b=0.0))
+    a, b = inflows(tight, lands, Motion(0.0, 0.0, pressure_a, pressure_b))
+    return Arriving(float(a.mass_flow), float(b.mass_flow))
 
 
 def _without_flow(plant: Plant, voltage: float, net: Callable[[float], float]) -> float:

@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 from rodless_base.parameters import ParameterError
 from rodless_control import PidParameters, references
 from rodless_lab import closed_loop
-from rodless_sim import Rig, RigParameters, simulate
+from rodless_sim import HeatedState, Rig, RigParameters, simulate
 from rodless_sim.physics.air_in_tubes import Tubes, friction_square, hermite, row_at
 from rodless_sim.physics.plant import Plant
 from rodless_sim.physics.ports import edge_flow, openings
@@ -296,6 +296,31 @@ def test_leaking_air_flows_as_steadily_as_without_tubes() -> None:
     assert end.flow > 1e-5
     assert end.pressure**2 - rig.state.pressure_a**2 == pytest.approx(fall(end.flow), rel=1e-3)
     assert rig.free_air_flow == pytest.approx(plain.free_air_flow, rel=1e-3)
+
+
+@pytest.mark.parametrize("leaks", [{}, {"leak.across": 2e-8, "leak.a": 1e-8}])
+def test_a_heated_rig_begins_with_the_pressures_that_it_settles_at(leaks: dict[str, float]) -> None:
+    """A minute at the closed valve changes a held chamber by no more than friction in its tube.
+
+    Air in a tube has the supply's temperature, not that of the chamber behind it. Where none leaks
+    none flows: the air is as warm as the walls, at the root of the mean of both squares, which two
+    equal gaps in line leave between them.
+    """
+    warm = {"chambers.thermodynamics": "energy_balance", "chambers.wall_temperature": 280.0}
+    rig = Rig(RigParameters({**HELD, **TUBES, **warm, **leaks}))
+    begun = rig.reset(0.1)
+    assert isinstance(begun, HeatedState)
+    if not leaks:
+        between = math.sqrt(0.5 * (621325.0**2 + 101325.0**2))
+        assert begun.pressure_a == pytest.approx(between, rel=1e-9)
+        assert begun.pressure_b == pytest.approx(between, rel=1e-9)
+        assert (begun.temperature_a, begun.temperature_b) == pytest.approx((280.0, 280.0))
+    later = rig.advance(5.08, 60.0)
+    assert isinstance(later, HeatedState)
+    assert later.pressure_a == pytest.approx(begun.pressure_a, abs=5.0)
+    assert later.pressure_b == pytest.approx(begun.pressure_b, abs=5.0)
+    assert later.temperature_a == pytest.approx(begun.temperature_a, abs=1e-3)
+    assert later.temperature_b == pytest.approx(begun.temperature_b, abs=1e-3)
 
 
 @pytest.mark.parametrize("voltage", [0.0, 10.0])
