@@ -173,3 +173,8 @@ class Adrc(Bumpless, CompiledLaw):
     TERMS = Command._fields[1:]
     USES_PRESSURES = False
     KERNELS = Kernels(gains_of, begin, update)
+
+    def rebased(self, old: Gains, memory: Memory) -> Known:
+        """With another input gain the same effort explains another acceleration."""
+        change = (self.gains.input_gain - old.input_gain) * memory.applied
+        return following.explained_anew(memory.known, change)

@@ -237,3 +237,9 @@ class Cascade(Bumpless, CompiledLaw):
     TERMS = Command._fields[1:]
     KERNELS = Kernels(gains_of, begin, update)
     REACH = LARGEST_FORCE
+
+    def rebased(self, old: Gains, memory: Memory) -> Known:
+        """Of another mass the same force explains another acceleration."""
+        force = memory.force.position + old.pressure_lag * memory.force.velocity
+        change = force / self.gains.mass - force / old.mass
+        return following.explained_anew(memory.known, change)

@@ -159,9 +159,15 @@ class Bumpless:
 
     def retuned(self, old: Any, memory: Any) -> Any:
         """Let the offset take up the jump that new gains would make at the last sample."""
-        before, after = (self._effort(gains, memory) for gains in (old, self.gains))
-        offset = memory.drive.offset + taken_up(before, after, self.REACH)
-        return memory._replace(drive=memory.drive._replace(offset=offset))
+        told = memory._replace(known=self.rebased(old, memory))
+        before, after = self._effort(old, memory), self._effort(self.gains, told)
+        offset = told.drive.offset + taken_up(before, after, self.REACH)
+        return told._replace(drive=told.drive._replace(offset=offset))
+
+    def rebased(self, old: Any, memory: Any) -> Known:  # noqa: ARG002
+        """Return what is known where new gains explain another share of the acceleration."""
+        known: Known = memory.known
+        return known
 
     def _effort(self, gains: Any, memory: Any) -> float:
         sample = memory.known.measurement, memory.known.reference, 0.0

@@ -95,6 +95,15 @@ def followed(
     return Known(motion, automaton, measurement, wanted, rise)
 
 
+def explained_anew(known: Known, change: float) -> Known:
+    """What is known where ``change`` (m/s²) more of the same acceleration is explained.
+
+    Left to the filter it would show a moment later: after new gains have made no jump, as one.
+    """
+    motion = known.motion._replace(acceleration=known.motion.acceleration - change)
+    return known._replace(motion=motion)
+
+
 @kernel
 def position_error(known: Known) -> float:
     """Error e = r − ŷ in m."""

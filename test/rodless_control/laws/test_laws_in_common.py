@@ -18,6 +18,8 @@ import pytest
 from rodless_control import Measurement, ReferencePoint
 from rodless_control.controller import CompiledLaw
 from rodless_control.laws import LAWS, law_class
+from rodless_control.laws.adrc import Adrc
+from rodless_control.laws.cascade import Cascade
 
 # The PID has tests of its own for all of this; mode_switching is made of it and the cascade.
 OTHERS = [name for name in LAWS if name not in ("pid", "mode_switching")]
@@ -139,6 +141,46 @@ def test_the_limits_are_those_of_the_parameters(name: str) -> None:
             reference = ReferencePoint(0.1 + side * 0.05)
             command = law.update(measurement, reference, INTERVAL if k else 0.0)
         assert command.voltage == expected
+
+
+@pytest.mark.parametrize("value", [0.7, 2.8])
+def test_another_mass_moves_no_effort_of_a_cascade_that_follows(value: float) -> None:
+    """At a steady speed all of the force is friction, whatever the mass: the effort stays.
+
+    Left to the filter, the acceleration that the force explains of another mass would be found out
+    within some 10 ms, and the offset that has hidden it would be a jump of 30 N by then.
+    """
+    law = Cascade()
+    efforts = []
+    for k in range(1000):
+        if k == 600:
+            law.configure(law.parameters.with_values({"cascade.mass": value}))
+        place = 0.02 + 0.1e-3 * k
+        sample = Measurement(k * 1_000_000, place, 5.6e5, 4e5, 6.2e5)
+        command = law.update(sample, ReferencePoint(place, 0.1), 1e-3 if k else 0.0)
+        efforts.append(command.demanded_force)
+    assert efforts[599] > 50.0
+    assert efforts[600:] == pytest.approx([efforts[599]] * 400, abs=0.5)
+
+
+@pytest.mark.parametrize("value", [3.0, 12.0])
+def test_another_input_gain_moves_no_effort_of_adrc_that_has_arrived(value: float) -> None:
+    """Without an error the effort is what holds the disturbance, whatever a volt is taken to make.
+
+    It has one here from an error of the first 50 ms.
+    """
+    law = Adrc()
+    efforts = []
+    for k in range(1000):
+        if k == 600:
+            law.configure(law.parameters.with_values({"adrc.input_gain": value}))
+        place = 0.02 + 0.1e-3 * k
+        ahead = 1e-5 if k < 50 else 0.0
+        reference = ReferencePoint(place + ahead, 0.1)
+        sample = Measurement(k * 1_000_000, place, 4e5, 4e5, 6.2e5)
+        efforts.append(law.update(sample, reference, 1e-3 if k else 0.0).effort)
+    assert 0.05 < abs(efforts[599]) < 5.0
+    assert efforts[600:] == pytest.approx([efforts[599]] * 400, rel=0.02)
 
 
 @pytest.mark.parametrize("name", OTHERS)
