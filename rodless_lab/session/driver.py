@@ -65,9 +65,10 @@ class Driver:
 
         :meth:`close` commands the ``closed_voltage`` (V).
 
-        Listens to samples once the rig and ``recorders`` hear it, so that no command is lost. Calls
-        ``ended`` too where somebody else commands the valve: ``rivals`` names who, and where the
-        plant is of no use: ``trouble`` says why.
+        Answers samples once the rig and ``recorders`` hear it, so that no command is lost; one that
+        came before, and that a plant in lock-step has offered again meanwhile, is answered as often
+        as it came. Calls ``ended`` too where somebody else commands the valve: ``rivals`` names
+        who, and where the plant is of no use: ``trouble`` says why.
         ``show`` is told each whole second (s, plant time) of the run.
         """
         self.node = GuardedNode("driver")
@@ -83,12 +84,16 @@ class Driver:
         self.done = False
         self.rivals: str | None = None
         self.trouble: str | None = None
-        self._last_sample = 0.0  # s, of time.monotonic(), from when it listens on
+        self._last_sample = 0.0  # s, of time.monotonic(), from when it answers on
         self._told_of_silence = False
         self._heard_since: float | None = None
         self._beside_since: float | None = None
         self._outbox = Outbox(self.node)
-        self._listens = False
+        self._answers = False
+        self._kept: list[JointState] = []  # the last sample from before, as often as it came
+        # Before the publisher, without which a plant in lock-step offers nothing: whoever misses an
+        # offer is waited for.
+        self.node.create_subscription(JointState, JOINT_STATES, self._hear, QUEUE_DEPTH)
         self._publisher = self.node.create_publisher(Float64, VALVE_VOLTAGE, LOSSLESS)
         self._samples = self.node.resolve_topic_name(JOINT_STATES)
         self._silent = LastingTopics(partial(has_only_unheard_publishers, self.node))
@@ -105,10 +110,11 @@ class Driver:
     def _poll(self) -> None:
         self._outbox.flush()
         self._look_for_rivals()
-        if self._beside_since is None and not self._listens and self._is_heard():
-            self._listens = True
+        if self._beside_since is None and not self._answers and self._is_heard():
+            self._answers = True
             self._last_sample = time.monotonic()  # from here on there may be silence
-            self.node.create_subscription(JointState, JOINT_STATES, self._answer, QUEUE_DEPTH)
+            for sample in self._kept:
+                self._answer(sample)
 
     def _look_for_rivals(self) -> None:
         """End before the first voltage where others command; later where they stay."""
@@ -116,6 +122,7 @@ class Driver:
         if not found:
             self._beside_since = None
             return
+        self._kept.clear()  # offered to them, perhaps; where they go it is offered once more
         if self._beside_since is None:
             self._beside_since = time.monotonic()
         stays = time.monotonic() - self._beside_since > STAYS
@@ -127,7 +134,7 @@ class Driver:
     def _look_for_samples(self) -> None:
         if not self.has_begun and self._silent.look([self._samples]):
             self._end_because(unheard_text([self._samples]))
-        elif self._listens:
+        elif self._answers:
             self._look_for_silence()
 
     def _look_for_silence(self) -> None:
@@ -162,9 +169,17 @@ class Driver:
             self._heard_since = time.monotonic()
         return time.monotonic() - self._heard_since > DISCOVERY
 
-    def _answer(self, sample: JointState) -> None:
+    def _hear(self, sample: JointState) -> None:
         if carriage_position(sample) is None:  # an arm on the same topic tells no plant time
             return
+        if self._answers:
+            self._answer(sample)
+            return
+        if self._kept and self._kept[0].header.stamp != sample.header.stamp:
+            self._kept.clear()
+        self._kept.append(sample)
+
+    def _answer(self, sample: JointState) -> None:
         now = stamp_nanoseconds(sample.header.stamp)
         self._last_sample = time.monotonic()
         if self._first is None:

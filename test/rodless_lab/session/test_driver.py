@@ -57,6 +57,17 @@ class Plant:
 
         self._observer.wait(answered, "a command", TIMEOUT)
 
+    def offer(self, second: int) -> None:
+        """Send the sample of that time once, to whoever listens by then."""
+        self._observer.wait(self._samples.get_subscription_count, "a listener", TIMEOUT)
+        sample = JointState(name=["carriage"], position=[0.06], velocity=[0.0], effort=[0.0])
+        sample.header.stamp.sec = second
+        self._samples.publish(sample)
+
+    def have_a_recorder_beside(self) -> None:
+        """Let somebody else listen to the commands."""
+        self._node.create_subscription(Float64, "valve/voltage", lambda _: None, 10)
+
     def begin_anew(self) -> None:
         """Send a sample of an earlier time."""
         self._samples.publish(JointState(name=["carriage"], position=[0.06]))
@@ -107,6 +118,21 @@ def test_what_an_arm_on_the_same_topic_sends_is_no_sample(
     observer.wait(lambda: plant.voltages[-1] == due[-1], "the answer to the plant", TIMEOUT)
     assert set(plant.voltages) == set(due)
     assert driver.exit_code is None
+    plant.close()
+
+
+def test_what_is_offered_again_before_a_recorder_is_there_is_answered_as_often(
+    start_process: StartProcess, plant: Plant, observer: Observer
+) -> None:
+    """A plant in lock-step has other listeners, so that it begins, and waits for each answer."""
+    with start_process([*DRIVE, "--recorders", "1"], "driver"):
+        plant.offer(0)  # the plant was started anew
+        for _ in range(3):
+            plant.offer(5)
+        plant.have_a_recorder_beside()
+        observer.wait(lambda: len(plant.commands) == 3, "three answers", TIMEOUT)
+        plant.send(10)
+    assert plant.voltages[:4] == list(excitation("friction")[[0, 0, 0, round(5 / PERIOD)]])
     plant.close()
 
 
