@@ -90,11 +90,12 @@ class ControlLoop:
         self._last = self._answered = None
 
     def hold(self) -> None:
-        """Samples are missing: tell the law that the next one comes after a gap."""
+        """Count that samples are missing, and tell the law so."""
         self.lost += 1
-        self._hold_law()
+        self.expect_gap()
 
-    def _hold_law(self) -> None:
+    def expect_gap(self) -> None:
+        """Tell the law that the next sample comes after a gap."""
         self._answered = None
         if self.failure is None:
             self._attempt(self.law.hold)
@@ -111,7 +112,7 @@ class ControlLoop:
             self._start_anew()
         if not all(map(math.isfinite, self._used(measurement))):
             self.not_finite += 1
-            self._hold_law()
+            self.expect_gap()
             return None
         last = measurement.stamp if self._last is None else self._last
         interval = (measurement.stamp - last) * SECONDS_PER_NANOSECOND

@@ -23,6 +23,7 @@ from rodless_base.ros.publish import Outbox, wait_for_readers
 from rodless_base.topics import VALVE_VOLTAGE
 from rodless_control.loop import ControlLoop, Output
 from rodless_control.node.law_pace import LawPace
+from rodless_control.node.stalls import Stalls
 from rodless_control.node.telemetry import Telemetry
 
 # How often, in s, the log repeats that samples are not finite.
@@ -60,6 +61,11 @@ class Answers:
         self.telemetry = Telemetry(node, loop.law, qos)
         self._reported: str | None = None
         self.pace = LawPace()
+        self._stalls = Stalls(lambda: self.pace.interval)
+        # A sample that a newer one has passed, as it seems, and whether that has been waited for.
+        self._passed: Measurement | None = None
+        self._waited_for_newer = False
+        self._has_gap = False
         # Called for each failure of the law, with the valve closed already or about to be.
         self.on_failure: Callable[[], None] = lambda: None
         self.enabled = True
@@ -84,15 +90,38 @@ class Answers:
         return self._outbox.obstacle
 
     def poll(self) -> None:
-        """Send what was held back; look up who listens to telemetry."""
+        """Send what was held back; look up who listens to telemetry; to be called often."""
+        self._stalls.poll()
+        self._answer_if_none_is_newer()
         self._outbox.flush()
         self.telemetry.poll()
 
     def take(self, measurement: Measurement, info: Info) -> None:
-        """Answer a sample, of whose message ``info`` is."""
+        """Answer a sample, of whose message ``info`` is; a plant that waits sends none newer."""
         self.stamp = measurement.stamp
-        if self.enabled and not self._plant_waits() and self._must_skip(info):
-            return
+        self._pass_over()
+        sent = info["source_timestamp"] * SECONDS_PER_NANOSECOND
+        may_skip = self.enabled and not self._plant_waits()
+        if self._stalls.was_passed(sent) and may_skip:
+            self._passed, self._waited_for_newer = measurement, False
+        elif not (may_skip and self._must_skip(info)):
+            self._give_answer(measurement)
+
+    def _pass_over(self) -> None:
+        """Leave out the sample that a newer one has passed indeed."""
+        if self._passed is not None:
+            self._passed, self._has_gap = None, True
+            self.pace.pass_over(self._stalls.lasted)
+
+    def _answer_if_none_is_newer(self) -> None:
+        """Answer a sample after all whose sender waits for that: so each last one is."""
+        passed, waited = self._passed, self._waited_for_newer
+        self._waited_for_newer = True
+        if passed is not None and waited:
+            self._passed = None
+            self._give_answer(passed)
+
+    def _give_answer(self, measurement: Measurement) -> None:
         output = self._answer(measurement) if self.enabled else None
         self.refused = self.enabled and output is None
         if output is None:
@@ -122,6 +151,9 @@ class Answers:
     def _answer(self, measurement: Measurement) -> Output | None:
         if self._plant_waits() and (output := self._loop.repeat(measurement)) is not None:
             return output
+        if self._has_gap:
+            self._has_gap = False
+            self._loop.expect_gap()
         began = perf_counter()
         output = self._loop.sample(measurement)
         self.pace.took(perf_counter() - began)
@@ -165,6 +197,7 @@ class Answers:
 
     def reset(self) -> None:
         """Forget the run so far, the failure of a law too."""
+        self._passed = None
         self._loop.reset()
         self._reported = None  # it may have failed again, in the same way
         self.report_failure()

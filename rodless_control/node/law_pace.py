@@ -38,6 +38,8 @@ class LawPace:
         self._skipped_before = 0
         # s, for a sample since the last news, and between the two before.
         self._longest = self._longest_before = 0.0
+        # s that the controller stood still, likewise.
+        self._stood = self._stood_before = 0.0
 
     def must_skip(self, sent: float, received: float, now: float) -> bool:
         """Tell whether to leave out a sample, because newer ones wait behind it.
@@ -67,6 +69,11 @@ class LawPace:
         since, at_first = self._backlog
         return now - since > BACKLOG and waited >= at_first
 
+    def pass_over(self, seconds: float) -> None:
+        """Count a sample that a newer one passed while the controller stood still for so long."""
+        self.skipped += 1
+        self._stood = max(self._stood, seconds)
+
     def took(self, seconds: float) -> None:
         """Take note of how long the law has taken for a sample."""
         self._taken.append(seconds)
@@ -86,7 +93,9 @@ class LawPace:
         """Return what to say of samples skipped since the last call, or None for none."""
         # What a long call makes wait may be skipped in the period after it.
         longest = max(self._longest, self._longest_before)
+        stood = max(self._stood, self._stood_before)
         self._longest, self._longest_before = 0.0, self._longest
+        self._stood, self._stood_before = 0.0, self._stood
         if self.skipped == self._skipped_before:
             # A backlog that goes on began before this report.
             self._behind = False
@@ -98,6 +107,11 @@ class LawPace:
         if longest > BACKLOG:
             once = f"{takes}, but once took {_ms(longest)}"
             return f"{once}: samples skipped; it waited, or the machine was too busy"
+        if stood > 0.0:
+            return (
+                f"the controller stood still for {stood:.2f} s: samples skipped; it was stopped, "
+                "had no processor, or loaded another law"
+            )
         return f"machine too busy: samples skipped ({takes})"
 
 

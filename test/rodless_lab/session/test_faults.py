@@ -62,7 +62,10 @@ def ended(pid: int) -> bool:
 
 
 def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: StartSession) -> None:
-    """Without commands the plant closes the valve and says so; thawed, the move goes on."""
+    """Without commands the plant closes the valve and says so; thawed, the move goes on.
+
+    The controller answers none of the samples that have waited meanwhile, and says why.
+    """
     rig = rig_session(plant=SLOW, controller=HOLD)
     rig.run_until(lambda sample: sample.velocity > 0.02, "the carriage to move")
     rig.freeze("controller")
@@ -74,6 +77,9 @@ def test_a_frozen_controller_closes_the_valve_until_it_is_thawed(rig_session: St
     assert position < 0.14
     rig.thaw("controller")
     rig.run_until(lambda sample: sample.position > position + 5e-3, "the carriage to go on")
+    rig.wait_until(
+        lambda: rig.counter("controller", "samples skipped") > 10, "the controller to count"
+    )
 
 
 def test_lost_commands_close_the_valve(rig_session: StartSession) -> None:
