@@ -94,6 +94,15 @@ class ControlLoop:
         self.lost += 1
         self.expect_gap()
 
+    def leave_out(self, stamp: int) -> None:
+        """Take note of a sample (ns) that gets no answer: it may be of a new run all the same."""
+        self._notice_restart(stamp)
+
+    def _notice_restart(self, stamp: int) -> None:
+        if self._last is not None and stamp < self._last:
+            self.restarts += 1
+            self._start_anew()
+
     def expect_gap(self) -> None:
         """Tell the law that the next sample comes after a gap."""
         self._answered = None
@@ -107,9 +116,7 @@ class ControlLoop:
         law has failed. Time that runs backwards means that the plant was reset, and so is the
         loop. A sample whose time stands still is answered without integrating.
         """
-        if self._last is not None and measurement.stamp < self._last:
-            self.restarts += 1
-            self._start_anew()
+        self._notice_restart(measurement.stamp)
         if not all(map(math.isfinite, self._used(measurement))):
             self.not_finite += 1
             self.expect_gap()

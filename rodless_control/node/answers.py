@@ -110,6 +110,7 @@ class Answers:
     def _pass_over(self) -> None:
         """Leave out the sample that a newer one has passed indeed."""
         if self._passed is not None:
+            self._loop.leave_out(self._passed.stamp)
             self._passed, self._has_gap = None, True
             self.pace.pass_over(self._stalls.lasted)
 

@@ -110,11 +110,11 @@ class Bench:
         self.answers._outbox.send = lambda _to, data: self.voltages.append(unpack_float64(data))
         self._in_lockstep = in_lockstep
 
-    def take(self, k: int, position: float) -> None:
-        """Give the sample of ``k`` ms, which was sent then."""
+    def take(self, k: int, position: float, began: int = 0) -> None:
+        """Give the sample of ``k`` ms, which was sent then, in a run that ``began`` then."""
         sent = 1000 * 10**9 + k * 10**6
         info = {"source_timestamp": sent, "received_timestamp": 0}
-        self.answers.take(Measurement(k * 10**6, position), info, self._in_lockstep)
+        self.answers.take(Measurement((k - began) * 10**6, position), info, self._in_lockstep)
 
     def run(self, first: int, last: int) -> None:
         """Give samples as they come, of a carriage that moves at 0.1 m/s."""
@@ -179,3 +179,13 @@ def test_a_sample_that_nothing_follows_is_answered_all_the_same(bench: Bench) ->
     assert bench.answers.pace.skipped == 0
     bench.answers.poll()
     assert len(bench.voltages) == before + 1
+
+
+@pytest.mark.ros
+def test_a_reset_of_the_plant_in_a_stall_is_noticed(bench: Bench) -> None:
+    """Later stamps than the last before the stall do not tell of it; those left out do."""
+    bench.run(0, 300)
+    bench.clock.now += 2.0
+    for k in range(300, 2300):
+        bench.take(k, 0.0, began=500 if k >= 500 else 0)
+    assert bench.controller._loop.restarts == 1
