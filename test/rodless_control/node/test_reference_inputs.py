@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from builtin_interfaces.msg import Duration
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
@@ -136,7 +137,10 @@ def reference_is(observer: Observer, references: list[Float64], value: float) ->
 
 
 def test_a_trajectory_is_followed(observer: Observer, rig: None) -> None:  # noqa: ARG001
-    """Every reference published lies on the trajectory; the carriage ends at its last point."""
+    """Every reference published lies on the trajectory; the carriage ends at its last point.
+
+    A busy machine may stop the controller for a while, which then leaves samples out.
+    """
     samples = observer.collect(JointState, "/joint_states")
     references = observer.collect(Float64, "/controller/reference")
     observer.more(references, 1)
@@ -154,8 +158,11 @@ def test_a_trajectory_is_followed(observer: Observer, rig: None) -> None:  # noq
     )
     seen = [message.data for message in references]
     first = next(k for k, value in enumerate(seen) if value != start) - 1
-    expected = [way.sample(k * PERIOD)[0] for k in range(200)]
-    assert seen[first : first + 200] == pytest.approx(expected, abs=1e-8)
+    expected = np.array([way.sample(k * PERIOD)[0] for k in range(201)])
+    followed = np.array(seen[first:])
+    assert np.abs(followed[:, np.newaxis] - expected).min(axis=1) == pytest.approx(0.0, abs=1e-8)
+    skipped = observer.counter("/controller", "samples skipped", fresh=True)
+    assert np.count_nonzero(followed != 0.03) >= 200 - skipped
 
 
 def test_a_refused_trajectory_is_counted_and_changes_nothing(
