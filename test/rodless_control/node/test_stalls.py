@@ -108,13 +108,14 @@ class Bench:
         self.answers._stalls = Stalls(lambda: INTERVAL, self.clock)
         self.voltages: list[float] = []
         self.answers._outbox.send = lambda _to, data: self.voltages.append(unpack_float64(data))
-        self._in_lockstep = in_lockstep
+        self.in_lockstep = in_lockstep
+        self.answers._plant_waits = lambda: in_lockstep
 
     def take(self, k: int, position: float, began: int = 0) -> None:
         """Give the sample of ``k`` ms, which was sent then, in a run that ``began`` then."""
         sent = 1000 * 10**9 + k * 10**6
         info = {"source_timestamp": sent, "received_timestamp": 0}
-        self.answers.take(Measurement((k - began) * 10**6, position), info, self._in_lockstep)
+        self.answers.take(Measurement((k - began) * 10**6, position), info)
 
     def run(self, first: int, last: int) -> None:
         """Give samples as they come, of a carriage that moves at 0.1 m/s."""
@@ -149,7 +150,7 @@ def test_the_first_answer_after_a_stall_is_that_of_a_law_that_saw_a_gap(bench: B
     for k in range(300, 2279):
         bench.take(k, 0.03)
     bench.take(2300, 0.0999)
-    if bench._in_lockstep:
+    if bench.in_lockstep:
         assert len(bench.voltages) == before + 1980
         return
     assert len(bench.voltages) == before + 1

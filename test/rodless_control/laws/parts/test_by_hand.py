@@ -170,13 +170,15 @@ class Straight(Bumpless):
         return memory._replace(drive=drive), 0.0
 
 
-def test_new_gains_jump_by_no_more_than_a_command_can() -> None:
-    """The offset takes up the difference of efforts, each no further than 10 V from neutral."""
+def test_new_gains_make_no_jump_of_the_command() -> None:
+    """The offset takes up the difference of efforts, from the 10 V where the command was open."""
     memory = Memory(KNOWN, Drive(0.0, 0.25, 0.0, 0.0), 0.0)
     for old, new, offset in (
         (1e4, 3e4, 0.25 - 2.0),
         (3e4, 1e4, 0.25 + 2.0),
-        (1e4, 9e9, 0.25 - (10.0 - 1.25)),
+        (1e4, 9e5, 0.25 - (90.25 - 1.25)),
+        (9e9, 1e4, 0.25 + (10.0 - 1.25)),
+        (9e9, 9e5, 0.25),
         (-9e9, 1e4, 0.25 - (1.25 + 10.0)),
     ):
         assert Straight(new).retuned(old, memory).drive.offset == pytest.approx(offset)
