@@ -238,8 +238,23 @@ class Cascade(Bumpless, CompiledLaw):
     KERNELS = Kernels(gains_of, begin, update)
     REACH = LARGEST_FORCE
 
+    def retuned(self, old: Gains, memory: Memory) -> Memory:
+        """Of another bore the same pressures are another force."""
+        told: Memory = super().retuned(old, memory)
+        share = self._wider(old)
+        return told._replace(force=Motion(*(share * part for part in told.force)))
+
     def rebased(self, old: Gains, memory: Memory) -> Known:
-        """Of another mass the same force explains another acceleration."""
+        """Of another mass the same force explains another acceleration, and so does another force.
+
+        Another bore makes one of the same pressures, another lag of the same rate.
+        """
         force = memory.force.position + old.pressure_lag * memory.force.velocity
-        change = force / self.gains.mass - force / old.mass
+        anew = memory.force.position + self.gains.pressure_lag * memory.force.velocity
+        change = self._wider(old) * anew / self.gains.mass - force / old.mass
         return following.explained_anew(memory.known, change)
+
+    def _wider(self, old: Gains) -> float:
+        """Return how many times as wide as before the piston is."""
+        wider: float = self.gains.model.piston_area / old.model.piston_area
+        return wider

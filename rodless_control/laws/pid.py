@@ -226,6 +226,7 @@ class Memory(NamedTuple):
     acceleration: float  # m/s², estimated by the fading-memory filter
     slow_error: float  # m, of the parking automaton
     parked: float  # 1, or 0
+    interval: float  # s, between the last two samples, 0 where there was only one
 
 
 class Command(NamedTuple):
@@ -338,7 +339,7 @@ def integrated(
 def begin(gains: Gains, measurement: Measurement) -> Memory:  # noqa: ARG001
     """Memory of a law that has seen the carriage at rest where it is."""
     position = bounded(measurement.position)
-    return Memory(0.0, position, 0.0, 0.0, position, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Memory(0.0, position, 0.0, 0.0, position, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -397,6 +398,7 @@ def update(
             motion.acceleration,
             automaton.slow_error,
             automaton.parked,
+            interval if interval > 0.0 else memory.interval,
         ),
         Command(voltage, error, p, integral + offset, d, feedforward),
     )
@@ -432,10 +434,25 @@ class Pid(CompiledLaw):
         new: Gains = self.gains
         rest = memory.integral + memory.offset
         before, after = (self._reactions(gains, memory) + rest for gains in (old, new))
-        if new.options.fading_memory != old.options.fading_memory:
-            # Where the low-pass has lagged to is no position to start from.
-            memory = memory._replace(filtered_position=memory.position)
+        memory = memory._replace(filtered_position=self._filtered_anew(old, memory))
         return memory._replace(offset=memory.offset + taken_up(before, after, VOLTAGE_REACH))
+
+    def _filtered_anew(self, old: Gains, memory: Memory) -> float:
+        """Return the position (m) from which the filter goes on with the velocity that it has.
+
+        That of a low-pass is what it lags by: left as it was, another bandwidth would read another
+        velocity in it, and the damping would jump one sample after the change.
+        """
+        new: Gains = self.gains
+        if new.options.fading_memory:
+            # Where the low-pass has lagged to is no position to start from.
+            return memory.filtered_position if old.options.fading_memory else memory.position
+        same = new.filter_bandwidth == old.filter_bandwidth and not old.options.fading_memory
+        if same or memory.interval <= 0.0:
+            return memory.filtered_position
+        turn = new.filter_bandwidth * memory.interval
+        lag = memory.filtered_velocity * memory.interval * math.exp(-turn) / -math.expm1(-turn)
+        return memory.position - lag
 
     @staticmethod
     def _reactions(gains: Gains, memory: Memory) -> float:

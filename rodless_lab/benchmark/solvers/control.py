@@ -51,6 +51,7 @@ def control_of(gains: Gains) -> Callable[[Array, Array, Array, float], float]:
                 memory[8],
                 memory[9],
                 memory[10],
+                memory[11],
             )
         after, command = update(
             gains, before, measurement, ReferencePoint(wanted[0], wanted[1]), interval

@@ -163,6 +163,29 @@ def test_another_mass_moves_no_effort_of_a_cascade_that_follows(value: float) ->
     assert efforts[600:] == pytest.approx([efforts[599]] * 400, abs=0.5)
 
 
+@pytest.mark.parametrize("value", [0.0125, 0.05])
+def test_another_bore_moves_the_effort_of_a_cascade_at_its_pace(value: float) -> None:
+    """At a steady speed a share of the force is demanded, of another bore that of another force.
+
+    The effort goes there with the tracking time, a straight exponential. Left to the filters, the
+    force of twice the bore was found out within 10 ms, and was a jump of 110 N by then.
+    """
+    law = Cascade()
+    efforts = []
+    for k in range(1000):
+        if k == 600:
+            law.configure(law.parameters.with_values({"cascade.bore": value}))
+        place = 0.02 + 0.1e-3 * k
+        sample = Measurement(k * 1_000_000, place, 5.6e5, 4e5, 6.2e5)
+        command = law.update(sample, ReferencePoint(place, 0.1), 1e-3 if k else 0.0)
+        efforts.append(command.demanded_force)
+    rejection = law.parameters.number("cascade.rejection")
+    more = rejection * 1.6e5 * math.pi / 4.0 * (value**2 - 0.025**2)
+    tracking = law.parameters.number("cascade.tracking_time")
+    expected = [efforts[599] + more * -math.expm1(-1e-3 * k / tracking) for k in range(1, 401)]
+    assert efforts[600:] == pytest.approx(expected, abs=0.5)
+
+
 @pytest.mark.parametrize("value", [3.0, 12.0])
 def test_another_input_gain_moves_no_effort_of_adrc_that_has_arrived(value: float) -> None:
     """Without an error the effort is what holds the disturbance, whatever a volt is taken to make.

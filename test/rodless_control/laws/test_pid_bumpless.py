@@ -124,6 +124,36 @@ def test_a_change_in_mid_move_does_not_keep_the_carriage_off_its_target(preset: 
     assert abs(rig.state.position - 0.058) < 2e-4
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"controller.filter_bandwidth": 5.0},
+        {"controller.filter_bandwidth": 100.0},
+        {"controller.filter_bandwidth": 5000.0},
+        {"controller.filter_bandwidth": 100.0, "controller.kp": 1600.0},
+        {"controller.filter": "fading_memory"},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("back", [False, True], ids=["there", "back"])
+def test_another_filter_reads_the_same_speed(change: dict[str, float | str], back: bool) -> None:
+    """At a steady 0.1 m/s every filter has that for the velocity: the damping stays at 6 V.
+
+    A low-pass lags by what its bandwidth and the speed make. Another bandwidth would read another
+    speed in that at the next sample: with 100 rad/s in place of 50, 12 V of damping and not 6.
+    """
+    there, other = PidParameters(), PidParameters(change)
+    pid = Pid(other if back else there)
+    for k in range(8000):
+        if k == 7000:
+            pid.configure(there if back else other)
+        place = 0.1e-3 * k
+        sample = Measurement(k * 1_000_000, place), ReferencePoint(place + 1e-4, 0.1)
+        command = pid.update(*sample, 1e-3 if k else 0.0)
+        if k >= 7000:
+            assert command.d == pytest.approx(-6.0, rel=1e-9)
+
+
 def test_changes_that_cancel_leave_no_trace() -> None:
     """There and back within one sample, the controller goes on as if nothing had been."""
     (pid, sample), (untouched, _) = running(), running()
