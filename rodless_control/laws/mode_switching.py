@@ -179,12 +179,19 @@ class ModeSwitching(CompiledLaw):
         )
 
     def retuned(self, old: Gains, memory: Memory) -> Memory:
-        """Let each law take up the jump that its new gains would make."""
+        """Let the law whose turn it is take up the jump that its new gains would make.
+
+        The other moves no command: what it took up would be a jump as its turn begins.
+        """
         self._positioning.gains = self.gains.positioning
         self._following.gains = self.gains.following
+        positioned, followed = memory.positioning, memory.following
+        there = self._positioning.retuned(old.positioning, positioned)
+        along = self._following.retuned(old.following, followed)
         rested = memory.rest >= old.rest_time
-        return Memory(
-            self._positioning.retuned(old.positioning, memory.positioning),
-            self._following.retuned(old.following, memory.following),
-            self.gains.rest_time if rested else memory.rest,
-        )
+        if rested and positioned.reference_velocity == 0.0:
+            drive = along.drive._replace(offset=followed.drive.offset)
+            along = along._replace(drive=drive)
+        else:
+            there = there._replace(offset=positioned.offset)
+        return Memory(there, along, self.gains.rest_time if rested else memory.rest)

@@ -136,7 +136,7 @@ def test_no_finite_input_leaves_the_limits(rest_time: float) -> None:
 
 @pytest.mark.parametrize("at", [60, 120, 180], ids=["following", "soon at rest", "at rest"])
 def test_new_gains_make_no_jump(at: int) -> None:
-    """Evaluated again at the same instant both laws give the voltages they gave before."""
+    """Evaluated again at the same instant the law whose turn it is gives the voltage of before."""
     law = ModeSwitching()
     answers(law, at)
     before = law.update(*sample(at - 1), 0.0)
@@ -146,9 +146,42 @@ def test_new_gains_make_no_jump(at: int) -> None:
         "mode_switching.rest_time": 0.5,
     }
     law.configure(law.parameters.with_values(changes))
-    assert list(law.update(*sample(at - 1), 0.0)) == pytest.approx(list(before), abs=1e-9)
+    after = law.update(*sample(at - 1), 0.0)
+    in_turn = "following_voltage" if before.following else "positioning_voltage"
+    for term in ("voltage", "error", "following", in_turn):
+        assert getattr(after, term) == pytest.approx(getattr(before, term), abs=1e-9)
     fresh = ModeSwitching(changes)
     assert law.gains == fresh.gains
+
+
+@pytest.mark.parametrize(
+    ("at", "change"),
+    [(80, {"controller.kd": 200.0}), (190, {"cascade.static_friction": 40.0})],
+    ids=["following", "at rest"],
+)
+def test_new_gains_of_the_other_law_leave_nothing_for_its_turn(
+    at: int, change: dict[str, float]
+) -> None:
+    """As its turn comes the law answers as if it had had them all along, within 1 mV.
+
+    It moved no command when it got them; what it took up then was a jump as its turn began, of
+    1.3 V for the PID's damping and 1 V for the cascade's friction.
+    """
+    law, all_along = ModeSwitching(), ModeSwitching(change)
+    turns = set()
+    for k in range(300):
+        if k == at:
+            law.configure(law.parameters.with_values(change))
+        measurement, reference = sample(k)
+        if k >= 230:
+            reference = reference._replace(velocity=0.01)
+        interval = INTERVAL if k else 0.0
+        found = law.update(measurement, reference, interval)
+        expected = all_along.update(measurement, reference, interval)
+        if k > at and found.following != (at == 80):
+            turns.add(k)
+            assert found.voltage == pytest.approx(expected.voltage, abs=1e-3)
+    assert len(turns) >= 30
 
 
 @pytest.mark.parametrize("velocity", [0.0, 0.01], ids=["at rest", "following"])
