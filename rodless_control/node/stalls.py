@@ -52,13 +52,18 @@ class Stalls:
             self.lasted = stood
             self._end, self._until = now + self._offset, now + LONGEST
 
+    @property
+    def is_recent(self) -> bool:
+        """Whether samples from before the end of a stall may still come."""
+        return self._alive < self._until
+
     def was_passed(self, sent: float) -> bool:
         """Tell whether a newer sample waits behind one that was ``sent`` (s) before a stall ended.
 
         Where its sender sends none by the clock, that is wrong.
         """
         self.poll()
-        if self._alive < self._until and self._end - sent > max(self._interval(), YOUNG):
+        if self.is_recent and self._end - sent > max(self._interval(), YOUNG):
             return True
         self._until = 0.0
         self._offset = sent - self._alive

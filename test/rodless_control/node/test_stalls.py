@@ -183,6 +183,48 @@ def test_a_sample_that_nothing_follows_is_answered_all_the_same(bench: Bench) ->
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize("comes", [True, False])
+def test_of_a_sender_that_sends_on_no_old_sample_is_answered(bench: Bench, comes: bool) -> None:
+    """The middleware was stopped too: it may bring some old samples, and the others much later.
+
+    Half a second later here. Where none comes any more, the last one is answered in the end.
+    """
+    bench.run(0, 300)
+    bench.clock.now += 2.0
+    before = len(bench.voltages)
+    for k in range(300, 304):
+        bench.take(k, 0.0)
+    for _ in range(25):
+        bench.clock.now += WATCH_PERIOD
+        bench.answers.poll()
+    if bench.in_lockstep:
+        assert len(bench.voltages) == before + 4
+        return
+    assert len(bench.voltages) == before
+    if comes:
+        bench.take(2800, 0.0999)
+    else:
+        for _ in range(round(LONGEST / WATCH_PERIOD)):
+            bench.clock.now += WATCH_PERIOD
+            bench.answers.poll()
+    assert len(bench.voltages) == before + 1
+    assert bench.answers.pace.skipped == (4 if comes else 3)
+
+
+@pytest.mark.ros
+def test_a_sample_that_waits_is_answered_after_a_reset_too(bench: Bench) -> None:
+    """Its sender, which waits for that, would stand for good."""
+    bench.run(0, 300)
+    before = len(bench.voltages)
+    bench.clock.now += 2.0
+    bench.take(300, 0.05)
+    bench.answers.reset()
+    bench.answers.poll()
+    bench.answers.poll()
+    assert len(bench.voltages) == before + 1
+
+
+@pytest.mark.ros
 def test_a_reset_of_the_plant_in_a_stall_is_noticed(bench: Bench) -> None:
     """Later stamps than the last before the stall do not tell of it; those left out do."""
     bench.run(0, 300)
