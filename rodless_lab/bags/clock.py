@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 
-# Clock messages remembered, to date messages that arrive late.
-_REMEMBERED = 10_000
+# Clock messages remembered, to date messages that arrive late: at 1 kHz twice as long as a busy
+# machine takes for ``POLLS``, for which those of a rig without a clock wait.
+_REMEMBERED = 30_000
 
 # How many polls a message waits for a clock message. One that was lost on the way and is sent
 # again comes seconds late, and all after it with it.

@@ -256,6 +256,21 @@ def test_a_rig_without_a_clock_has_the_bags_time() -> None:
     assert times(clock.put(arrival("command", 150, clock_of="right"))) == [("command", 0)]
 
 
+def test_what_has_waited_for_a_clock_that_nobody_tells_is_dated_right() -> None:
+    """Also where the machine polls every 0.15 s instead of 0.1, and whenever the rig began."""
+    clock = BagClock()
+    began = 50_000
+    dated = []
+    for k in range(began + 20_000):
+        dated += clock.put(arrival("clock", 100 * k, clock=k))
+        if k % 1000 == 0 and k >= began:
+            dated += clock.put(arrival("command", 100 * k + 50, clock_of="right"))
+        if k % 150 == 0:
+            dated += clock.poll()
+    commands = [time for topic, time in times(dated) if topic == "command"]
+    assert commands == [began + 1000 * k for k in range(20)]
+
+
 def test_the_clock_of_one_of_several_rigs_makes_no_plant_time_of_a_bag() -> None:
     """Without /clock nothing dates what is of no rig: all of the bag is in wall time."""
     clock = BagClock()
