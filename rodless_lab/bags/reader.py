@@ -11,6 +11,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -123,6 +124,18 @@ class TopicMessages(Columns):
             raise BagError(f"{self.topic.name}: {self.topic.type_name} has no header")
         times = [stamp_nanoseconds(message.header.stamp) for message in self.messages]
         return np.array(times, dtype=np.int64)
+
+    @cached_property
+    def repeated(self) -> npt.NDArray[np.bool_]:
+        """Which messages are the one before to the byte, as a lock-step plant repeats them.
+
+        None where there are no stamps: a reading may well be that of before. Raises as
+        :attr:`stamp_time`.
+        """
+        if not self.stamp_time.any():
+            return np.zeros(len(self), dtype=np.bool_)
+        same = [one == before for before, one in pairwise(self.payloads)]
+        return np.array([False, *same], dtype=np.bool_)
 
     @property
     def stamp(self) -> npt.NDArray[np.float64]:

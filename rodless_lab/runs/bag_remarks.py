@@ -9,7 +9,6 @@
 """What is odd about a bag that can be read all the same, one line each."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -78,18 +77,7 @@ def _share_of_stamps_again(messages: TopicMessages) -> float:
     stamps = messages.stamp_time
     if len(stamps) < 2 or not stamps.any():
         return 0.0
-    return float(np.mean((np.diff(stamps) == 0) & ~repeated(messages)[1:]))
-
-
-def repeated(messages: TopicMessages) -> npt.NDArray[np.bool_]:
-    """Return which messages are the one before to the byte, as a lock-step plant repeats them.
-
-    None where there are no stamps: a reading may well be that of before.
-    """
-    if not messages.stamp_time.any():
-        return np.zeros(len(messages), dtype=np.bool_)
-    same = [one == before for before, one in pairwise(messages.payloads)]
-    return np.array([False, *same][: len(messages)], dtype=np.bool_)
+    return float(np.mean((np.diff(stamps) == 0) & ~messages.repeated[1:]))
 
 
 def far_apart(bag: Path, positions: TopicMessages, others: Sequence[TopicMessages]) -> str:

@@ -32,7 +32,6 @@ from rodless_lab.runs.bag_remarks import (
     far_apart,
     namespaces_with,
     other_rigs,
-    repeated,
     set_points_left_out,
     several_senders,
     two_clocks,
@@ -323,7 +322,7 @@ def _held(bag: Bag, namespace: str, origin: int = 0) -> tuple[Array, Array] | No
 
 def _once(messages: TopicMessages, stamps: Array, values: Array) -> tuple[Array, Array]:
     """Leave out what a lock-step plant has offered again: it is nothing new."""
-    new = ~repeated(messages)
+    new = ~messages.repeated
     return stamps[new], values[new]
 
 

@@ -143,6 +143,24 @@ def test_the_limits_are_those_of_the_parameters(name: str) -> None:
         assert command.voltage == expected
 
 
+def steady_commands(
+    law: CompiledLaw, change: dict[str, float], pressure_a: float, ahead: float = 0.0
+) -> list[Any]:
+    """Commands to a carriage at 0.1 m/s that is where it should be, with a ``change`` after 0.6 s.
+
+    The reference is ``ahead`` (m) of it for the first 50 ms; ``pressure_a`` in Pa, 4 bar in B.
+    """
+    commands = []
+    for k in range(1000):
+        if k == 600:
+            law.configure(law.parameters.with_values(change))
+        place = 0.02 + 0.1e-3 * k
+        sample = Measurement(k * 1_000_000, place, pressure_a, 4e5, 6.2e5)
+        reference = ReferencePoint(place + (ahead if k < 50 else 0.0), 0.1)
+        commands.append(law.update(sample, reference, 1e-3 if k else 0.0))
+    return commands
+
+
 @pytest.mark.parametrize("value", [0.7, 2.8])
 def test_another_mass_moves_no_effort_of_a_cascade_that_follows(value: float) -> None:
     """At a steady speed all of the force is friction, whatever the mass: the effort stays.
@@ -151,14 +169,8 @@ def test_another_mass_moves_no_effort_of_a_cascade_that_follows(value: float) ->
     within some 10 ms, and the offset that has hidden it would be a jump of 30 N by then.
     """
     law = Cascade()
-    efforts = []
-    for k in range(1000):
-        if k == 600:
-            law.configure(law.parameters.with_values({"cascade.mass": value}))
-        place = 0.02 + 0.1e-3 * k
-        sample = Measurement(k * 1_000_000, place, 5.6e5, 4e5, 6.2e5)
-        command = law.update(sample, ReferencePoint(place, 0.1), 1e-3 if k else 0.0)
-        efforts.append(command.demanded_force)
+    commands = steady_commands(law, {"cascade.mass": value}, pressure_a=5.6e5)
+    efforts = [command.demanded_force for command in commands]
     assert efforts[599] > 50.0
     assert efforts[600:] == pytest.approx([efforts[599]] * 400, abs=0.5)
 
@@ -171,14 +183,8 @@ def test_another_bore_moves_the_effort_of_a_cascade_at_its_pace(value: float) ->
     force of twice the bore was found out within 10 ms, and was a jump of 110 N by then.
     """
     law = Cascade()
-    efforts = []
-    for k in range(1000):
-        if k == 600:
-            law.configure(law.parameters.with_values({"cascade.bore": value}))
-        place = 0.02 + 0.1e-3 * k
-        sample = Measurement(k * 1_000_000, place, 5.6e5, 4e5, 6.2e5)
-        command = law.update(sample, ReferencePoint(place, 0.1), 1e-3 if k else 0.0)
-        efforts.append(command.demanded_force)
+    commands = steady_commands(law, {"cascade.bore": value}, pressure_a=5.6e5)
+    efforts = [command.demanded_force for command in commands]
     rejection = law.parameters.number("cascade.rejection")
     more = rejection * 1.6e5 * math.pi / 4.0 * (value**2 - 0.025**2)
     tracking = law.parameters.number("cascade.tracking_time")
@@ -192,16 +198,8 @@ def test_another_input_gain_moves_no_effort_of_adrc_that_has_arrived(value: floa
 
     It has one here from an error of the first 50 ms.
     """
-    law = Adrc()
-    efforts = []
-    for k in range(1000):
-        if k == 600:
-            law.configure(law.parameters.with_values({"adrc.input_gain": value}))
-        place = 0.02 + 0.1e-3 * k
-        ahead = 1e-5 if k < 50 else 0.0
-        reference = ReferencePoint(place + ahead, 0.1)
-        sample = Measurement(k * 1_000_000, place, 4e5, 4e5, 6.2e5)
-        efforts.append(law.update(sample, reference, 1e-3 if k else 0.0).effort)
+    commands = steady_commands(Adrc(), {"adrc.input_gain": value}, pressure_a=4e5, ahead=1e-5)
+    efforts = [command.effort for command in commands]
     assert 0.05 < abs(efforts[599]) < 5.0
     assert efforts[600:] == pytest.approx([efforts[599]] * 400, rel=0.02)
 

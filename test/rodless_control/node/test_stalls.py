@@ -123,6 +123,12 @@ class Bench:
             self.clock.now = 50.0 + k * 1e-3
             self.take(k, 1e-4 * k)
 
+    def stall(self) -> int:
+        """Give samples for 0.3 s, and stand still for two; return how many were answered."""
+        self.run(0, 300)
+        self.clock.now += 2.0
+        return len(self.voltages)
+
     def news(self) -> str | None:
         """Return what the node has to say of samples skipped."""
         return self.answers.pace.news("law Pid")
@@ -144,9 +150,7 @@ def bench(observer: Observer, request: pytest.FixtureRequest) -> Iterator[Bench]
 @pytest.mark.ros
 def test_the_first_answer_after_a_stall_is_that_of_a_law_that_saw_a_gap(bench: Bench) -> None:
     """Two seconds' worth of samples get none in real time; in lock-step none is left out."""
-    bench.run(0, 300)
-    bench.clock.now += 2.0
-    before = len(bench.voltages)
+    before = bench.stall()
     for k in range(300, 2279):
         bench.take(k, 0.03)
     bench.take(2300, 0.0999)
@@ -170,9 +174,7 @@ def test_the_first_answer_after_a_stall_is_that_of_a_law_that_saw_a_gap(bench: B
 @pytest.mark.ros
 def test_a_sample_that_nothing_follows_is_answered_all_the_same(bench: Bench) -> None:
     """Its sender may wait for that, or be paused: one poll later there is no newer one."""
-    bench.run(0, 300)
-    before = len(bench.voltages)
-    bench.clock.now += 2.0
+    before = bench.stall()
     bench.take(300, 0.05)
     bench.answers.poll()
     bench.answers.poll()
@@ -189,9 +191,7 @@ def test_of_a_sender_that_sends_on_no_old_sample_is_answered(bench: Bench, comes
 
     Half a second later here. Where none comes any more, the last one is answered in the end.
     """
-    bench.run(0, 300)
-    bench.clock.now += 2.0
-    before = len(bench.voltages)
+    before = bench.stall()
     for k in range(300, 304):
         bench.take(k, 0.0)
     for _ in range(25):
@@ -214,9 +214,7 @@ def test_of_a_sender_that_sends_on_no_old_sample_is_answered(bench: Bench, comes
 @pytest.mark.ros
 def test_a_sample_that_waits_is_answered_after_a_reset_too(bench: Bench) -> None:
     """Its sender, which waits for that, would stand for good."""
-    bench.run(0, 300)
-    before = len(bench.voltages)
-    bench.clock.now += 2.0
+    before = bench.stall()
     bench.take(300, 0.05)
     bench.answers.reset()
     bench.answers.poll()
@@ -227,8 +225,7 @@ def test_a_sample_that_waits_is_answered_after_a_reset_too(bench: Bench) -> None
 @pytest.mark.ros
 def test_a_reset_of_the_plant_in_a_stall_is_noticed(bench: Bench) -> None:
     """Later stamps than the last before the stall do not tell of it; those left out do."""
-    bench.run(0, 300)
-    bench.clock.now += 2.0
+    bench.stall()
     for k in range(300, 2300):
         bench.take(k, 0.0, began=500 if k >= 500 else 0)
     assert bench.controller._loop.restarts == 1
