@@ -63,7 +63,7 @@ PARAMETERS = declare(
         "time.duration",
         0.0,
         "s",
-        "plant time at which the run ends and the plant holds; 0 for never",
+        "plant time at which the run ends, with the first sample from then on; 0 for never",
         "interface",
         0.0,
         1e6,

@@ -123,14 +123,14 @@ class RigSession(PlantTime, Controls, Faults):
     ) -> None:
         """Prepare a session; nothing starts yet.
 
-        ``plant`` are parameters on top of ``preset``. ``controller`` are those of the PID node,
-        or the command line of a controller of your own, or None: the test itself sends the
-        voltages. The run ends at plant time ``duration`` (s; 0: never). With ``one_process``
-        plant and PID share a process; with ``telemetry`` the terms of its law are received; with
-        ``relay_commands`` commands pass through the test, which can lose or change them; with
-        ``paused`` the plant holds at sample 0. The plant follows ``scenario``, a file or the name
-        of one of the package. Where the controller's law fails, the valve closes, and the wait that
-        hears of it or the end of the block raises :class:`LawFailedError`, unless
+        ``plant`` are parameters on top of ``preset``. ``controller`` are those of the PID node, or
+        the command line of a controller of your own, or None: the test itself sends the voltages.
+        The run ends with the first sample from ``duration`` on (plant time, s; 0: never). With
+        ``one_process`` plant and PID share a process; with ``telemetry`` the terms of its law are
+        received; with ``relay_commands`` commands pass through the test, which can lose or change
+        them; with ``paused`` the plant holds at sample 0. The plant follows ``scenario``, a file or
+        the name of one of the package. Where the controller's law fails, the valve closes, and the
+        wait that hears of it or the end of the block raises :class:`LawFailedError`, unless
         ``law_may_fail``. ``check`` is called over and over in every wait, and ends it by an
         exception. ``environment`` is added for the nodes, and what they print goes to files in
         ``output`` (default: a temporary folder). All that the plant publishes, commands, set-points

@@ -123,7 +123,7 @@ class Study:
     @property
     def numbers(self) -> int:
         """How many numbers the traces of a row have."""
-        samples = int(self.base.duration / self.base.period) + 1
+        samples = round(self.base.last / self.base.period) + 1
         return len(self.trace_columns) * (samples // self.trace_every + 1)
 
     def unit(self, axis: Dimension) -> str:

@@ -97,7 +97,7 @@ def flow_coefficient_printed(valve: Valve, spool_displacement: float) -> float:
 
 @kernel
 def gap_printed(conductance: float, pressure_1: float, pressure_2: float) -> Flow:
-    """Flow of eqs. (15), (16), (21), (22) as printed: density of side 2."""
+    """Flow of eqs. (15), (16), (21), (22) as printed, with the density of side 2 either way."""
     double = 2.0 * conductance
     return Flow(
         double * pressure_2 * (pressure_1 - pressure_2),
@@ -132,5 +132,5 @@ def gap(
     pressure_1: float,
     pressure_2: float,
 ) -> Flow:
-    """Flow through the gap of an edge, its density that of side 2."""
+    """Flow through the gap of an edge, its density that of side 2 whichever way it flows."""
     return gap_printed(edge.gap, pressure_1, pressure_2)
