@@ -82,15 +82,18 @@ def parameters_for(
     return _parameters_of(_sections(path), node, foreign, namespace)
 
 
-def nothing_for_rig(sections: Sequence[str], namespace: str | None) -> str:
+def _nothing_for_rig(sections: Sequence[str], namespace: str | None) -> str:
     """Say that none of a file's sections is for a node of the rig in ``namespace``."""
     where = "" if namespace is None else f" of namespace {namespace or '/'}"
     return f"no section is for the plant or controller{where}; it has {listed(sections) or 'none'}"
 
 
-def check_for_one_rig(path: str | Path) -> None:
-    """Raise ValueError for a file that has nothing for a rig, or for nodes of several."""
-    _check_for_one_rig(section_names(path), GROUPS, None)
+def check_for_one_rig(path: str | Path, namespace: str | None = None) -> None:
+    """Raise ValueError for a file without a section for a rig, that in ``namespace`` where given.
+
+    Without, for one with sections for several rigs, too.
+    """
+    _check_for_one_rig(section_names(path), GROUPS, namespace)
 
 
 def _check_for_one_rig(
@@ -99,7 +102,7 @@ def _check_for_one_rig(
     """Raise ValueError for a file that has nothing for a rig, or for ``nodes`` of several."""
     for_rig = [section for section in sections if _is_for(section, GROUPS)]
     if not any(_is_in(section, namespace) for section in for_rig):
-        raise ValueError(nothing_for_rig(sections, namespace))
+        raise ValueError(_nothing_for_rig(sections, namespace))
     own = [section for section in for_rig if _is_for(section, nodes)]
     of_one = next((section for section in own if _names_one_rig(section)), None)
     if namespace is None and of_one is not None:

@@ -13,11 +13,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rodless_base.parameter_file import (
+    check_for_one_rig,
     is_of_rclpy,
-    nothing_for_rig,
     parameters_for,
     read_parameter_file,
-    section_names,
 )
 from rodless_base.parameters import ParameterSet, errors_of_file
 from rodless_control import ControllerParameters
@@ -34,13 +33,11 @@ def own_parameters(path: Path, namespace: str) -> dict[str, dict[str, object]]:
     ``RigParameters.from_file``. Raises ParameterError for a file that is none, or is for others.
     """
     with errors_of_file(path):
-        found = {
+        check_for_one_rig(path, namespace)
+        return {
             kind.NODE: parameters_for(path, kind.NODE, kind.foreign, namespace)
             for kind in (RigParameters, ControllerParameters)
         }
-        if not any(found.values()):
-            raise ValueError(nothing_for_rig(section_names(path), namespace))
-    return found
 
 
 def reference_maximum(stroke: float, of_file: Mapping[str, Mapping[str, object]]) -> object:

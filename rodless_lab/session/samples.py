@@ -39,7 +39,8 @@ SET_BACK = (
 
 LOST = (
     "samples were lost on their way: did the test compute for long, or was it held, without "
-    "letting the session run? Or does somebody else publish on the plant's topics?"
+    "letting the session run, or is the machine too busy? Or does somebody else publish on the "
+    "plant's topics?"
 )
 
 

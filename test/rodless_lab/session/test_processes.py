@@ -309,6 +309,14 @@ def test_a_file_that_would_change_nothing_or_be_misread_is_refused(
         own_parameters(path, "/left")
 
 
+def test_a_section_in_which_nothing_is_set_is_one_all_the_same(tmp_path: Path) -> None:
+    """As where all its lines are commented out: the rig is that of the preset, as in Python."""
+    path = tmp_path / "mine.yaml"
+    path.write_text("plant:\n  ros__parameters:\n    # supply.pressure: 5.0e+5\n", "utf-8")
+    assert own_parameters(path, "/left") == {"plant": {}, "controller": {}}
+    assert RigParameters.from_file(path) == RigParameters()
+
+
 def test_a_file_means_the_same_to_the_nodes_and_to_python(tmp_path: Path) -> None:
     """Of sections that all apply the last one wins, and ROS's own parameters are passed on."""
     path = tmp_path / "mine.yaml"
