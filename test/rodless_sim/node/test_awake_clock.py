@@ -60,6 +60,46 @@ def test_a_plant_that_was_stopped_blames_nobody() -> None:
     assert samples == [0, 0]
 
 
+class Stopwatch:
+    """A running clock, and how often it has asked for the processor time."""
+
+    def __init__(self) -> None:
+        self.wall = self.used = self.looks = 0
+        self.clock = RunningClock(lambda: self.wall, self._look)
+
+    def _look(self) -> int:
+        self.looks += 1
+        return self.used
+
+    def silence(self, lasted: int, used: int) -> int:
+        """Read again after ``lasted`` ns, ``used`` of them by this process; return what counts."""
+        before = self.clock()
+        self.wall += lasted
+        self.used += used
+        return self.clock() - before
+
+
+def test_the_processor_time_is_looked_at_ten_times_a_second() -> None:
+    """However often the clock is read: that costs more than to read a clock."""
+    watch = Stopwatch()
+    for _ in range(1000):
+        watch.silence(PERIOD, 0)
+    assert watch.clock() == SECOND
+    assert watch.looks == pytest.approx(1.0 / LOOK, abs=1.1)
+
+
+@pytest.mark.parametrize(
+    ("lasted", "share", "counts"),
+    [(STALL, 0.0, True), (STALL + 1e-9, 0.0, False), (1.0, 0.5, True), (1.0, 0.49, False)],
+)
+def test_a_stop_is_longer_than_a_stall_and_leaves_half_the_processor_unused(
+    lasted: float, share: float, counts: bool
+) -> None:
+    """What counts is counted to the nanosecond, and what does not leaves nothing."""
+    span = round(lasted * SECOND)
+    assert Stopwatch().silence(span, round(share * span)) == counts * span
+
+
 class Machine:
     """A wall clock, processor time, and a plant of two threads that go by them."""
 

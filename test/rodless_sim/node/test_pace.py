@@ -82,6 +82,18 @@ def test_a_plant_at_87_per_cent_lags_by_what_is_missing(speed: float) -> None:
         assert pace.falls_behind is True
 
 
+def test_a_plant_at_97_per_cent_lags_but_does_not_fall_behind() -> None:
+    """What is missing adds up and is shown; there is a warning below ``ENOUGH`` alone."""
+    plant = Plant()
+    plant.run(1.0, 0.97)
+    plant.meter.report()
+    plant.run(1.0, 0.97)
+    pace = plant.meter.report()
+    assert pace.lag == pytest.approx(0.06 - 1e-3, abs=1.1e-3)
+    assert pace.falls_behind is False
+    assert plant.meter.report().speed_factor == 0.0, "no time has passed since"
+
+
 def test_a_long_period_is_no_lag() -> None:
     """A plant with one sample in 100 s of wall clock does not fall behind in between."""
     wall = [0]
