@@ -290,9 +290,10 @@ def _refuse_lost_message(record: Record, first: int, last: int) -> None:
 
 
 def _is_summary_whole(content: mmap.mmap, start: int) -> bool:
-    """Whether the footer stands where it must, and its checksum, if any, is that of a summary.
+    """Whether the footer stands where it must, and its checksum is that of a summary.
 
-    The summary begins at offset ``start``; a footer without one says 0.
+    Without a checksum, whether one record follows another up to the footer. The summary begins at
+    offset ``start``; a footer without one says 0.
     """
     place = len(content) - len(MAGIC) - _FOOTER.size
     if place < start:
@@ -301,7 +302,7 @@ def _is_summary_whole(content: mmap.mmap, start: int) -> bool:
     if (opcode, length) != (Opcode.FOOTER, FOOTER_LENGTH) or begin not in (0, start):
         return False
     if not wanted:
-        return True
+        return any(record.start == place for record in records(content, start))
     end = place + _FOOTER.size - _CHECKSUM.size
     with memoryview(content) as whole, whole[start if begin else place : end] as summary:
         return bool(zlib.crc32(summary) == wanted)

@@ -727,6 +727,32 @@ def test_a_damaged_summary_is_told_and_made_anew(tmp_path: Path) -> None:
     assert recovered > 30
 
 
+def test_a_summary_without_a_checksum_is_made_anew_where_bytes_of_it_are_gone(
+    tmp_path: Path,
+) -> None:
+    """Other readers go by the lengths in it: recovery had said that all was well, and left it."""
+    content = by_another(20, enable_crcs=False)
+    file = tmp_path / "bag_0.mcap"
+    file.write_bytes(content)
+    assert read_bag(tmp_path).complete
+    (behind,) = heads(content)[Opcode.DATA_END]
+    (footer,) = heads(content)[Opcode.FOOTER]
+    recovered = 0
+    for place in range(behind + struct.calcsize("<BQI"), footer - 16, 16):
+        (tmp_path / "metadata.yaml").unlink(missing_ok=True)
+        file.write_bytes(content[:place] + content[place + 16 :])
+        with pytest.raises(BagError) as refused:
+            read_bag(tmp_path)
+        if "holds 20 messages, its statistics" in str(refused.value):
+            continue
+        assert "has a damaged summary behind its messages; 20 messages can be" in str(refused.value)
+        recovered += 1
+        assert recover_bag(tmp_path) == 20
+        with file.open("rb") as opened:
+            assert sum(1 for _ in make_reader(opened).iter_messages()) == 20
+    assert recovered > 10
+
+
 def test_a_closed_file_without_an_end_of_its_data_is_damaged(tmp_path: Path) -> None:
     """Each length in it is right, and nothing is cut off."""
     (tmp_path / "bag_0.mcap").write_bytes(MAGIC + MAGIC)
