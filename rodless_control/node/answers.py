@@ -101,10 +101,13 @@ class Answers:
         self.stamp = measurement.stamp
         self._pass_over()
         sent = info["source_timestamp"] * SECONDS_PER_NANOSECOND
+        self.pace.see(sent)
         may_skip = self.enabled and not self._plant_waits()
         if self._stalls.was_passed(sent) and may_skip:
             self._passed, self._waited_for_newer = measurement, False
-        elif not (may_skip and self._must_skip(info)):
+        elif may_skip and self._must_skip(info):
+            self._loop.leave_out(measurement.stamp)
+        else:
             self._give_answer(measurement)
 
     def _pass_over(self) -> None:
@@ -145,13 +148,10 @@ class Answers:
         self.close_valve()
 
     def _must_skip(self, info: Info) -> bool:
-        sent = info["source_timestamp"]
         # Some middlewares do not tell when a message was received.
-        received = info["received_timestamp"] or sent
+        received = info["received_timestamp"] or info["source_timestamp"]
         return self.pace.must_skip(
-            sent * SECONDS_PER_NANOSECOND,
-            received * SECONDS_PER_NANOSECOND,
-            time_ns() * SECONDS_PER_NANOSECOND,
+            received * SECONDS_PER_NANOSECOND, time_ns() * SECONDS_PER_NANOSECOND
         )
 
     def _answer(self, measurement: Measurement) -> Output | None:

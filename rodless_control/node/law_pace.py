@@ -41,18 +41,20 @@ class LawPace:
         # s that the controller stood still, likewise.
         self._stood = self._stood_before = 0.0
 
-    def must_skip(self, sent: float, received: float, now: float) -> bool:
-        """Tell whether to leave out a sample, because newer ones wait behind it.
+    def see(self, sent: float) -> None:
+        """Take note of a sample, answered or not, that was published at ``sent`` (s).
 
-        Parameters
-        ----------
-        sent, received, now
-            When it was published, when it arrived, and when its turn comes, in s. The first may be
-            of another machine's clock.
+        That may be of another machine's clock.
         """
         if self._sent is not None and sent > self._sent:
             self._intervals.append(sent - self._sent)
         self._sent = sent
+
+    def must_skip(self, received: float, now: float) -> bool:
+        """Tell whether to leave out a sample, because newer ones wait behind it.
+
+        It has arrived at ``received``, and its turn comes ``now``, both in s.
+        """
         waited = now - received
         self._behind = self._behind or self._is_backlog(waited, now)
         skip = self._behind and waited > self.interval

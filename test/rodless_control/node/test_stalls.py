@@ -172,6 +172,21 @@ def test_the_first_answer_after_a_stall_is_that_of_a_law_that_saw_a_gap(bench: B
 
 
 @pytest.mark.ros
+def test_what_samples_are_apart_is_told_by_those_left_out_too(bench: Bench) -> None:
+    """A law of half a second stands still for each sample that it answers, and passes all others.
+
+    By those alone the samples would seem to be half a second apart: that was said, and one as old
+    was answered, as one that has hardly waited.
+    """
+    bench.take(0, 0.05)
+    for began in range(20, 10_000, 500):
+        bench.clock.now += 0.5
+        for k in range(began, began + 500, 20):
+            bench.take(k, 0.05)
+    assert bench.answers.pace.interval == pytest.approx(0.02)
+
+
+@pytest.mark.ros
 def test_a_sample_that_nothing_follows_is_answered_all_the_same(bench: Bench) -> None:
     """Its sender may wait for that, or be paused: one poll later there is no newer one."""
     before = bench.stall()
@@ -220,6 +235,19 @@ def test_a_sample_that_waits_is_answered_after_a_reset_too(bench: Bench) -> None
     bench.answers.poll()
     bench.answers.poll()
     assert len(bench.voltages) == before + 1
+
+
+@pytest.mark.ros
+def test_a_reset_of_the_plant_is_noticed_where_the_law_is_too_slow(bench: Bench) -> None:
+    """The sample that it answers next may have a later stamp than the last of a short run."""
+    bench.run(0, 50)
+    bench.answers.pace.must_skip = lambda *_: True  # type: ignore[method-assign]
+    before = len(bench.voltages)
+    for k in range(50, 150):
+        bench.take(k, 0.0, began=50)
+    left_out = 0 if bench.in_lockstep else 100
+    assert len(bench.voltages) == before + 100 - left_out
+    assert bench.controller._loop.restarts == 1
 
 
 @pytest.mark.ros
