@@ -49,6 +49,7 @@ class Engine:
         self._changed = changed
         self._lock = threading.RLock()
         self._failure: str | None = None
+        self.resets = 0
         self._period = parameters.number("time.period")
         self._duration = round(parameters.number("time.duration") * NANOSECONDS_PER_SECOND)
         self.rig = Rig(parameters, scenario)
@@ -138,6 +139,7 @@ class Engine:
         """Return to the start, forget the command, hand out sample 0 unless not to ``offer``."""
         with self._lock:
             self._failure = None
+            self.resets += 1
             self.command.reset()
             self.rig.reset()
             self._follow()

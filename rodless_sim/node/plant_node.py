@@ -77,7 +77,9 @@ class PlantNode:
         self._engine = Engine(values, self._publish, scenario, self._publishers.configure)
         self._equations = Equations(self.node.get_logger().info)
         self._equations.load(values, ahead)
-        self._present, self._played = values, 0
+        self._present = values
+        # What of a run has been told: of its scenario, and why it stands still.
+        self._resets = self._told = 0
         self._failure: str | None = None
         self._commands = self.node.create_subscription(
             Float64,
@@ -171,17 +173,22 @@ class PlantNode:
     def _publish(self, seen: Measurement, state: State) -> None:
         self._publishers.publish(seen, state, lambda: self._engine.rig.truth)
 
+    def _notice_reset(self) -> None:
+        """Tell all of a new run; to be called before what there is to tell is looked at."""
+        resets = self._engine.resets
+        if resets != self._resets:
+            self._resets, self._told, self._failure = resets, 0, None
+
     def _follow_scenario(self) -> None:
         """Show the parameters that the scenario has changed, and say which."""
+        self._notice_reset()
         present, played = self._engine.rig.parameters, self._engine.rig.played
         if present is not self._present:
             self._present = present
             self._parameters.follow(present)
-        # After a reset there are fewer.
-        self._played = min(self._played, len(played))
-        for entry in played[self._played :]:
+        for entry in played[self._told :]:
             self.node.get_logger().warning(f"scenario at {entry.text}")
-        self._played = len(played)
+        self._told = len(played)
 
     def _configure(self, values: RigParameters) -> None:
         changes = values.differences(self._parameters.values)
