@@ -457,8 +457,9 @@ class Pid(CompiledLaw):
     @staticmethod
     def _reactions(gains: Gains, memory: Memory) -> float:
         """Sum (V) of all terms but the integral at the last sample."""
-        automaton = Parking(memory.slow_error, memory.parked)
+        parks = gains.options.parking.error > 0.0
+        automaton = Parking(memory.slow_error, memory.parked if parks else 0.0)
         ahead = fed_forward(gains, memory.reference_velocity, memory.reference_acceleration)
         acting = proportional(gains, memory.error) - gains.kd * memory.filtered_velocity + ahead
-        held = parking.held(gains.options.parking, automaton) if memory.parked > 0.0 else 0.0
+        held = parking.held(gains.options.parking, automaton) if automaton.parked > 0.0 else 0.0
         return parking.acting(automaton) * acting + held

@@ -128,7 +128,7 @@ def parked(
 ) -> Parking:
     """State after ``interval`` s with ``error`` (m) and estimated ``velocity`` (m/s)."""
     if limits.error <= 0.0:
-        return afoot()
+        return Parking(error, 0.0)  # from which a slow error goes on, once it is to park
     if interval <= 0.0:
         return parking
     creeping = parking.parked > 0.0 and limits.correction > 0.0

@@ -51,6 +51,30 @@ def test_the_command_is_continuous(change: dict[str, float]) -> None:
     assert pid.update(*sample, 0.0).voltage == pytest.approx(before, abs=1e-13)
 
 
+def test_parking_that_is_switched_on_or_off_moves_no_command() -> None:
+    """Parked, 1 % of the law acts: all of it, as that ended, was a jump.
+
+    So was 1 % of it for a carriage on its way, which was parked at once.
+    """
+    free = PidParameters({"controller.ki": 0.0})
+    parks = free.with_values({"controller.parking_error": 1e-3})
+    there, away = (
+        (Measurement(0, 0.1), ReferencePoint(0.1 + error, 0.0)) for error in (5e-4, 3e-3)
+    )
+    pid = Pid(parks)
+    for _ in range(100):
+        pid.update(*there, INTERVAL)
+    parked = pid.update(*there, 0.0)
+    assert parked.p == pytest.approx(0.01 * 800.0 * 5e-4)
+    pid.configure(free)
+    assert pid.update(*there, 0.0).voltage == pytest.approx(parked.voltage, abs=1e-13)
+    pid.reset()
+    for _ in range(100):
+        command = pid.update(*away, INTERVAL)
+    pid.configure(parks)
+    assert pid.update(*away, INTERVAL) == command
+
+
 @pytest.mark.parametrize("gains", [(800.0, 5000.0), (5000.0, 800.0)])
 def test_what_does_not_show_at_a_limit_is_not_taken_up(gains: tuple[float, float]) -> None:
     """80 mm away the valve is full open with either gain: the offset would outlast the way there.

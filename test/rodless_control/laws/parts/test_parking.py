@@ -87,6 +87,14 @@ def test_an_error_of_zero_never_parks() -> None:
             assert parked(off, parking, 0.0, 0.0, 0.0, interval).parked == 0.0
 
 
+def test_a_carriage_that_may_park_from_now_on_is_not_there_before_it_is() -> None:
+    """An error of 0.15 mm, asked to park within 25 µm, was taken for a slow error of 0 before."""
+    parking = parked(LIMITS._replace(error=0.0), afoot(), 150e-6, 0.0, 0.0, INTERVAL)
+    for _ in range(100):
+        parking = parked(LIMITS, parking, 150e-6, 0.0, 0.0, INTERVAL)
+        assert parking.parked == 0.0
+
+
 def test_time_that_stands_still_changes_nothing() -> None:
     """An interval of 0 leaves the automaton where it is."""
     assert parked(LIMITS, PARKED, 1.0, 1.0, 1.0, 0.0) == PARKED
