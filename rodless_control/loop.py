@@ -56,7 +56,6 @@ class ControlLoop:
         self.setpoints.configure(parameters)
         self._given = parameters.of_law()
         self._limits = output_limits(self._given)
-        self._answered = None
         if self.failure is None:
             self._attempt(lambda: self.law.configure(self._given))
 

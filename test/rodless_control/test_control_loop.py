@@ -72,7 +72,7 @@ def test_a_sample_that_is_offered_again_is_answered_by_what_it_was() -> None:
     loop, now, _ = charged()
     last = Measurement(now + MILLISECOND, 0.0501)
     assert loop.repeat(last) is None
-    for change in (loop.hold, loop.reset, lambda: loop.configure(ControllerParameters())):
+    for change in (loop.hold, loop.reset):
         answer = loop.sample(last)
         assert answer is not None
         assert loop.repeat(last) is answer
@@ -85,6 +85,19 @@ def test_a_sample_that_is_offered_again_is_answered_by_what_it_was() -> None:
     loop.sample(last)
     loop.stop("enough")
     assert loop.repeat(last) is None
+
+
+def test_new_gains_answer_no_sample_anew() -> None:
+    """In lock-step it would depend on how often a sample is offered by which its command is."""
+    loop, now, _ = charged()
+    last = Measurement(now + MILLISECOND, 0.0501)
+    answer = loop.sample(last)
+    assert answer is not None
+    loop.configure(ControllerParameters({"controller.kp": 1600.0}))
+    assert loop.repeat(last) is answer
+    following = loop.sample(Measurement(now + 2 * MILLISECOND, 0.0502))
+    assert following is not None
+    assert following.terms["p"] == pytest.approx(1600.0 * (following.reference - 0.0502))
 
 
 def test_time_that_runs_backwards_starts_the_loop_anew() -> None:
