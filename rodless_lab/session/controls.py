@@ -11,7 +11,7 @@
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cached_property
 from typing import cast
 
@@ -47,6 +47,10 @@ TYPE = "reference.type"
 # For a set-point to arrive, in wall-clock s; a frozen controller takes none.
 ARRIVAL_TIMEOUT = 1.0
 
+# For the answer to the sample at which a plant stands, in wall-clock s: one that was started anew
+# beside relayed commands has none to give.
+ANSWER_TIMEOUT = 10.0
+
 
 class Controls(LiveSession):
     """The methods of a session that command the rig and change its parameters."""
@@ -70,6 +74,7 @@ class Controls(LiveSession):
         self._processes.check_node("controller", "no controller will take a set-point")
         self._check_follows(float(position))
         self._wait_for_controller()
+        self._let_controller_answer()
         self._setpoint.publish(Float64(data=float(position)))
         try:
             self._wait(
@@ -136,6 +141,23 @@ class Controls(LiveSession):
         except WaitTimeoutError:  # frozen since then
             message = said.message
         return message if CLOSED_BY_FAILURE in message else None
+
+    def _let_controller_answer(self) -> None:
+        """Let a controller answer the sample at which a lock-step plant stands.
+
+        What it is told then acts from the next sample on, in every repetition: before, it would
+        depend on which of the two the controller takes first.
+        """
+        stands = self._relayed is not None or (self._paused and self._has_controller)
+        if self._mode != "lockstep" or not stands or self._processes.is_held("controller"):
+            return
+        answers, last = self._received.answers, self._received.last_sent
+        with suppress(WaitTimeoutError):
+            self._wait(
+                lambda: answers and answers[-1].sent > last,
+                "the controller to answer",
+                ANSWER_TIMEOUT,
+            )
 
     def _wait_for_controller(self) -> None:
         self._wait(
@@ -224,12 +246,14 @@ class Controls(LiveSession):
         Switched on again it holds the carriage where it is until a new set-point comes, or follows
         the step or sine that its reference is. Raises RefusedError where its law fails at once.
         """
+        self._let_controller_answer()
         self._ask(SetBool, "controller/enable", data=enabled)
         self._switched_off = not enabled
         self._catch_up()
 
     def reset_controller(self) -> None:
         """Let the PID forget the run so far, the set-point too."""
+        self._let_controller_answer()
         self._ask(Trigger, "controller/reset")
         self._catch_up()
 
@@ -241,11 +265,14 @@ class Controls(LiveSession):
         """
         if not isinstance(values, Mapping):
             raise TypeError(f"{shown(values)} refused, must be values by name: {{name: value}}")
+        of_controller = str(node).lstrip("/") == "controller"
+        if of_controller:
+            self._let_controller_answer()
         with self._asking(node):
             self._observer.once_ready(
                 lambda: self._observer.set_parameters(node, values), self._timeout
             )
-        if str(node).lstrip("/") == "controller":
+        if of_controller:
             self._reference_type = str(values.get(TYPE, self._reference_type))
             self._range_changed |= not values.keys().isdisjoint(RANGE)
         self._catch_up()

@@ -278,6 +278,11 @@ class SessionProcesses:
         own = node in ("plant", "controller")
         return self._processes.get(node) or (self._processes.get("rig") if own else None)
 
+    def is_held(self, node: str) -> bool:
+        """Whether the test has ended or frozen the process of ``node``."""
+        process = self._process_of(node)
+        return process is not None and (process.is_frozen or process.exit_code is not None)
+
     @property
     def held(self) -> str:
         """Say what the test has ended or frozen, to complete the text of a wait; empty for none."""

@@ -1,0 +1,83 @@
+# Copyright 2026 rodless_sim contributors
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0 Unless required by applicable law or agreed to in
+# writing, software distributed under the License is distributed on an "AS IS" BASIS, WITHOUT
+# WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
+# language governing permissions and limitations under the License.
+
+"""From which sample on a change acts that is made where a lock-step plant stands."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rodless_lab.session.session import RigSession
+
+pytestmark = pytest.mark.ros
+
+StartSession = Callable[..., RigSession]
+
+# It hears a set-point while it works at a sample, and goes by the newest as it answers.
+SLOW_CONTROLLER = """
+import time
+import rclpy
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+rclpy.init()
+node = rclpy.create_node("slow", automatically_declare_parameters_from_overrides=True)
+wanted = [5.0]
+voltage = node.create_publisher(Float64, "valve/voltage", 10)
+
+def answer(_sample):
+    time.sleep(0.1)
+    voltage.publish(Float64(data=wanted[-1]))
+
+def take(setpoint):
+    wanted.append(6.0)
+
+group = ReentrantCallbackGroup()
+node.create_subscription(JointState, "joint_states", answer, 10, callback_group=group)
+node.create_subscription(Float64, "setpoint", take, 10, callback_group=group)
+executor = MultiThreadedExecutor(4)
+executor.add_node(node)
+try:
+    executor.spin()
+except KeyboardInterrupt:
+    pass
+"""
+
+
+@pytest.mark.parametrize("paused", [False, True], ids=["relayed", "paused"])
+def test_a_set_point_acts_from_the_next_sample_on(
+    rig_session: StartSession, tmp_path: Path, paused: bool
+) -> None:
+    """That at which the plant stands gets the answer to what was known as it came.
+
+    A controller that is still busy with it is waited for: which sample the set-point finds would
+    depend on the machine.
+    """
+    script = tmp_path / "slow_controller.py"
+    script.write_text(SLOW_CONTROLLER, encoding="utf-8")
+    rig = rig_session(
+        "lockstep",
+        controller=[sys.executable, str(script)],
+        relay_commands=not paused,
+        paused=paused,
+    )
+
+    def go_on() -> None:
+        if paused:
+            rig.step(3)
+        else:
+            rig.run_for(0.003)
+
+    go_on()
+    rig.setpoint(0.05)
+    go_on()
+    assert rig.samples().voltage[:6].tolist() == [5.0] * 4 + [6.0] * 2
