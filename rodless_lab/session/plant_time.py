@@ -221,5 +221,7 @@ class PlantTime(LiveSession):
             said = self._ask_once("plant/reset", lambda: self._received.runs > runs)
             if self._own is not None:
                 self._own.end_run(runs, at_once=said in {RESET_DONE, None})
+            if self._relayed is not None:
+                self._relayed.end_run(runs)
             self._wait(lambda: self._received.runs > runs, "sample 0 after a reset", running=True)
         return self._received.sample(runs, 0)

@@ -6,7 +6,7 @@
 # WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied. See the License for the specific
 # language governing permissions and limitations under the License.
 
-"""From which sample on a change acts that is made where a lock-step plant stands."""
+"""A lock-step plant that stands, and a controller that is still busy with its sample."""
 
 import sys
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from rodless_lab.session.session import RigSession
+from rodless_sim import RigParameters, simulate
 
 pytestmark = pytest.mark.ros
 
@@ -81,3 +82,46 @@ def test_a_set_point_acts_from_the_next_sample_on(
     rig.setpoint(0.05)
     go_on()
     assert rig.samples().voltage[:6].tolist() == [5.0] * 4 + [6.0] * 2
+
+
+# It ends at once, also while it works at a sample, and is then missed at once.
+INTERRUPTED_CONTROLLER = """
+import time
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+node = rclpy.create_node("interrupted")
+voltage = node.create_publisher(Float64, "valve/voltage", 10)
+
+def answer(_sample):
+    time.sleep(0.3)
+    voltage.publish(Float64(data=5.5))
+
+node.create_subscription(JointState, "joint_states", answer, 10)
+try:
+    rclpy.spin(node)
+except KeyboardInterrupt:
+    node.destroy_node()
+    rclpy.shutdown()
+"""
+
+
+def test_a_sample_whose_controller_has_ended_stops_no_reset(
+    rig_session: StartSession, tmp_path: Path
+) -> None:
+    """Started anew before it has answered: after a reset each sample has its answer as before."""
+    script = tmp_path / "interrupted_controller.py"
+    script.write_text(INTERRUPTED_CONTROLLER, encoding="utf-8")
+    rig = rig_session("lockstep", controller=[sys.executable, str(script)], relay_commands=True)
+    for _ in range(2):
+        rig.run_for(0.002)
+        rig.restart("controller")
+        rig.reset()
+    rig.run_for(0.004)
+    run = rig.samples()
+    assert run.voltage[:4].tolist() == [5.5] * 4
+    commands = [5.5] * 4
+    assert run.position.tolist() == simulate(RigParameters(), commands, 1e-3).position.tolist()
