@@ -52,6 +52,9 @@ class Inputs:
         self._awaited = False  # pressures, which are subscribed to while positions come
         # Stamps (ns) of positions that were answered while pressures were awaited.
         self._answered: deque[int] = deque(maxlen=QUEUE_DEPTH)
+        self._answered_sent = 0  # when the last of them was sent (ns, wall clock)
+        # Made of the pressures of a sample that is offered again, whose position is still to come.
+        self._ahead: Measurement | None = None
         self._incomplete = 0
         self.without_joint = 0
         self.subscribed = False
@@ -60,6 +63,7 @@ class Inputs:
     def _expect(self, pressures: bool) -> None:
         self._pressures = dict.fromkeys(PRESSURES if pressures else ())
         self._answered.clear()
+        self._ahead = None
         self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
 
     @property
@@ -128,24 +132,34 @@ class Inputs:
 
     def _put(self, field: str, reading: Reading, info: Info) -> None:
         """Take the measurement that this completes, or while pressures are awaited the position."""
-        stamp, _ = reading
+        stamp, value = reading
+        if field == "position" and self._ahead is not None and self._ahead.stamp == stamp:
+            self._take_whole(self._ahead._replace(position=value), info)
+            return
         measurement: Measurement | None = self._synchronizer.put(field, *reading)
         if measurement is None:
             if self._awaited and field == "position":
-                self._note_answered(stamp)
+                self._note_answered(stamp, info["source_timestamp"])
                 self._take_position(stamp)
             return
         if self._awaited:
             self._awaited = False
             self._incomplete -= self._synchronizer.incomplete  # those were answered
         if field != "position" and stamp in self._answered:
+            if info["source_timestamp"] > self._answered_sent:
+                self._ahead = measurement
             self._answered.remove(stamp)  # offered again, it is to be answered again
             return
+        self._take_whole(measurement, info)
+
+    def _take_whole(self, measurement: Measurement, info: Info) -> None:
         self._answered.clear()  # of those before it, none completes any more
+        self._ahead = None
         self._take(measurement, info)
 
-    def _note_answered(self, stamp: int) -> None:
+    def _note_answered(self, stamp: int, sent: int) -> None:
         """Take note of a position that is answered as it is; one offered again counts once."""
+        self._answered_sent = sent
         if self._answered and stamp < self._answered[-1]:
             self._answered.clear()  # of a run before
         if not self._answered or stamp != self._answered[-1]:

@@ -299,6 +299,23 @@ def test_a_reset_before_pressures_come_stops_no_lock_step_plant(bench: Bench) ->
         assert bench.controller._answers.by_law == (sample > 0), sample
 
 
+def test_a_reset_at_the_sample_of_a_change_stops_no_lock_step_plant(bench: Bench) -> None:
+    """Sample 0 has been answered without its pressures, and sample 0 of the new run comes.
+
+    One command to each position, by the law, though that run's pressures come before it.
+    """
+    assert bench.change({LAW: "state_feedback"}) is None
+    bench.take_position(0, 0.05)
+    for sample in range(4):
+        bench.commands.clear()
+        bench.take_pressures(sample)
+        assert not bench.commands, sample
+        bench.take_position(sample, 0.06)
+        assert len(bench.commands) == 1, sample
+        assert bench.controller._answers.by_law, sample
+    assert bench.controller._inputs.incomplete == 0
+
+
 def test_signals_of_the_law_before_wait_for_their_readers(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
