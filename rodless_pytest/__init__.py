@@ -37,7 +37,8 @@ def rig_session(
     """
     from rodless_lab.harness import RigSession  # noqa: PLC0415  loads ROS
 
-    sessions = request.node.stash.setdefault(_SESSIONS, [])
+    # A test that is run again, as by pytest-rerunfailures, has none of its try before.
+    sessions = request.node.stash[_SESSIONS] = list["RigSession"]()
     with ExitStack() as stack:
 
         def start(*arguments: Any, **options: Any) -> RigSession:

@@ -567,6 +567,21 @@ def test_a_failing_test_shows_what_the_nodes_have_printed(
     assert all(ended(int(pid)) for pid in line.split()[1:])
 
 
+def test_a_test_that_is_run_again_shows_the_nodes_of_its_last_try(
+    tmp_path: Path, run_pytest: Callable[..., subprocess.Popen[str]]
+) -> None:
+    """With pytest-rerunfailures: what those before have printed would be another rig's."""
+    (tmp_path / "test_it.py").write_text(
+        "def test_it(rig_session):\n    rig_session(plant={'supply.presure': 1.0})\n",
+        encoding="utf-8",
+    )
+    output = run_pytest("test_it.py", "--reruns", "1").communicate(timeout=TIMEOUT)[0]
+    assert "1 failed" in output
+    assert "1 rerun" in output
+    assert output.count("output of rig 0: plant") == 1
+    assert "output of rig 1" not in output
+
+
 def test_the_plugin_costs_nothing_until_it_is_used() -> None:
     """Loading it loads neither ROS nor the rest of the product."""
     script = "import sys, rodless_pytest; print([m for m in sys.modules if m.startswith('r')])"
