@@ -461,5 +461,6 @@ class Pid(CompiledLaw):
         automaton = Parking(memory.slow_error, memory.parked if parks else 0.0)
         ahead = fed_forward(gains, memory.reference_velocity, memory.reference_acceleration)
         acting = proportional(gains, memory.error) - gains.kd * memory.filtered_velocity + ahead
-        held = parking.held(gains.options.parking, automaton) if automaton.parked > 0.0 else 0.0
-        return parking.acting(automaton) * acting + held
+        # Asked for in motion, too: a parked carriage would wait for it to be compiled.
+        held = parking.held(gains.options.parking, automaton)
+        return parking.acting(automaton) * acting + (held if automaton.parked > 0.0 else 0.0)

@@ -27,22 +27,27 @@ def compiled():
 load()
 before = compiled()
 assert before
-parameters = ControllerParameters()
-loop = ControlLoop(parameters)
-for k in range(3):
-    loop.sample(Measurement(k * 1_000_000, 1e-3 * k))
-loop.configure(parameters.with_values({"controller.kp": 500.0}))
-loop.sample(Measurement(3_000_000, 3e-3))
-loop.hold()
-loop.reset()
-loop.sample(Measurement(4_000_000, 4e-3))
+for error, speed, parked in ((0.0, 1.0, 0.0), (1e-4, 0.0, 1.0)):
+    parameters = ControllerParameters({"controller.parking_error": error})
+    loop = ControlLoop(parameters)
+    for k in range(500):
+        loop.sample(Measurement(k * 1_000_000, 1e-3 * k * speed))
+    assert loop.law.memory.parked == parked
+    loop.configure(parameters.with_values({"controller.kp": 500.0}))
+    loop.sample(Measurement(500_000_000, 0.5 * speed))
+    loop.hold()
+    loop.reset()
+    loop.sample(Measurement(501_000_000, 0.501 * speed))
 print(sorted(compiled() - before))
 """
 
 
 @pytest.mark.slow
 def test_new_gains_hold_and_reset_wait_for_no_compiler(tmp_path: Path) -> None:
-    """With an empty cache, all that the PID needs is there once the node has loaded it."""
+    """With an empty cache, all that the PID needs is there once the node has loaded it.
+
+    While the carriage moves, and where it is parked, too.
+    """
     done = subprocess.run(
         [sys.executable, "-c", f"CACHE = {str(tmp_path)!r}\n{CHANGE}"],
         env={**os.environ, "XDG_CACHE_HOME": str(tmp_path)},
