@@ -33,8 +33,9 @@ class StampSynchronizer:
     Messages of one topic arrive in order. A stamp that runs backwards starts the plant's next run,
     unless the topic goes on where it was before any other has followed: then the stamp was wrong.
     Messages of different runs are never combined. When a later sample completes, earlier incomplete
-    ones are dropped and counted, in ``incomplete``. Before any has completed, topics may have been
-    heard from different runs on: then a stamp that runs backwards begins all of them anew.
+    ones are dropped and counted, in ``incomplete``; not so what comes again of one that has
+    completed, as a lock-step plant offers it. Before any has completed, topics may have been heard
+    from different runs on: then a stamp that runs backwards begins all of them anew.
     """
 
     def __init__(self, fields: Iterable[str], capacity: int) -> None:
@@ -45,6 +46,7 @@ class StampSynchronizer:
         """
         self.incomplete = 0
         self._has_completed = False
+        self._completed = NONE_YET
         self._capacity = capacity
         self._topics = {field: _Topic() for field in fields}
         self._waiting: dict[Key, dict[str, float]] = {}
@@ -61,6 +63,7 @@ class StampSynchronizer:
         if len(readings) == len(self._topics):
             self._has_completed = True
             self._drop(other for other in list(self._waiting) if other < key)
+            self._completed = key
             return Measurement(stamp, **self._waiting.pop(key))
         if len(self._waiting) > self._capacity:
             # Where a topic has missed a reset, its runs are miscounted.
@@ -86,11 +89,12 @@ class StampSynchronizer:
     def _drop(self, keys: Iterable[Key]) -> None:
         for key in keys:
             del self._waiting[key]
-            self.incomplete += 1
+            self.incomplete += key != self._completed
 
     def _start_over_with(self, field: str, stamp: int, value: float) -> None:
         """Keep this reading alone."""
         self._has_completed = False
+        self._completed = NONE_YET
         self._topics = {other: _Topic() for other in self._topics}
         self._topics[field].latest = (0, stamp)
         self._waiting = {(0, stamp): {field: value}}

@@ -142,11 +142,6 @@ class Answers:
             self._command(output.voltage)
             self.telemetry.publish(output)
 
-    def take_position(self, stamp: int) -> None:
-        """Answer a position (stamp in ns) for which the law lacks pressures yet."""
-        self.stamp = stamp
-        self.close_valve()
-
     def _must_skip(self, info: Info) -> bool:
         # Some middlewares do not tell when a message was received.
         received = info["received_timestamp"] or info["source_timestamp"]

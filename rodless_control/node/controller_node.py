@@ -91,7 +91,6 @@ class ControllerNode:
             self._loop.law.USES_PRESSURES,
             self._joint,
             self._take_sample,
-            self._answers.take_position,
         )
         self._references = ReferenceInputs(
             self.node, self._loop.setpoints, self._joint, self._obstacle

@@ -8,7 +8,6 @@
 
 """The controller node's subscriptions: positions, and pressures of the same stamp where wanted."""
 
-from collections import deque
 from collections.abc import Callable
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -35,26 +34,16 @@ class Inputs:
         pressures: bool,
         joint: Callable[[], str],
         take: Callable[..., None],
-        take_position: Callable[[int], None],
     ) -> None:
         """Prepare; ``joint`` tells the joint's name.
 
-        ``take`` gets a measurement, and the information of the message that completed it;
-        ``take_position`` the stamp (ns) of a position while the pressures of :meth:`use_pressures`
-        have not come yet: in lock-step nothing would come without an answer.
+        ``take`` gets a measurement, and the information of the message that completed it.
         """
         self._node = node
         self._joint = joint
         self._take = take
-        self._take_position = take_position
         self._pressures: dict[str, Subscription | None] = {}
         self._position_reader = PositionReader()
-        self._awaited = False  # pressures, which are subscribed to while positions come
-        # Stamps (ns) of positions that were answered while pressures were awaited.
-        self._answered: deque[int] = deque(maxlen=QUEUE_DEPTH)
-        self._answered_sent = 0  # when the last of them was sent (ns, wall clock)
-        # Made of the pressures of a sample that is offered again, whose position is still to come.
-        self._ahead: Measurement | None = None
         self._incomplete = 0
         self.without_joint = 0
         self.subscribed = False
@@ -62,19 +51,19 @@ class Inputs:
 
     def _expect(self, pressures: bool) -> None:
         self._pressures = dict.fromkeys(PRESSURES if pressures else ())
-        self._answered.clear()
-        self._ahead = None
         self._synchronizer = StampSynchronizer(["position", *self._pressures], QUEUE_DEPTH)
 
     @property
     def incomplete(self) -> int:
         """Samples dropped because a message of theirs never came."""
-        return self._incomplete + (0 if self._awaited else self._synchronizer.incomplete)
+        return self._incomplete + self._synchronizer.incomplete
 
     def use_pressures(self, pressures: bool) -> None:
         """Complete measurements by pressures from now on, or by none.
 
-        Raises ParameterError where they cannot be subscribed to.
+        What was sent before it was subscribed to never comes: a lock-step plant, which waits for an
+        answer, offers that sample again. Raises ParameterError where pressures cannot be subscribed
+        to.
         """
         if pressures == bool(self._pressures):
             return
@@ -82,7 +71,6 @@ class Inputs:
         for subscription in filter(None, self._pressures.values()):
             self._node.destroy_subscription(subscription)
         self._expect(pressures)
-        self._awaited = pressures and self.subscribed
         if self.subscribed:
             self._subscribe_to_pressures()
 
@@ -131,36 +119,6 @@ class Inputs:
             self._take(Measurement(*position), info)
 
     def _put(self, field: str, reading: Reading, info: Info) -> None:
-        """Take the measurement that this completes, or while pressures are awaited the position."""
-        stamp, value = reading
-        if field == "position" and self._ahead is not None and self._ahead.stamp == stamp:
-            self._take_whole(self._ahead._replace(position=value), info)
-            return
         measurement: Measurement | None = self._synchronizer.put(field, *reading)
-        if measurement is None:
-            if self._awaited and field == "position":
-                self._note_answered(stamp, info["source_timestamp"])
-                self._take_position(stamp)
-            return
-        if self._awaited:
-            self._awaited = False
-            self._incomplete -= self._synchronizer.incomplete  # those were answered
-        if field != "position" and stamp in self._answered:
-            if info["source_timestamp"] > self._answered_sent:
-                self._ahead = measurement
-            self._answered.remove(stamp)  # offered again, it is to be answered again
-            return
-        self._take_whole(measurement, info)
-
-    def _take_whole(self, measurement: Measurement, info: Info) -> None:
-        self._answered.clear()  # of those before it, none completes any more
-        self._ahead = None
-        self._take(measurement, info)
-
-    def _note_answered(self, stamp: int, sent: int) -> None:
-        """Take note of a position that is answered as it is; one offered again counts once."""
-        self._answered_sent = sent
-        if self._answered and stamp < self._answered[-1]:
-            self._answered.clear()  # of a run before
-        if not self._answered or stamp != self._answered[-1]:
-            self._answered.append(stamp)
+        if measurement is not None:
+            self._take(measurement, info)

@@ -143,6 +143,17 @@ def test_the_same_sample_again_is_a_measurement_again() -> None:
     assert samples.incomplete == 0
 
 
+@pytest.mark.parametrize("order", [*itertools.permutations(FIELDS)])
+def test_what_comes_again_of_a_whole_sample_lacks_nothing(order: tuple[str, ...]) -> None:
+    """A position whose pressures were not sent yet, and then all of that sample again."""
+    samples = StampSynchronizer(FIELDS, CAPACITY)
+    assert sample(samples, 0, FIELDS[:1]) == []
+    assert sample(samples, 0, order) == [expected(0)]
+    for stamp in (1, 2):
+        assert sample(samples, stamp, order) == [expected(stamp)]
+    assert samples.incomplete == 0
+
+
 def test_memory_is_bounded_and_it_recovers() -> None:
     """A topic that never comes holds back no more than the capacity, and may then begin."""
     samples = StampSynchronizer(FIELDS, CAPACITY)

@@ -204,26 +204,25 @@ def test_a_law_whose_pressures_cannot_be_had_is_refused(
     assert bench.change({LAW: "adrc"}) is None
 
 
-def test_until_pressures_come_positions_are_answered_by_a_closed_valve(bench: Bench) -> None:
-    """One command to each position, whatever comes late; then the law's, of whole samples."""
+def test_until_pressures_come_the_valve_stays_closed(bench: Bench) -> None:
+    """As the change has left it; then one command of the law to each whole sample."""
     assert bench.change({LAW: "state_feedback"}) is None
+    assert bench.commands == [pack_float64(NEUTRAL)]
     bench.commands.clear()
     bench.take_position(1, 0.05)
-    assert bench.commands == [pack_float64(NEUTRAL)]
-    bench.take_pressures(1)  # that position has been answered
-    assert len(bench.commands) == 1
-    bench.take_pressures(2)
     bench.take_position(2, 0.05)
-    assert len(bench.commands) == 2
-    assert bench.controller._loop.law.memory is not None
+    assert bench.commands == []
+    bench.take_pressures(2)
+    assert len(bench.commands) == 1
+    assert bench.controller._answers.by_law
     bench.take_position(3, 0.05)
-    assert len(bench.commands) == 2
+    assert len(bench.commands) == 1
     bench.take_pressures(3)
-    assert len(bench.commands) == 3
-    assert bench.controller._inputs.incomplete == 0
+    assert len(bench.commands) == 2
+    assert bench.controller._inputs.incomplete == 1
     assert bench.change({LAW: "pid"}) is None
     bench.take_position(4, 0.05)
-    assert len(bench.commands) == 5  # one by the change
+    assert len(bench.commands) == 4  # one by the change
 
 
 def test_disabled_or_after_an_error_of_its_own_it_closes_the_valve_at_once(bench: Bench) -> None:
@@ -238,40 +237,6 @@ def test_disabled_or_after_an_error_of_its_own_it_closes_the_valve_at_once(bench
         assert bench.commands == [pack_float64(NEUTRAL)]
 
 
-def test_pressures_that_always_come_after_their_position_reach_the_law(bench: Bench) -> None:
-    """The first position is answered by a closed valve, with it the one before its pressures.
-
-    All later ones by the law, once each; those answered are not counted as incomplete.
-    """
-    assert bench.change({LAW: "state_feedback"}) is None
-    bench.commands.clear()
-    bench.take_position(1, 0.05)
-    bench.take_position(2, 0.05)
-    assert bench.commands == [pack_float64(NEUTRAL)] * 2
-    bench.take_pressures(1)
-    bench.take_pressures(2)
-    assert len(bench.commands) == 2
-    for sample in range(3, 6):
-        bench.take_position(sample, 0.05)
-        assert len(bench.commands) == sample - 1
-        bench.take_pressures(sample)
-        assert len(bench.commands) == sample
-    assert bench.controller._loop.law.memory is not None
-    assert bench.controller._inputs.incomplete == 0
-
-
-def test_stamps_of_before_a_reset_are_samples_like_any_other(bench: Bench) -> None:
-    """Those that were answered without pressures, which never came, come again in the next run."""
-    assert bench.change({LAW: "state_feedback"}) is None
-    for sample in (5, 6):
-        bench.take_position(sample, 0.05)
-    for sample in (7, 0, 5, 6):
-        bench.take_pressures(sample)
-        bench.commands.clear()
-        bench.take_position(sample, 0.05)
-        assert len(bench.commands) == 1, sample
-
-
 def test_a_sample_that_is_offered_again_is_answered_again(bench: Bench) -> None:
     """By a lock-step plant whose answer was lost: without an answer it would stand for good."""
     assert bench.change({LAW: "state_feedback"}) is None
@@ -280,40 +245,50 @@ def test_a_sample_that_is_offered_again_is_answered_again(bench: Bench) -> None:
         bench.take_position(0, 0.05)
         bench.take_pressures(0)
         assert len(bench.commands) == 1, offer
-    assert bench.controller._loop.law.memory is not None, "the law was asked"
 
 
-def test_a_reset_before_pressures_come_stops_no_lock_step_plant(bench: Bench) -> None:
-    """It was reset while the law was made; in the new run pressures come before each position.
+@pytest.mark.parametrize("last", [5, 0])
+def test_the_law_answers_each_sample_of_a_lock_step_plant_once(bench: Bench, last: int) -> None:
+    """That of the change was sent without pressures: it is answered as it is offered again.
 
-    One command to each position, or the plant stands for good; the law's from sample 1 on.
+    Whichever of its messages come first, by the law alone; so is the next, which completes no other
+    with what has come twice.
     """
+    assert bench.change({"use_sim_time": True}) is None
     assert bench.change({LAW: "state_feedback"}) is None
-    for _ in range(3):  # the last of the run before, offered again meanwhile
-        bench.take_position(5, 0.05)
-    for sample in range(8):
-        bench.take_pressures(sample)
+    bench.take_position(last, 0.05)
+    assert bench.commands == []
+    bench.take_pressures(last)
+    bench.take_position(last, 0.05)
+    assert len(bench.commands) == 1
+    for sample in range(last + 1, last + 4):
         bench.commands.clear()
+        bench.take_pressures(sample)
+        assert bench.commands == [], sample
         bench.take_position(sample, 0.05)
         assert len(bench.commands) == 1, sample
-        assert bench.controller._answers.by_law == (sample > 0), sample
+        assert bench.controller._answers.by_law
+    assert bench.controller._inputs.incomplete == 0
 
 
-def test_a_reset_at_the_sample_of_a_change_stops_no_lock_step_plant(bench: Bench) -> None:
-    """Sample 0 has been answered without its pressures, and sample 0 of the new run comes.
-
-    One command to each position, by the law, though that run's pressures come before it.
-    """
+@pytest.mark.parametrize("last", [5, 0])
+def test_a_reset_at_the_sample_of_a_change_stops_no_lock_step_plant(
+    bench: Bench, last: int
+) -> None:
+    """Sample 0 of the new run has an answer once it is offered again, all others have one."""
     assert bench.change({LAW: "state_feedback"}) is None
-    bench.take_position(0, 0.05)
-    for sample in range(4):
+    bench.take_position(last, 0.05)
+    bench.commands.clear()
+    for _ in range(2):
+        bench.take_pressures(0)
+        bench.take_position(0, 0.05)
+    assert bench.commands
+    for sample in range(1, 8):
         bench.commands.clear()
         bench.take_pressures(sample)
-        assert not bench.commands, sample
-        bench.take_position(sample, 0.06)
+        bench.take_position(sample, 0.05)
         assert len(bench.commands) == 1, sample
         assert bench.controller._answers.by_law, sample
-    assert bench.controller._inputs.incomplete == 0
 
 
 def test_signals_of_the_law_before_wait_for_their_readers(

@@ -14,8 +14,10 @@ from pathlib import Path
 
 import pytest
 
+from rodless_control import ControllerParameters
+from rodless_control.loop import ControlLoop
 from rodless_lab.session.session import RigSession
-from rodless_sim import RigParameters, simulate
+from rodless_sim import Rig, RigParameters, simulate
 
 pytestmark = pytest.mark.ros
 
@@ -82,6 +84,43 @@ def test_a_set_point_acts_from_the_next_sample_on(
     rig.setpoint(0.05)
     go_on()
     assert rig.samples().voltage[:6].tolist() == [5.0] * 4 + [6.0] * 2
+
+
+@pytest.mark.parametrize("paused", [True, False], ids=["paused", "relayed"])
+def test_a_law_that_reads_pressures_takes_over_from_one_sample_to_the_next(
+    rig_session: StartSession, paused: bool
+) -> None:
+    """The plant waits until they come: to the bit the run of the two laws without nodes.
+
+    Samples without pressures were answered by a closed valve, as many as the machine was busy.
+    """
+    rig = rig_session("lockstep", relay_commands=not paused, paused=paused)
+    law = ControllerParameters.for_law("state_feedback")({"controller.law": "state_feedback"})
+    loop, plant = ControlLoop(ControllerParameters()), Rig(RigParameters())
+    expected = []
+
+    def go_on(count: int) -> None:
+        if paused:
+            rig.step(count)
+        else:
+            rig.run_for(count * 1e-3)
+        for _ in range(count):
+            output = loop.sample(plant.read())
+            assert output is not None
+            expected.append(output.voltage)
+            plant.advance(output.voltage, 1e-3)
+
+    go_on(20)
+    rig.setpoint(0.05)
+    go_on(1)
+    loop.setpoints.receive(0.05)
+    go_on(50)
+    rig.set_parameters("controller", {"controller.law": "state_feedback"})
+    go_on(1)
+    loop.change_law(law)
+    go_on(50)
+    assert rig.samples().voltage[: len(expected)].tolist() == expected
+    assert rig.latest.position == plant.state.position
 
 
 # It ends at once, also while it works at a sample, and is then missed at once.
