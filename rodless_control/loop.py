@@ -77,7 +77,11 @@ class ControlLoop:
             self.failure = None
             # What a law keeps that has failed cannot be trusted, its parameters included.
             self._attempt(self._make_law_anew)
+        answered = self._answered
         self._start_anew()
+        # Offered again, a sample has that answer, but for one that may be of a new run.
+        if answered is not None and answered[0].stamp != 0:
+            self._answered = answered
 
     def _make_law_anew(self) -> None:
         self.law = make_law(type(self.law), self._given)
@@ -131,10 +135,13 @@ class ControlLoop:
         """Return what the last sample was answered by if this is that one again, or else None.
 
         The law does not hear of it: what it keeps would depend on how often a sample is offered.
+        One that reads pressures may have taken its place meanwhile.
         """
-        if self._answered is None or self._answered[0] != measurement:
+        if self._answered is None:
             return None
-        return self._answered[1]
+        sample, output = self._answered
+        same = (sample.stamp, sample.position) == (measurement.stamp, measurement.position)
+        return output if same else None
 
     def _used(self, measurement: Measurement) -> tuple[float, ...]:
         _, position, *pressures = measurement

@@ -117,6 +117,8 @@ class Telemetry:
 
 
 def _publish(publishers: Mapping[str, OnDemand], output: Output) -> None:
+    values = {REFERENCE: output.reference, **output.terms}
     for name, publisher in publishers.items():
-        if publisher.subscribers:
-            publisher.publish(output.reference if name == REFERENCE else output.terms[name])
+        # A sample that is offered again has the terms of the law that answered it.
+        if publisher.subscribers and name in values:
+            publisher.publish(values[name])

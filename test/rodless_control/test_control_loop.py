@@ -72,19 +72,36 @@ def test_a_sample_that_is_offered_again_is_answered_by_what_it_was() -> None:
     loop, now, _ = charged()
     last = Measurement(now + MILLISECOND, 0.0501)
     assert loop.repeat(last) is None
-    for change in (loop.hold, loop.reset):
-        answer = loop.sample(last)
-        assert answer is not None
-        assert loop.repeat(last) is answer
-        assert loop.repeat(last._replace(position=0.0502)) is None
-        change()
-        assert loop.repeat(last) is None
+    answer = loop.sample(last)
+    assert answer is not None
+    assert loop.repeat(last) is answer
+    assert loop.repeat(last._replace(position=0.0502)) is None
+    loop.hold()
+    assert loop.repeat(last) is None
     loop.sample(last)
     loop.sample(last._replace(position=math.nan))
     assert loop.repeat(last) is None
     loop.sample(last)
     loop.stop("enough")
     assert loop.repeat(last) is None
+
+
+@pytest.mark.parametrize("begin", ["reset", "another law"])
+@pytest.mark.parametrize("stamp", [0, MILLISECOND])
+def test_what_begins_anew_answers_no_sample_anew(begin: str, stamp: int) -> None:
+    """Nor does it take part in a sample that it has no command for; sample 0 may be a new run's."""
+    loop = ControlLoop(ControllerParameters())
+    last = Measurement(stamp, 0.0501)
+    answer = loop.sample(last)
+    if begin == "reset":
+        loop.reset()
+    else:
+        loop.change_law(ControllerParameters.for_law("state_feedback")())
+    again = Measurement(stamp, 0.0501, 4e5, 4e5, 6e5)
+    assert loop.repeat(again) is (answer if stamp else None)
+    following = loop.sample(Measurement(stamp + MILLISECOND, 0.06, 4e5, 4e5, 6e5))
+    assert following is not None
+    assert following.reference == 0.06
 
 
 def test_new_gains_answer_no_sample_anew() -> None:
