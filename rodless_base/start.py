@@ -51,7 +51,8 @@ class Stop:
     twice).
     """
 
-    def __init__(self) -> None:
+    def __init__(self, code: int = 0, line: str = "") -> None:
+        """Handle signals from now on, those that our executables have kept waiting first."""
         self.requested = False
         # What takes back what a process would leave that ends on the spot.
         self.undo: Callable[[], object] = lambda: None
@@ -59,13 +60,14 @@ class Stop:
         self.asked: Callable[[], object] = lambda: None
         self._running = self._impatient = False
         self._asked_at = 0.0
-        self._code, self._line = 0, ""
+        self.end_with(code, line)
         for number in SIGNALS:
             # nohup has one ignored, for what is to go on when its terminal closes.
             if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
                 signal.signal(number, self._handle)
         # On its way out Python gives signals back their deadly default, unless they are ignored.
         atexit.register(self._ignore_from_now_on)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
     def end_with(self, code: int, line: str = "") -> None:
         """Let a request end the process with this exit code, after a line on standard error."""

@@ -76,8 +76,7 @@ def main() -> None:
     """Run the verb on the command line and exit with its code, 1 where its output got lost."""
     output = Output()
     try:
-        stop = Stop()
-        stop.end_with(1, "interrupted")
+        stop = Stop(1, "interrupted")
         code = _run(stop)
     except SystemExit as ended:  # after help, or a refusal of the command line
         code = ended.code

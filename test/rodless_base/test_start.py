@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+import rodless_base
 from rodless_base.start import AGAIN_SECONDS
 
 pytestmark = pytest.mark.usefixtures("hears_hangup")
@@ -25,6 +26,17 @@ pytestmark = pytest.mark.usefixtures("hears_hangup")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # Only a hung process meets it.
 TIMEOUT = 60.0
+
+PACKAGES = Path(rodless_base.__file__).parents[1]
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+
+# The package that all others stand on, long in coming as on a busy machine.
+SLOW = f"""
+import sys
+print("importing", flush=True)
+sys.stdin.readline()
+__path__ = [{str(PACKAGES / "rodless_base")!r}]
+"""
 
 IMPORTING = """
 import sys
@@ -133,6 +145,37 @@ def test_before_it_runs_a_request_ends_it_at_once(
     # Its input stays open: nothing but the signal ends the wait for a line.
     assert process.wait(TIMEOUT) == 0
     assert process.communicate() == ("", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize(
+    ("executable", "ending"),
+    [
+        ("plant", (0, "")),
+        ("controller", (0, "")),
+        ("rig", (0, "")),
+        ("recorder", (1, "interrupted\n")),
+    ],
+)
+def test_a_signal_that_nothing_of_ours_can_handle_yet_waits(
+    tmp_path: Path, executable: str, ending: tuple[int, str], number: signal.Signals
+) -> None:
+    """An executable of `ros2 run` whose very first import takes long ends cleanly all the same."""
+    (tmp_path / "rodless_base").mkdir()
+    (tmp_path / "rodless_base" / "__init__.py").write_text(SLOW, encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, str(SCRIPTS / executable)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(PACKAGES)])},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert line(process) == "importing"
+        process.send_signal(number)
+        process.send_signal(number)  # as `ros2 launch` and the terminal
+        _, errors = process.communicate("go on\n", TIMEOUT)
+    assert (process.returncode, errors) == ending
 
 
 @pytest.mark.parametrize("number", SIGNALS)
