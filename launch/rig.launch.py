@@ -10,6 +10,7 @@
 
 import atexit
 import shutil
+import signal
 import tempfile
 from pathlib import Path
 
@@ -193,7 +194,7 @@ def parameter_files(chosen: dict[str, str]) -> list[str]:
     if chosen["sensors"] != "preset":
         files.append(CONFIG / "sensors" / f"{chosen['sensors']}.yaml")
     folder = Path(tempfile.mkdtemp(prefix="rodless_sim-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    atexit.register(remove, folder)
     if chosen["namespace"].strip("/"):
         # Of several rigs, /clock can be only one's.
         own_clock = {"plant": {"time.publish_clock": False}}
@@ -204,6 +205,12 @@ def parameter_files(chosen: dict[str, str]) -> list[str]:
         files.append(write_parameters(folder / "of_file.yaml", found))
     files.append(write_parameters(folder / "arguments.yaml", arguments))
     return [str(file) for file in files]
+
+
+def remove(folder: Path) -> None:
+    """Remove ``folder`` as the launch ends; Ctrl-C again has nothing left to end."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def parameters_of_file(

@@ -11,7 +11,9 @@
 launch itself is stood in for; the nodes are real.
 """
 
+import atexit
 import re
+import shutil
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -57,6 +59,28 @@ def running(start_process: StartProcess, nodes: list[Node]) -> Iterator[list[Nod
         for process in processes:
             process.signal(signal.SIGINT)
         assert [process.wait() for process in processes] == [0] * len(processes)
+
+
+def test_ctrl_c_as_a_launch_ends_leaves_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that comes while the parameter files are removed is not heard: all else has ended."""
+    at_exit, heard = [], []
+    monkeypatch.setattr(atexit, "register", lambda *call: at_exit.append(call))
+    nodes = launch_nodes(RIG)
+    really_remove = shutil.rmtree
+
+    def removed_meanwhile(folder: Path, ignore_errors: bool) -> None:
+        signal.raise_signal(signal.SIGINT)
+        really_remove(folder, ignore_errors)
+
+    monkeypatch.setattr(shutil, "rmtree", removed_meanwhile)
+    before = signal.signal(signal.SIGINT, lambda *_: heard.append("SIGINT"))
+    try:
+        for function, *arguments in at_exit:
+            function(*arguments)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not heard
+    assert not Path(nodes[0].parameters[-1]).parent.exists()
 
 
 def test_by_default_it_is_the_paper_in_real_time_with_our_controller() -> None:
