@@ -8,22 +8,30 @@
 
 """What is odd about a bag that can be read all the same, one line each."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.one_line import listed
 from rodless_base.topics import THROTTLED, VALVE_STATE
+from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages
 from rodless_lab.runs.commands import SAME_SAMPLE
 from rodless_lab.runs.measured_run import MeasuredRun
+from rodless_lab.runs.recorded_drive import BEFORE_THE_READING, BEFORE_THE_VALVE
+from rodless_sim import faults
 
 Array = npt.NDArray[np.float64]
 
 # Of voltages that no sample takes, a larger share of the samples is no accident.
 TOLERATED_SHARE = 0.01
+
+FAULT_MESSAGE = "diagnostic_msgs/msg/DiagnosticArray"
 
 
 # Of the samples of the positions, so small a share of those of another topic is a few words about
@@ -134,3 +142,38 @@ def set_points_left_out(bag: Path, messages: TopicMessages, usable: Sequence[int
         return ""
     of = f"{count} of {len(messages)} set-points"
     return f"{bag}: {messages.topic.name}: {of} are no number within ±1e100 m and left out"
+
+
+def faults_in(bag: Bag, topic: str, begin: tuple[int, float], run: MeasuredRun) -> str:
+    """Say which faults were active in a run, but for those that its other readings hold.
+
+    ``topic`` is the plant's ``faults``; what another program publishes under that name says
+    nothing. The times of the run count from ``begin`` (ns, and s after that).
+    """
+    recorded, (origin, start) = bag[topic], begin
+    if recorded.topic.type_name != FAULT_MESSAGE:
+        return ""
+    held = {*BEFORE_THE_READING, *(() if run.commanded else BEFORE_THE_VALVE)}
+    last = float(run.time[-1])
+    spans: dict[str, tuple[float, float]] = {}
+    try:
+        stamps = (recorded.stamp_time - origin) * SECONDS_PER_NANOSECOND - start
+        active = [_named_faults(message) - held for message in recorded.messages]
+    except BagError:
+        return ""
+    for since, until, names in zip(stamps, [*stamps[1:], math.inf], active, strict=True):
+        if until > 0.0 and since <= last:
+            now = max(float(since), 0.0), min(float(until), last)
+            spans |= {name: (spans.get(name, now)[0], now[1]) for name in names}
+    if not spans:
+        return ""
+    said = listed([f"{name} {low:.3f} to {high:.3f} s" for name, (low, high) in spans.items()])
+    return (
+        f"{bag.path}: {topic}: faults were active ({said}); a simulated rig has only those of "
+        "its parameters"
+    )
+
+
+def _named_faults(message: Any) -> set[str]:
+    named = {value.key for status in message.status for value in status.values}
+    return named & faults.PARAMETERS.keys()

@@ -25,11 +25,19 @@ from rodless_base.constants import (
     SPOOL,
 )
 from rodless_base.one_line import shown
-from rodless_base.topics import JOINT_STATES, PRESSURES, SETPOINT, VALVE_STATE, VALVE_VOLTAGE
+from rodless_base.topics import (
+    FAULTS,
+    JOINT_STATES,
+    PRESSURES,
+    SETPOINT,
+    VALVE_STATE,
+    VALVE_VOLTAGE,
+)
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.bag_remarks import (
     far_apart,
+    faults_in,
     namespaces_with,
     other_rigs,
     set_points_left_out,
@@ -192,6 +200,8 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     ]
     run = replace(run, time=run.time - start, doubt=doubt, commanded=held is None)
     remarks += [f"{bag.path}: {namespace}/{strange}" for strange in off_any_rig(run)]
+    if (name := f"{namespace}/{FAULTS}") in bag:
+        remarks.append(faults_in(bag, name, (origin, start), run))
     run = replace(
         run,
         missing=_missing(bag, namespace, (origin, start), joint, sent),

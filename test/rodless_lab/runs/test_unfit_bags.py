@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from quiet_stop import Quiet
 from rclpy.serialization import serialize_message
 from rig_bag import Spoil, untouched, with_arrays, write
@@ -377,6 +378,58 @@ def test_a_rig_beside_the_one_at_the_root_is_told(tmp_path: Path, run: MeasuredR
     (said,) = read_run(tmp_path / "bag").remarks
     assert said.endswith("also holds joint_states of /left; a namespace would choose that")
     assert read_run(tmp_path / "bag", "/left").remarks == ()
+
+
+def with_faults(bag: Path, path: Path, courses: dict[float, dict[str, str]]) -> Path:
+    """Write ``bag`` once more with what its plant says of its faults, by the time (s) of each."""
+    plain = read_bag(bag)
+    with BagWriter(path) as writer:
+        for name in plain:
+            writer.add_topic(plain[name].topic)
+            for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                writer.write(name, data, int(when), int(when))
+        writer.add_topic(BagTopic("/faults", "diagnostic_msgs/msg/DiagnosticArray"))
+        for time, faults in courses.items():
+            values = [KeyValue(key=name, value=value) for name, value in faults.items()]
+            message = DiagnosticArray(status=[DiagnosticStatus(values=values)])
+            message.header.stamp.nanosec = round(time * 1e9)
+            writer.write("/faults", serialize_message(message), round(time * 1e9), 0)
+    return path
+
+
+def test_faults_of_a_recording_are_told(tmp_path: Path, run: MeasuredRun) -> None:
+    """Faults in a bag are named with their times, as a replay departs where they were active.
+
+    Not those whose effect the recording holds: of the supply, and of the valve where what that held
+    was recorded; nor those that ended before the run.
+    """
+    courses = {
+        0.0: {"fault.valve.offset": "0.2 V", "fault.supply.loss": "0.3"},
+        0.02: {"fault.carriage.seized": "true", "fault.valve.offset": "0.2 V"},
+        0.05: {},
+        0.06: {"fault.tube_a.burst": "1e-06 m²", "not a fault": "x"},
+    }
+    held = with_faults(write(tmp_path / "a", run, held=True), tmp_path / "held", courses)
+    (said,) = read_run(held).remarks
+    assert said.startswith(f"{held}: /faults: faults were active (fault.carriage.seized 0.020 to ")
+    assert "seized 0.020 to 0.050 s, fault.tube_a.burst 0.060 to 0.100 s); a simulated" in said
+    asked = with_faults(write(tmp_path / "b", run), tmp_path / "asked", courses)
+    (said,) = read_run(asked).remarks
+    assert "fault.valve.offset 0.000 to 0.050 s, fault.carriage.seized" in said
+    none = with_faults(tmp_path / "a", tmp_path / "none", {0.0: {}})
+    assert read_run(none).remarks == ()
+
+
+def test_what_others_publish_as_faults_says_nothing(tmp_path: Path, run: MeasuredRun) -> None:
+    """A topic of that name with messages of another type leaves a bag as readable as it was."""
+    plain = read_bag(write(tmp_path / "plain", run))
+    with BagWriter(tmp_path / "bag") as writer:
+        for name in plain:
+            for one in (name, *(["/faults"] if name == "/joint_states" else [])):
+                writer.add_topic(replaced(plain[name].topic, name=one))
+                for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
+                    writer.write(one, data, int(when), int(when))
+    assert read_run(tmp_path / "bag").remarks == ()
 
 
 # Where the stamp of a message in CDR ends: after 4 bytes of representation and 8 of its own.
