@@ -77,11 +77,10 @@ class ControlLoop:
             self.failure = None
             # What a law keeps that has failed cannot be trusted, its parameters included.
             self._attempt(self._make_law_anew)
-        answered = self._answered
+        # Offered again, a sample keeps its answer, but for one that may be of a new run.
+        if self._last == 0:
+            self._answered = None
         self._start_anew()
-        # Offered again, a sample has that answer, but for one that may be of a new run.
-        if answered is not None and answered[0].stamp != 0:
-            self._answered = answered
 
     def _make_law_anew(self) -> None:
         self.law = make_law(type(self.law), self._given)
@@ -90,7 +89,7 @@ class ControlLoop:
         self.setpoints.reset()
         if self.failure is None:
             self._attempt(self.law.reset)
-        self._last = self._answered = None
+        self._last = None
 
     def hold(self) -> None:
         """Count that samples are missing, and tell the law so."""
@@ -104,6 +103,7 @@ class ControlLoop:
     def _notice_restart(self, stamp: int) -> None:
         if self._last is not None and stamp < self._last:
             self.restarts += 1
+            self._answered = None
             self._start_anew()
 
     def expect_gap(self) -> None:

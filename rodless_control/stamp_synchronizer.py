@@ -45,7 +45,6 @@ class StampSynchronizer:
         hold.
         """
         self.incomplete = 0
-        self._has_completed = False
         self._completed = NONE_YET
         self._capacity = capacity
         self._topics = {field: _Topic() for field in fields}
@@ -53,7 +52,7 @@ class StampSynchronizer:
 
     def put(self, field: str, stamp: int, value: float) -> Measurement | None:
         """Take one reading; return the measurement that it completes, if it does."""
-        if not self._has_completed and stamp < self._topics[field].latest[1]:
+        if self._completed == NONE_YET and stamp < self._topics[field].latest[1]:
             self._drop(list(self._waiting))
             self._start_over_with(field, stamp, value)
             return None
@@ -61,7 +60,6 @@ class StampSynchronizer:
         readings = self._waiting.setdefault(key, {})
         readings[field] = value
         if len(readings) == len(self._topics):
-            self._has_completed = True
             self._drop(other for other in list(self._waiting) if other < key)
             self._completed = key
             return Measurement(stamp, **self._waiting.pop(key))
@@ -93,7 +91,6 @@ class StampSynchronizer:
 
     def _start_over_with(self, field: str, stamp: int, value: float) -> None:
         """Keep this reading alone."""
-        self._has_completed = False
         self._completed = NONE_YET
         self._topics = {other: _Topic() for other in self._topics}
         self._topics[field].latest = (0, stamp)

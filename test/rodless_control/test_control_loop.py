@@ -104,6 +104,21 @@ def test_what_begins_anew_answers_no_sample_anew(begin: str, stamp: int) -> None
     assert following.reference == 0.06
 
 
+def test_a_law_that_fails_as_it_begins_anew_answers_no_sample_again() -> None:
+    """Not by what it said before, either: the valve is to be closed."""
+    loop, now, _ = charged()
+    last = Measurement(now + MILLISECOND, 0.0501)
+    assert loop.sample(last) is not None
+
+    def fail() -> None:
+        raise RuntimeError("no reset")
+
+    loop.law.reset = fail  # type: ignore[method-assign]
+    loop.reset()
+    assert "no reset" in str(loop.failure)
+    assert loop.repeat(last) is None
+
+
 def test_new_gains_answer_no_sample_anew() -> None:
     """In lock-step it would depend on how often a sample is offered by which its command is."""
     loop, now, _ = charged()

@@ -30,6 +30,7 @@ from rodless_lab.session.observer import Observer
 from rodless_sim import Rig, RigParameters
 from rodless_sim.node.engine import Engine
 from rodless_sim.node.lockstep import Lockstep
+from rodless_sim.physics.state import State
 
 pytestmark = pytest.mark.ros
 
@@ -49,12 +50,10 @@ CHANGES: list[dict[str, Any]] = [
 def message_of(seen: Measurement, field: str) -> bytes:
     """Return the message that the plant sends of a reading."""
     value = getattr(seen, field)
-    is_position = field == POSITION
-    message = (
-        JointState(name=["carriage"], position=[value])
-        if is_position
-        else FluidPressure(fluid_pressure=value)
-    )
+    if field == POSITION:
+        message = JointState(name=["carriage"], position=[value])
+    else:
+        message = FluidPressure(fluid_pressure=value)
     set_stamp(message.header.stamp, seen.stamp)
     return bytes(serialize_message(message))
 
@@ -67,7 +66,7 @@ class Wires:
         self.clock = 0.0
         self.held: list[float] = []  # the command of each step, V
         self.asked: list[int] = []  # the stamps that the law was asked for, ns
-        self.on_its_way: dict[str, deque[bytes]] = {field: deque() for field in (POSITION,)}
+        self.on_its_way: dict[str, deque[bytes]] = {POSITION: deque()}
         self.commands: deque[float] = deque()
         self.sent = 0
         answers = controller._answers
@@ -94,9 +93,9 @@ class Wires:
 
         loop.sample = noted  # type: ignore[method-assign]
 
-    def _publish(self, seen: Measurement, _state: object) -> None:
-        if seen.stamp and seen.stamp > self.stamp_of_steps:
-            self.held.append(self.engine.command.voltage(seen.stamp))
+    def _publish(self, seen: Measurement, state: State) -> None:
+        if seen.stamp > self.stamp_of_steps:
+            self.held.append(state.voltage)
         for field, waiting in self.on_its_way.items():
             waiting.append(message_of(seen, field))
 
