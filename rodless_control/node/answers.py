@@ -68,6 +68,9 @@ class Answers:
         self._has_gap = False
         # Called for each failure of the law, with the valve closed already or about to be.
         self.on_failure: Callable[[], None] = lambda: None
+        # Called for each sample that gets a command: one passed over, as it waited through a stall,
+        # tells nothing of now.
+        self.on_answer: Callable[[], None] = lambda: None
         self.enabled = True
         self.refused = False  # the last sample, because something of it was not finite
         self.any = False  # of the law's
@@ -131,6 +134,7 @@ class Answers:
             self._give_answer(passed)
 
     def _give_answer(self, measurement: Measurement) -> None:
+        self.on_answer()
         output = self._answer(measurement) if self.enabled else None
         self.refused = self.enabled and output is None
         if output is None:

@@ -21,7 +21,6 @@ from rodless_base.measurement import Measurement
 from rodless_base.ros.diagnostics import steady_clock
 from rodless_base.ros.in_process import DirectNode
 from rodless_base.ros.logs import log_through
-from rodless_base.ros.message_info import Info
 from rodless_base.ros.own_time import tell_time, without_clock_topic
 from rodless_base.ros.parameters import RosParameters
 from rodless_base.ros.process import check_arguments, run_node
@@ -90,7 +89,7 @@ class ControllerNode:
             self.node,
             self._loop.law.USES_PRESSURES,
             self._joint,
-            self._take_sample,
+            self._answers.take,
         )
         self._references = ReferenceInputs(
             self.node, self._loop.setpoints, self._joint, self._obstacle
@@ -102,6 +101,7 @@ class ControllerNode:
             self._answers.close_valve,
             self._answers.hold,
         )
+        self._answers.on_answer = self._watchdog.arrive
         self._diagnostics = ControllerDiagnostics(
             self.node, self._loop, self._inputs, self._references, self._watchdog, self._answers
         )
@@ -169,10 +169,6 @@ class ControllerNode:
     def _make_safe(self, reason: str) -> None:
         self._loop.stop(reason)
         self._close_valve_at_once()
-
-    def _take_sample(self, measurement: Measurement, info: Info) -> None:
-        self._watchdog.arrive()
-        self._answers.take(measurement, info)
 
     def _poll(self) -> None:
         tell_time(self._clock, self._answers.stamp)

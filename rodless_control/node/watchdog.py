@@ -48,7 +48,7 @@ class Watchdog:
         self._watch.arrive()
 
     def arrive(self) -> None:
-        """Take note of a position."""
+        """Take note of a position of now."""
         self._arrived = True
 
     @property

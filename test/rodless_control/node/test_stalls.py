@@ -23,7 +23,7 @@ from rodless_base.measurement import Measurement
 from rodless_base.ros.cdr import unpack_float64
 from rodless_control import Pid, PidParameters, ReferencePoint
 from rodless_control.node.controller_node import ControllerNode
-from rodless_control.node.position_watch import WATCH_PERIOD
+from rodless_control.node.position_watch import WATCH_PERIOD, PositionWatch
 from rodless_control.node.stalls import LONGEST, STALL, YOUNG, Stalls
 from rodless_lab.session.observer import Observer
 
@@ -224,6 +224,31 @@ def test_of_a_sender_that_sends_on_no_old_sample_is_answered(bench: Bench, comes
             bench.answers.poll()
     assert len(bench.voltages) == before + 1
     assert bench.answers.pace.skipped == (4 if comes else 3)
+
+
+@pytest.mark.ros
+def test_old_samples_that_trickle_in_keep_no_valve_open(bench: Bench) -> None:
+    """Each counted as a position: the valve stood as before the stall for up to two seconds."""
+    before = bench.stall()
+    watchdog = bench.controller._watchdog
+    watchdog._watch = PositionWatch(lambda: round(bench.clock.now * 1e9))
+    watchdog.begin()
+    watchdog.poll()
+    for k in range(300, 320):
+        bench.clock.now += WATCH_PERIOD
+        bench.take(k, 0.05)
+        bench.answers.poll()
+        watchdog.poll()
+    if bench.in_lockstep:
+        assert len(bench.voltages) == before + 20
+        assert watchdog.problem is None
+        return
+    assert set(bench.voltages[before:]) == {bench.controller._number("controller.neutral_voltage")}
+    assert watchdog.problem == "no position: valve closed"
+    bench.take(2800, 0.0999)
+    watchdog.poll()
+    assert bench.answers.by_law
+    assert watchdog.problem is None
 
 
 @pytest.mark.ros
