@@ -77,7 +77,7 @@ class Bench:
 
     def take(self, measurement: Measurement) -> None:
         """Give a whole measurement."""
-        self.controller._take_sample(measurement, delivered_now(1))
+        self.controller._answers.take(measurement, delivered_now(1))
 
     def take_position(self, stamp: int, position: float) -> None:
         """Give a message with the carriage's position."""

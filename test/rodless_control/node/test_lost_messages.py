@@ -60,7 +60,7 @@ def test_commands_and_telemetry_that_are_lost_stand_among_the_faults(
             monkeypatch.setattr(controller._answers, "_voltage", Blocked())
             monkeypatch.setattr(reference, "_publisher", Blocked())
             reference.poll()
-        controller._take_sample(Measurement(k * 1_000_000, 0.05), NOW)
+        controller._answers.take(Measurement(k * 1_000_000, 0.05), NOW)
     controller._poll()
 
     def published() -> bool:
