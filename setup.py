@@ -144,7 +144,7 @@ setup(
         (f"lib/{NAME}", ["scripts/plant", "scripts/controller", "scripts/rig", "scripts/recorder"]),
     ],
     entry_points={
-        "console_scripts": ["rodless = rodless_lab.cli.main:main"],
+        "console_scripts": ["rodless = rodless_lab.cli.entry:main"],
         # Named like the module, so that `pytest -p rodless_pytest` does not load it twice.
         "pytest11": ["rodless_pytest = rodless_pytest"],
     },

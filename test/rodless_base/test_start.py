@@ -147,24 +147,30 @@ def test_before_it_runs_a_request_ends_it_at_once(
     assert process.communicate() == ("", "")
 
 
+VERB = ["-c", "from rodless_lab.cli.entry import main; main()", "rig"]
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize(
     ("executable", "ending"),
     [
-        ("plant", (0, "")),
-        ("controller", (0, "")),
-        ("rig", (0, "")),
-        ("recorder", (1, "interrupted\n")),
+        ([SCRIPTS / "plant"], (0, "")),
+        ([SCRIPTS / "controller"], (0, "")),
+        ([SCRIPTS / "rig"], (0, "")),
+        ([SCRIPTS / "recorder"], (1, "interrupted\n")),
+        (VERB, (1, "interrupted\n")),
     ],
+    ids=["plant", "controller", "rig", "recorder", "verb"],
 )
 def test_a_signal_that_nothing_of_ours_can_handle_yet_waits(
-    tmp_path: Path, executable: str, ending: tuple[int, str], number: signal.Signals
+    tmp_path: Path, executable: list[str | Path], ending: tuple[int, str], number: signal.Signals
 ) -> None:
-    """An executable of `ros2 run` whose very first import takes long ends cleanly all the same."""
+    """An executable or a verb whose very first import takes long ends cleanly all the same."""
     (tmp_path / "rodless_base").mkdir()
     (tmp_path / "rodless_base" / "__init__.py").write_text(SLOW, encoding="utf-8")
     with subprocess.Popen(
-        [sys.executable, str(SCRIPTS / executable)],
+        [sys.executable, *executable],
+        cwd=tmp_path,  # where Python without PYTHONSAFEPATH looks first
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(PACKAGES)])},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
