@@ -248,7 +248,10 @@ def flattened(tree: object) -> dict[str, object]:
 
 def _leaves(tree: object, prefix: str) -> Iterator[tuple[str, object]]:
     if not isinstance(tree, dict):
-        raise ValueError(f"{prefix or 'ros__parameters'}: expected names and values")
+        raise ValueError(
+            f"{prefix or 'ros__parameters'}: {shown(tree)} refused: expected names and values, "
+            "each with a colon and a space between"
+        )
     for key, value in tree.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from rodless_base.constants import NANOSECONDS_PER_SECOND
 from rodless_base.file_path import file_path
-from rodless_base.one_line import shown
+from rodless_base.one_line import listed, shown
 from rodless_base.parameter_file import flattened, preset_directory
 from rodless_base.parameters import ParameterError, ParameterFileError, Value
 from rodless_base.yaml_file import read_yaml
@@ -156,6 +156,10 @@ class Scenario:
     def _entry(self, number: int, entry: object) -> Entry:
         try:
             at, changes = _pair(entry)
+            if at is None:
+                names = [shown(name) for name in changes] if isinstance(changes, Mapping) else []
+                given = f"; it has {listed(names)}" if names else ""
+                raise ValueError(f"`{AT}:`, a time in s, is missing{given}")
             time = single_number(at, AT, "seconds")
             if not 0.0 <= time <= LATEST:
                 raise ValueError(f"{AT} {shown(at)} refused: must be from 0 to {LATEST:g} s")

@@ -23,13 +23,25 @@ from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages
 from rodless_lab.runs.commands import SAME_SAMPLE
 from rodless_lab.runs.measured_run import MeasuredRun
-from rodless_lab.runs.recorded_drive import BEFORE_THE_READING, BEFORE_THE_VALVE
-from rodless_sim import faults
+from rodless_lab.runs.recorded_drive import BEFORE_THE_READING, BEFORE_THE_VALVE, PRESSURE
+from rodless_sim import RigParameters, faults
 
 Array = npt.NDArray[np.float64]
 
 # Of voltages that no sample takes, a larger share of the samples is no accident.
 TOLERATED_SHARE = 0.01
+
+PARAMETER_EVENTS = "/parameter_events"
+PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
+
+# How parameters begin that change nothing of the plant, or that other topics tell of.
+NEITHER_PLANT_NOR_UNTOLD = (
+    "time.",
+    "fault.",
+    "frame_prefix",
+    "sensors.publish_",
+    "valve.command_timeout",
+)
 
 FAULT_MESSAGE = "diagnostic_msgs/msg/DiagnosticArray"
 
@@ -172,6 +184,53 @@ def faults_in(bag: Bag, topic: str, begin: tuple[int, float], run: MeasuredRun) 
         f"{bag.path}: {topic}: faults were active ({said}); a simulated rig has only those of "
         "its parameters"
     )
+
+
+def changes_in(
+    bag: Bag, namespace: str, joint: TopicMessages, begin: tuple[int, float], run: MeasuredRun
+) -> str:
+    """Say which parameters of the plant were changed in a run, but for what its readings hold.
+
+    What tells of a change has no plant time: it is that of the first position that came after it.
+    """
+    if PARAMETER_EVENTS not in bag:
+        return ""
+    recorded, (origin, start) = bag[PARAMETER_EVENTS], begin
+    if recorded.topic.type_name != PARAMETER_EVENT:
+        return ""
+    try:
+        names = [_changed(message, namespace) for message in recorded.messages]
+    except BagError:
+        return ""
+    held = {PRESSURE, *BEFORE_THE_READING, *(() if run.commanded else BEFORE_THE_VALVE)}
+    stamps = (joint.stamp_time - origin) * SECONDS_PER_NANOSECOND - start
+    times: dict[str, list[float]] = {}
+    for place, changed in zip(
+        np.searchsorted(joint.log_time, recorded.log_time), names, strict=True
+    ):
+        if 0 < place < len(stamps):
+            for name in sorted(changed - held):
+                times.setdefault(name, []).append(float(stamps[place]))
+    if not times:
+        return ""
+    said = listed([f"{name} at {_times(when)}" for name, when in times.items()])
+    return (
+        f"{bag.path}: {PARAMETER_EVENTS}: parameters of the plant were changed ({said}); a "
+        "simulated rig keeps those it begins with"
+    )
+
+
+def _changed(message: Any, namespace: str) -> set[str]:
+    if message.node.rpartition("/")[0] != namespace:
+        return set()
+    of_the_plant = RigParameters.DECLARATIONS.keys()
+    changed = {parameter.name for parameter in message.changed_parameters} & of_the_plant
+    return {name for name in changed if not name.startswith(NEITHER_PLANT_NOR_UNTOLD)}
+
+
+def _times(when: Sequence[float]) -> str:
+    later = len(when) - 1
+    return f"{when[0]:.3f} s and {later} more" if later else f"{when[0]:.3f} s"
 
 
 def _named_faults(message: Any) -> set[str]:

@@ -36,6 +36,7 @@ from rodless_base.topics import (
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.bag_remarks import (
+    changes_in,
     far_apart,
     faults_in,
     namespaces_with,
@@ -202,6 +203,7 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     remarks += [f"{bag.path}: {namespace}/{strange}" for strange in off_any_rig(run)]
     if (name := f"{namespace}/{FAULTS}") in bag:
         remarks.append(faults_in(bag, name, (origin, start), run))
+    remarks.append(changes_in(bag, namespace, joint, (origin, start), run))
     run = replace(
         run,
         missing=_missing(bag, namespace, (origin, start), joint, sent),
@@ -258,7 +260,10 @@ def _missing(
     if not lost:
         return ""
     departs = "; a replay departs where the valve's were lost" if VALVE_STATE in lost else ""
-    return f"{bag.path}: {lost}{departs}; record with `rodless record`, or as docs/bags.md says"
+    return (
+        f"{bag.path}: {lost}{departs}; record with `rodless record`, or as docs/bags.md says, on a "
+        "machine with time to spare"
+    )
 
 
 def read_commands(path: str | Path, namespace: str = "") -> Commands:

@@ -150,6 +150,7 @@ def read_base(fields: Fields, folder: Path) -> Base:
         found = _set(controllers, {"reference.type": "step", **others})
     except ParameterError as error:
         raise StudyError(f"{fields.where}: set: {described(error)}") from error
+    _check_period(fields, rig, times[1])
     base = Base(rig, found[laws[0]], *times, found if len(laws) > 1 else {})
     for controller in found.values():
         check_reference(fields, replace(base, controller=controller))
@@ -198,6 +199,14 @@ def _set(
         )
         for law, one in controllers.items()
     }
+
+
+def _check_period(fields: Fields, rig: RigParameters, period: float) -> None:
+    """Raise StudyError for a period that the nodes refuse: there no row could be repeated."""
+    try:
+        rig.with_values({"time.period": period})
+    except ParameterError as error:
+        raise fields.error("run", described(error).replace("time.period", "period", 1)) from error
 
 
 def check_reference(fields: Fields, base: Base) -> None:

@@ -225,7 +225,11 @@ def test_an_empty_section_gives_nothing(written: Write) -> None:
         ("left: {/plant: {ros__parameters: {}}}", "'left//plant' has two slashes in a row"),
         ("plant: 3", "'plant' must hold ros__parameters"),
         ("controller: 3", "'controller' must hold ros__parameters"),
-        ("plant:\n  ros__parameters: 3", "expected names and values"),
+        ("plant:\n  ros__parameters: 3", "ros__parameters: 3 refused: expected names and values"),
+        (
+            "plant:\n  ros__parameters:\n    supply.pressure 600000.0",
+            "'supply.pressure 600000.0' refused: .* each with a colon and a space between",
+        ),
         ("plant:\n  ros__parameters: [1, 2]", "expected names and values"),
     ],
 )

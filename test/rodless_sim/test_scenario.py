@@ -60,7 +60,12 @@ def test_a_file_is_a_list_of_times_and_values(tmp_path: Path) -> None:
         ("fault.valve.offset: 1", "not a scenario: must be a list"),
         ("", "not a scenario: must be a list"),
         ("- 5", "entry 1: 5 refused: must be a time in s, and parameters by name"),
-        ("- {fault.valve.offset: 1}", "entry 1: at None refused: must be a number of seconds"),
+        (
+            "- {fault.valve.offset: 1}",
+            "entry 1: `at:`, a time in s, is missing; it has 'fault.valve.offset'",
+        ),
+        ("- {At: 1, rail.tilt: 1}", "`at:`, a time in s, is missing; it has 'At', 'rail.tilt'"),
+        ("- {}", "entry 1: `at:`, a time in s, is missing"),
         ("- {at: -1, fault.valve.offset: 1}", "entry 1: at -1 refused: must be from 0 to 1e+06 s"),
         ("- {at: .nan, fault.valve.offset: 1}", "entry 1: at nan refused"),
         ("- {at: yes, fault.valve.offset: 1}", "entry 1: at True refused"),

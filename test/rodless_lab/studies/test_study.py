@@ -228,6 +228,7 @@ def test_the_studies_that_ship_can_be_done(name: str) -> None:
         ("run: {duration: -1}", "run: duration -1.0 s refused"),
         ("run: {duration: 1.0, since: 2.0}", "run: since: 2 s refused, must be within the run"),
         ("run: {period: fast}", "run: period: 'fast' refused, must be a number"),
+        ("run: {period: 1}", "run: period: 1 s refused, longer than valve.command_timeout (0.1 s)"),
         ("traces: {columns: [speed]}", "traces: columns: 'speed' refused, there are time"),
         ("traces: {columns: [position], every: 0}", "traces: every: 0 refused"),
         ("run: {duration: 0.45}", "row 0 of 1: reference.at: 0.5 s refused, the run has ended by"),
