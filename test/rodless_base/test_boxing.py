@@ -53,7 +53,8 @@ print(caught)
     "work",
     [
         also("rig.advance(5.5, 1e-3), rig.read()"),
-        "loop.run(calibrated)",
+        also("loop.run(calibrated)"),
+        "loop.run(RigParameters())",
     ],
 )
 def test_an_interrupt_never_breaks_off_the_making_of_a_result(work: str) -> None:

@@ -90,6 +90,7 @@ def test_steps_end_at_the_target_and_stay(seed: int) -> None:
     assert count(found, "chatter", 0.05) >= 97
 
 
+@extensive
 @fresh
 def test_a_millisecond_more_of_delay_costs_little(seed: int) -> None:
     """The command arrives 1 ms later: as before, but to 0.2 mm in 0.5 s."""
