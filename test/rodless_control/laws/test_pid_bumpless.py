@@ -13,6 +13,7 @@ import math
 import pytest
 
 from rodless_control import Measurement, Pid, PidParameters, ReferencePoint
+from rodless_control.laws.parts.effort import VOLTAGE_REACH
 from rodless_sim import Rig, RigParameters
 
 # Small enough to keep the command of the default gains inside its limits.
@@ -105,6 +106,24 @@ def test_new_gains_that_reach_a_limit_move_no_command(
     assert pid.update(*sample, 0.0).voltage == pytest.approx(command, abs=1e-12)
 
 
+def test_what_is_taken_up_at_a_limit_counts_the_integral() -> None:
+    """Full open by error and integral together: half the gain keeps that, and not a volt more.
+
+    More would still hold the valve open where the error alone no longer does.
+    """
+    pid = Pid(PidParameters({"controller.ki": 500.0}))
+    target = ReferencePoint(0.1)
+    for k in range(2000):
+        integral = pid.update(Measurement(0, 0.098), target, 1e-3 if k else 0.0).i
+    assert 0.5 < integral < 0.5 * VOLTAGE_REACH
+    away = Measurement(0, 0.1 - VOLTAGE_REACH / 800.0)
+    assert pid.update(away, target, 0.0).voltage == 10.0
+    pid.configure(PidParameters({"controller.kp": 400.0, "controller.ki": 500.0}))
+    command = pid.update(away, target, 0.0)
+    assert command.voltage == 10.0
+    assert command.p + command.i == pytest.approx(VOLTAGE_REACH, abs=1e-9)
+
+
 def test_gains_that_push_the_other_way_move_no_command() -> None:
     """Full open towards the target by the one gain, away from it by the other."""
     pid = Pid(PidParameters({"controller.kp": 5000.0, "controller.kd": 0.0}))
@@ -169,11 +188,12 @@ def test_another_filter_reads_the_same_speed(change: dict[str, float | str], bac
     there, other = PidParameters(), PidParameters(change)
     pid = Pid(other if back else there)
     for k in range(8000):
-        if k == 7000:
-            pid.configure(there if back else other)
         place = 0.1e-3 * k
         sample = Measurement(k * 1_000_000, place), ReferencePoint(place + 1e-4, 0.1)
         command = pid.update(*sample, 1e-3 if k else 0.0)
+        if k == 7000:
+            pid.update(*sample, 0.0)  # once more
+            pid.configure(there if back else other)
         if k >= 7000:
             assert command.d == pytest.approx(-6.0, rel=1e-9)
 
@@ -194,14 +214,24 @@ def test_the_same_gains_again_change_nothing_at_all() -> None:
     assert pid.update(*sample, INTERVAL) == untouched.update(*sample, INTERVAL)
 
 
-def test_gains_may_change_before_the_first_sample() -> None:
+@pytest.mark.parametrize("change", [{"controller.kp": 50.0}, {"controller.filter_bandwidth": 5.0}])
+def test_gains_may_change_before_the_first_sample(change: dict[str, float]) -> None:
     """A controller that has seen nothing has nothing to keep continuous."""
     pid = Pid(PidParameters())
-    pid.configure(PidParameters({"controller.kp": 50.0}))
-    expected = Pid(PidParameters({"controller.kp": 50.0})).update(
-        Measurement(0, 0.0), ReferencePoint(0.01), 0.0
-    )
+    pid.configure(PidParameters(change))
+    expected = Pid(PidParameters(change)).update(Measurement(0, 0.0), ReferencePoint(0.01), 0.0)
     assert pid.update(Measurement(0, 0.0), ReferencePoint(0.01), 0.0) == expected
+
+
+def test_another_filter_after_the_first_sample_is_as_one_from_the_start() -> None:
+    """No time has passed by then, in which one would have lagged."""
+    other = PidParameters({"controller.filter_bandwidth": 5.0})
+    changed, fresh = Pid(PidParameters()), Pid(other)
+    for pid in (changed, fresh):
+        pid.update(Measurement(0, 0.0), ReferencePoint(0.01), 0.0)
+    changed.configure(other)
+    sample = Measurement(1_000_000, 1e-4), ReferencePoint(0.01), 1e-3
+    assert changed.update(*sample) == fresh.update(*sample)
 
 
 @pytest.mark.parametrize("change", [{"controller.kp": 1e5}, {"controller.feedforward": 1e3}])
