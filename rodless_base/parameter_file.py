@@ -250,7 +250,7 @@ def _leaves(tree: object, prefix: str) -> Iterator[tuple[str, object]]:
     if not isinstance(tree, dict):
         raise ValueError(
             f"{prefix or 'ros__parameters'}: {shown(tree)} refused: expected names and values, "
-            "each with a colon and a space between"
+            "each as `name: value`"
         )
     for key, value in tree.items():
         name = f"{prefix}{key}"

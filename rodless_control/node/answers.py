@@ -65,6 +65,7 @@ class Answers:
         # A sample that a newer one has passed, as it seems, and whether that has been waited for.
         self._passed: Measurement | None = None
         self._waited_for_newer = False
+        self._answered_old = False  # in this stall, as nothing newer seemed to come
         self._has_gap = False
         # Called for each failure of the law, with the valve closed already or about to be.
         self.on_failure: Callable[[], None] = lambda: None
@@ -107,8 +108,12 @@ class Answers:
         self.pace.see(sent)
         may_skip = self.enabled and not self._plant_waits()
         if self._stalls.was_passed(sent) and may_skip:
+            # One after another has been answered: their sender has not waited for that.
+            self._has_gap |= self._answered_old
             self._passed, self._waited_for_newer = measurement, False
-        elif may_skip and self._must_skip(info):
+            return
+        self._answered_old = False
+        if may_skip and self._must_skip(info):
             self._loop.leave_out(measurement.stamp)
         else:
             self._give_answer(measurement)
@@ -130,7 +135,7 @@ class Answers:
         self._waited_for_newer = True
         sends_on = self._has_gap and self._stalls.is_recent
         if passed is not None and waited and not sends_on:
-            self._passed = None
+            self._passed, self._answered_old = None, True
             self._give_answer(passed)
 
     def _give_answer(self, measurement: Measurement) -> None:

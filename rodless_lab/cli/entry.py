@@ -10,8 +10,15 @@
 
 import signal
 
-signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
 
-from rodless_lab.cli.main import main  # noqa: E402
+def main() -> None:
+    """Run :func:`rodless_lab.cli.main.main`.
 
-__all__ = ["main"]
+    The signals are not kept waiting by the import of this module, as processes that others start
+    import it too.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+
+    from rodless_lab.cli.main import main as run  # noqa: PLC0415
+
+    run()

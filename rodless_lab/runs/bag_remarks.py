@@ -18,10 +18,10 @@ import numpy.typing as npt
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.one_line import listed
-from rodless_base.topics import THROTTLED, VALVE_STATE
+from rodless_base.topics import FAULTS, THROTTLED, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages
-from rodless_lab.runs.commands import SAME_SAMPLE
+from rodless_lab.runs.commands import SAME_SAMPLE, SampleTimes
 from rodless_lab.runs.measured_run import MeasuredRun
 from rodless_lab.runs.recorded_drive import BEFORE_THE_READING, BEFORE_THE_VALVE, PRESSURE
 from rodless_sim import RigParameters, faults
@@ -33,15 +33,6 @@ TOLERATED_SHARE = 0.01
 
 PARAMETER_EVENTS = "/parameter_events"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
-
-# How parameters begin that change nothing of the plant, or that other topics tell of.
-NEITHER_PLANT_NOR_UNTOLD = (
-    "time.",
-    "fault.",
-    "frame_prefix",
-    "sensors.publish_",
-    "valve.command_timeout",
-)
 
 FAULT_MESSAGE = "diagnostic_msgs/msg/DiagnosticArray"
 
@@ -186,51 +177,48 @@ def faults_in(bag: Bag, topic: str, begin: tuple[int, float], run: MeasuredRun) 
     )
 
 
-def changes_in(
-    bag: Bag, namespace: str, joint: TopicMessages, begin: tuple[int, float], run: MeasuredRun
-) -> str:
-    """Say which parameters of the plant were changed in a run, but for what its readings hold.
+def changes_in(bag: Bag, namespace: str, sent: SampleTimes, start: float, run: MeasuredRun) -> str:
+    """Say which parameters of the plant were set in a run, but for what its readings hold.
 
-    What tells of a change has no plant time: it is that of the first position that came after it.
+    What tells of that has no plant time: it is that of the sample before, by ``sent``, and counts
+    from ``start`` (s). Of a rig in a namespace it may have come by another clock than its samples.
     """
-    if PARAMETER_EVENTS not in bag:
-        return ""
-    recorded, (origin, start) = bag[PARAMETER_EVENTS], begin
+    recorded = bag[PARAMETER_EVENTS]
     if recorded.topic.type_name != PARAMETER_EVENT:
         return ""
     try:
-        names = [_changed(message, namespace) for message in recorded.messages]
+        events = [_set_in(message, namespace) for message in recorded.messages]
     except BagError:
         return ""
     held = {PRESSURE, *BEFORE_THE_READING, *(() if run.commanded else BEFORE_THE_VALVE)}
-    stamps = (joint.stamp_time - origin) * SECONDS_PER_NANOSECOND - start
+    if f"{namespace}/{FAULTS}" in bag:
+        held |= faults.PARAMETERS.keys()
     times: dict[str, list[float]] = {}
-    for place, changed in zip(
-        np.searchsorted(joint.log_time, recorded.log_time), names, strict=True
-    ):
-        if 0 < place < len(stamps):
-            for name in sorted(changed - held):
-                times.setdefault(name, []).append(float(stamps[place]))
+    for when, names in zip(sent.plant_time(recorded) - start, events, strict=True):
+        if namespace or 0.0 <= when < run.time[-1]:
+            for name in sorted(names - held):
+                times.setdefault(name, []).append(float(when))
     if not times:
         return ""
-    said = listed([f"{name} at {_times(when)}" for name, when in times.items()])
+    said = listed([name if namespace else f"{name} {_times(when)}" for name, when in times.items()])
     return (
-        f"{bag.path}: {PARAMETER_EVENTS}: parameters of the plant were changed ({said}); a "
-        "simulated rig keeps those it begins with"
+        f"{bag.path}: {PARAMETER_EVENTS}: parameters of the plant were set ({said}); a simulated "
+        "rig keeps those it begins with"
     )
 
 
-def _changed(message: Any, namespace: str) -> set[str]:
+def _set_in(message: Any, namespace: str) -> set[str]:
+    """Return what of the runs of a plant in ``namespace`` a message says was set."""
     if message.node.rpartition("/")[0] != namespace:
         return set()
-    of_the_plant = RigParameters.DECLARATIONS.keys()
-    changed = {parameter.name for parameter in message.changed_parameters} & of_the_plant
-    return {name for name in changed if not name.startswith(NEITHER_PLANT_NOR_UNTOLD)}
+    changed = {parameter.name for parameter in message.changed_parameters}
+    declarations = RigParameters.DECLARATIONS
+    return {name for name in changed & declarations.keys() if declarations[name].in_runs}
 
 
 def _times(when: Sequence[float]) -> str:
-    later = len(when) - 1
-    return f"{when[0]:.3f} s and {later} more" if later else f"{when[0]:.3f} s"
+    again = f", the last of {len(when)} times at {when[-1]:.3f} s" if len(when) > 1 else ""
+    return f"at {when[0]:.3f} s{again}"
 
 
 def _named_faults(message: Any) -> set[str]:

@@ -36,6 +36,7 @@ from rodless_base.topics import (
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.bag_remarks import (
+    PARAMETER_EVENTS,
     changes_in,
     far_apart,
     faults_in,
@@ -203,7 +204,8 @@ def recording_in(bag: Bag, namespace: str) -> Recording:
     remarks += [f"{bag.path}: {namespace}/{strange}" for strange in off_any_rig(run)]
     if (name := f"{namespace}/{FAULTS}") in bag:
         remarks.append(faults_in(bag, name, (origin, start), run))
-    remarks.append(changes_in(bag, namespace, joint, (origin, start), run))
+    if PARAMETER_EVENTS in bag:
+        remarks.append(changes_in(bag, namespace, sent, start, run))
     run = replace(
         run,
         missing=_missing(bag, namespace, (origin, start), joint, sent),

@@ -202,11 +202,14 @@ def _set(
 
 
 def _check_period(fields: Fields, rig: RigParameters, period: float) -> None:
-    """Raise StudyError for a period that the nodes refuse: there no row could be repeated."""
-    try:
-        rig.with_values({"time.period": period})
-    except ParameterError as error:
-        raise fields.error("run", described(error).replace("time.period", "period", 1)) from error
+    """Raise StudyError for a period (s) in which the valve of the rig's node would close."""
+    timeout = rig.number("valve.command_timeout")
+    if period > timeout:
+        raise fields.error(
+            "run",
+            f"period: {period:g} s refused, longer than valve.command_timeout ({timeout:g} s), "
+            "after which a valve closes; make it shorter, or that longer in a base of your own",
+        )
 
 
 def check_reference(fields: Fields, base: Base) -> None:

@@ -22,7 +22,7 @@ from rodless_lab.view.errors import ViewError
 CLOSE_TIMEOUT = 30.0
 
 _NAME = "recorder"
-_START = "from rodless_lab.cli.main import main; main()"
+_START = "from rodless_lab.cli.entry import main; main()"
 
 
 class Recording:

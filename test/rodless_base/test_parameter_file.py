@@ -228,7 +228,7 @@ def test_an_empty_section_gives_nothing(written: Write) -> None:
         ("plant:\n  ros__parameters: 3", "ros__parameters: 3 refused: expected names and values"),
         (
             "plant:\n  ros__parameters:\n    supply.pressure 600000.0",
-            "'supply.pressure 600000.0' refused: .* each with a colon and a space between",
+            "'supply.pressure 600000.0' refused: .* each as `name: value`",
         ),
         ("plant:\n  ros__parameters: [1, 2]", "expected names and values"),
     ],

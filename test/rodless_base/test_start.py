@@ -8,6 +8,7 @@
 
 """Starting an executable, and asking it to stop at any moment."""
 
+import importlib
 import os
 import signal
 import subprocess
@@ -20,6 +21,7 @@ import pytest
 
 import rodless_base
 from rodless_base.start import AGAIN_SECONDS
+from rodless_lab.cli import entry
 
 pytestmark = pytest.mark.usefixtures("hears_hangup")
 
@@ -182,6 +184,12 @@ def test_a_signal_that_nothing_of_ours_can_handle_yet_waits(
         process.send_signal(number)  # as `ros2 launch` and the terminal
         _, errors = process.communicate("go on\n", TIMEOUT)
     assert (process.returncode, errors) == ending
+
+
+def test_importing_the_start_of_a_verb_blocks_no_signal() -> None:
+    """The processes of a pool import what started theirs, and SIGTERM is to end them."""
+    importlib.reload(entry)
+    assert not signal.pthread_sigmask(signal.SIG_BLOCK, ()) & set(SIGNALS)
 
 
 @pytest.mark.parametrize("number", SIGNALS)

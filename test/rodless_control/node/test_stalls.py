@@ -227,23 +227,31 @@ def test_of_a_sender_that_sends_on_no_old_sample_is_answered(bench: Bench, comes
 
 
 @pytest.mark.ros
-def test_old_samples_that_trickle_in_keep_no_valve_open(bench: Bench) -> None:
-    """Each counted as a position: the valve stood as before the stall for up to two seconds."""
+@pytest.mark.parametrize("polls", [1, 2, 5])
+def test_old_samples_that_trickle_in_keep_no_valve_open(bench: Bench, polls: int) -> None:
+    """Each counted as a position: the valve stood as before the stall for up to two seconds.
+
+    Those two ``polls`` and more apart were answered besides, one by one, as if each were the last.
+    """
     before = bench.stall()
     watchdog = bench.controller._watchdog
     watchdog._watch = PositionWatch(lambda: round(bench.clock.now * 1e9))
     watchdog.begin()
     watchdog.poll()
-    for k in range(300, 320):
-        bench.clock.now += WATCH_PERIOD
+    count = 60 // polls
+    for k in range(300, 300 + count):
         bench.take(k, 0.05)
-        bench.answers.poll()
-        watchdog.poll()
+        for _ in range(polls):
+            bench.clock.now += WATCH_PERIOD
+            bench.answers.poll()
+            watchdog.poll()
     if bench.in_lockstep:
-        assert len(bench.voltages) == before + 20
+        assert len(bench.voltages) == before + count
         assert watchdog.problem is None
         return
-    assert set(bench.voltages[before:]) == {bench.controller._number("controller.neutral_voltage")}
+    closed = bench.controller._number("controller.neutral_voltage")
+    assert bench.voltages[-1] == closed
+    assert sum(voltage != closed for voltage in bench.voltages[before:]) == (polls > 1)
     assert watchdog.problem == "no position: valve closed"
     bench.take(2800, 0.0999)
     watchdog.poll()

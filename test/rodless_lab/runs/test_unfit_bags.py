@@ -392,7 +392,8 @@ def with_more(bag: Path, path: Path, topic: BagTopic, messages: dict[float, Any]
                 writer.write(name, data, int(when), int(when))
         writer.add_topic(topic)
         for time, message in messages.items():
-            writer.write(topic.name, serialize_message(message), round(time * 1e9), 0)
+            when = round(time * 1e9)
+            writer.write(topic.name, serialize_message(message), when, when)
     return path
 
 
@@ -434,7 +435,7 @@ def test_faults_of_a_recording_are_told(tmp_path: Path, run: MeasuredRun) -> Non
 def test_parameters_that_changed_in_a_recording_are_told(tmp_path: Path, run: MeasuredRun) -> None:
     """A replay was up to 1.6 mm away from a bag that says why, and nothing said so.
 
-    Not told: of the supply, which was recorded, of another node, of a time outside the run, and of
+    Not told: of the supply, which was recorded, of another node, of a time after the run, and of
     what a node has declared. ``valve/state`` holds what the valve followed.
     """
 
@@ -443,9 +444,8 @@ def test_parameters_that_changed_in_a_recording_are_told(tmp_path: Path, run: Me
         return ParameterEvent(node=node, **{kind: [Parameter(name=name) for name in names]})
 
     events = {
-        0.0: of("/plant", "rail.tilt"),
         0.01: of("/plant", "valve.hysteresis", new=True),
-        0.0205: of("/plant", "supply.pressure", "cylinder.moving_mass", "fault.valve.offset"),
+        0.0205: of("/plant", "supply.pressure", "cylinder.moving_mass", "fault.piston.leak"),
         0.03: of("/left/plant", "rail.tilt"),
         0.04: of("/controller", "controller.kp"),
         0.05: of("/plant", "cylinder.moving_mass", "friction.drift", "valve.command_timeout"),
@@ -454,9 +454,9 @@ def test_parameters_that_changed_in_a_recording_are_told(tmp_path: Path, run: Me
     topic = BagTopic("/parameter_events", "rcl_interfaces/msg/ParameterEvent")
     changed = with_more(write(tmp_path / "a", run, held=True), tmp_path / "b", topic, events)
     assert read_run(changed).remarks == (
-        f"{changed}: /parameter_events: parameters of the plant were changed (cylinder.moving_mass "
-        "at 0.021 s and 1 more, friction.drift at 0.050 s); a simulated rig keeps those it "
-        "begins with",
+        f"{changed}: /parameter_events: parameters of the plant were set (cylinder.moving_mass at "
+        "0.020 s, the last of 2 times at 0.050 s, fault.piston.leak at 0.020 s, friction.drift at "
+        "0.050 s); a simulated rig keeps those it begins with",
     )
     other = BagTopic("/parameter_events", "diagnostic_msgs/msg/DiagnosticArray")
     foreign = with_more(tmp_path / "a", tmp_path / "c", other, {0.02: DiagnosticArray()})
