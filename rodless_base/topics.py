@@ -19,6 +19,9 @@ JOINT_COMMANDS = "joint_commands"
 ROS_CLOCK = "/clock"
 RIG_CLOCK = "clock"
 
+# Where each node of ROS tells of its parameters.
+PARAMETER_EVENTS = "/parameter_events"
+
 # Of the controller, as seen from beside it.
 REFERENCE = "controller/reference"
 JOINT_TRAJECTORY = "controller/joint_trajectory"

@@ -18,12 +18,12 @@ import numpy.typing as npt
 
 from rodless_base.constants import SECONDS_PER_NANOSECOND
 from rodless_base.one_line import listed
-from rodless_base.topics import FAULTS, THROTTLED, VALVE_STATE
+from rodless_base.topics import FAULTS, PARAMETER_EVENTS, THROTTLED, VALVE_STATE
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages
 from rodless_lab.runs.commands import SAME_SAMPLE, SampleTimes
 from rodless_lab.runs.measured_run import MeasuredRun
-from rodless_lab.runs.recorded_drive import BEFORE_THE_READING, BEFORE_THE_VALVE, PRESSURE
+from rodless_lab.runs.recorded_drive import PRESSURE, held_in
 from rodless_sim import RigParameters, faults
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +31,6 @@ Array = npt.NDArray[np.float64]
 # Of voltages that no sample takes, a larger share of the samples is no accident.
 TOLERATED_SHARE = 0.01
 
-PARAMETER_EVENTS = "/parameter_events"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 
 FAULT_MESSAGE = "diagnostic_msgs/msg/DiagnosticArray"
@@ -156,7 +155,7 @@ def faults_in(bag: Bag, topic: str, begin: tuple[int, float], run: MeasuredRun) 
     recorded, (origin, start) = bag[topic], begin
     if recorded.topic.type_name != FAULT_MESSAGE:
         return ""
-    held = {*BEFORE_THE_READING, *(() if run.commanded else BEFORE_THE_VALVE)}
+    held = set(held_in(run))
     last = float(run.time[-1])
     spans: dict[str, tuple[float, float]] = {}
     try:
@@ -190,7 +189,7 @@ def changes_in(bag: Bag, namespace: str, sent: SampleTimes, start: float, run: M
         events = [_set_in(message, namespace) for message in recorded.messages]
     except BagError:
         return ""
-    held = {PRESSURE, *BEFORE_THE_READING, *(() if run.commanded else BEFORE_THE_VALVE)}
+    held = {PRESSURE, *held_in(run)}
     if f"{namespace}/{FAULTS}" in bag:
         held |= faults.PARAMETERS.keys()
     times: dict[str, list[float]] = {}

@@ -28,6 +28,7 @@ from rodless_base.one_line import shown
 from rodless_base.topics import (
     FAULTS,
     JOINT_STATES,
+    PARAMETER_EVENTS,
     PRESSURES,
     SETPOINT,
     VALVE_STATE,
@@ -36,7 +37,6 @@ from rodless_base.topics import (
 from rodless_lab.bags.metadata import BagError
 from rodless_lab.bags.reader import Bag, TopicMessages, read_bag
 from rodless_lab.runs.bag_remarks import (
-    PARAMETER_EVENTS,
     changes_in,
     far_apart,
     faults_in,

@@ -61,6 +61,11 @@ class RecordedDrive(NamedTuple):
     remark: str  # what the recording stands in for; empty where that is as the parameters have it
 
 
+def held_in(run: MeasuredRun) -> tuple[str, ...]:
+    """Return the parameters whose effect on supply and valve the readings of a run hold."""
+    return BEFORE_THE_READING if run.commanded else BEFORE_THE_READING + BEFORE_THE_VALVE
+
+
 def recorded_drive(parameters: RigParameters, recorded: MeasuredRun) -> RecordedDrive:
     """Return a rig of ``parameters`` with the recorded supply, for the recorded voltage.
 
@@ -70,7 +75,7 @@ def recorded_drive(parameters: RigParameters, recorded: MeasuredRun) -> Recorded
     noise = _noise(parameters)
     found = steady_pieces(readings, STEADY + noise)
     pieces = [(start, _no_vacuum(pressure, parameters)) for start, pressure in found]
-    off = [*BEFORE_THE_READING, *(() if recorded.commanded else BEFORE_THE_VALVE)]
+    off = held_in(recorded)
     rig = parameters.with_values(
         {name: parameters.DECLARATIONS[name].default for name in off} | {PRESSURE: pieces[0][1]}
     )

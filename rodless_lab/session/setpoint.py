@@ -16,8 +16,10 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
+from rodless_base.topics import PARAMETER_EVENTS
+
 # What a recorder publishes too; a controller publishes more.
-OF_ANY_NODE = ("/rosout", "/parameter_events", "/events/write_split")
+OF_ANY_NODE = ("/rosout", PARAMETER_EVENTS, "/events/write_split")
 
 # One poll whether a set-point has arrived, in wall-clock s.
 ARRIVAL_POLL = Duration(seconds=0.005)

@@ -19,6 +19,7 @@ from rcl_interfaces.msg import ParameterEvent
 
 from rodless_base.one_line import traced
 from rodless_base.start import Stop
+from rodless_base.topics import PARAMETER_EVENTS
 from rodless_control.parameters import LAW
 from rodless_lab.session.errors import HarnessError, InterruptedRunError, WaitTimeoutError
 from rodless_lab.session.observer import python_value
@@ -53,7 +54,7 @@ class Desk:
         self._asked_at = dict.fromkeys(NODES, -math.inf)  # when the report came, by node
         self._run = -1
         self._closed = False
-        rig.observer.subscribe(ParameterEvent, "/parameter_events", self._take_event)
+        rig.observer.subscribe(ParameterEvent, PARAMETER_EVENTS, self._take_event)
 
     # From any thread
 

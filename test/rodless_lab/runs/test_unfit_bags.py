@@ -382,14 +382,19 @@ def test_a_rig_beside_the_one_at_the_root_is_told(tmp_path: Path, run: MeasuredR
     assert read_run(tmp_path / "bag", "/left").remarks == ()
 
 
-def with_more(bag: Path, path: Path, topic: BagTopic, messages: dict[float, Any]) -> Path:
-    """Write ``bag`` once more with the messages of another topic, by the time (s) of each."""
+def with_more(
+    bag: Path, path: Path, topic: BagTopic, messages: dict[float, Any], prefix: str = ""
+) -> Path:
+    """Write ``bag`` once more with the messages of another topic, by the time (s) of each.
+
+    Its own topics get the ``prefix``.
+    """
     plain = read_bag(bag)
     with BagWriter(path) as writer:
         for name in plain:
-            writer.add_topic(plain[name].topic)
+            writer.add_topic(replaced(plain[name].topic, name=f"{prefix}{name}"))
             for when, data in zip(plain[name].log_time, plain[name].payloads, strict=True):
-                writer.write(name, data, int(when), int(when))
+                writer.write(f"{prefix}{name}", data, int(when), int(when))
         writer.add_topic(topic)
         for time, message in messages.items():
             when = round(time * 1e9)
@@ -458,6 +463,12 @@ def test_parameters_that_changed_in_a_recording_are_told(tmp_path: Path, run: Me
         "0.020 s, the last of 2 times at 0.050 s, fault.piston.leak at 0.020 s, friction.drift at "
         "0.050 s); a simulated rig keeps those it begins with",
     )
+    told = with_faults(changed, tmp_path / "told", {0.0: {}})
+    (said,) = read_run(told).remarks
+    assert "fault" not in said, "/faults tells of that"
+    left = with_more(tmp_path / "a", tmp_path / "left", topic, events, "/left")
+    (said,) = read_run(left, "/left").remarks
+    assert "were set (rail.tilt); a simulated" in said
     other = BagTopic("/parameter_events", "diagnostic_msgs/msg/DiagnosticArray")
     foreign = with_more(tmp_path / "a", tmp_path / "c", other, {0.02: DiagnosticArray()})
     assert read_run(foreign).remarks == ()
